@@ -1,0 +1,1 @@
+"""Body stage: surface pressure to the strain or stress that an element sees (E maps)."""
