@@ -1,0 +1,72 @@
+# Every target sets up what it needs in .venv and reuses it the next time: a stamp file for each set of extras,
+# out of date only when pyproject.toml or constraints.txt change. Nothing but Python >= 3.11 is needed.
+VENV := .venv
+BIN := $(VENV)/bin
+CANDIDATES := python3 python3.14 python3.13 python3.12 python3.11 python
+NEW_ENOUGH := -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1
+PYTHON ?= $(shell for python in $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo $$python && break; done)
+
+# pytest-xdist runs one worker a core, so a numerical library that starts its own threads only gets in the way
+export OMP_NUM_THREADS := 1
+export OPENBLAS_NUM_THREADS := 1
+
+.PHONY: help report test test-slow lint docs studies lock clean
+help:
+	@echo "make report     the first report, on simulated touches, in report/index.html"
+	@echo "make test       ruff, mypy and the tests"
+	@echo "make test-slow  the tests that take minutes"
+	@echo "make docs       the documentation, in docs/_build/html"
+	@echo "make studies    every script in studies/"
+	@echo "make lock       constraints.txt made anew (maintainers)"
+	@echo "make clean      remove what make made, except .venv"
+
+report: $(VENV)/.ready-runtime
+	$(BIN)/bayestouch report -o report
+
+test: lint
+	$(BIN)/pytest -n 2 -q
+
+test-slow: $(VENV)/.ready-dev
+	$(BIN)/pytest -n 2 -q -m slow
+
+lint: $(VENV)/.ready-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+docs: $(VENV)/.ready-docs
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	@echo "docs/_build/html/index.html"
+
+studies: $(VENV)/.ready-dev
+	@for study in studies/[!_]*.py; do \
+		[ -e "$$study" ] || { echo "no studies yet"; break; }; \
+		echo "== $$study"; $(BIN)/python "$$study" || exit 1; \
+	done
+
+# uv is a maintainer's tool; one file of exact versions with markers serves every Python and platform.
+# hatchling and editables build the package itself, so they are locked with the rest.
+lock: $(VENV)/.created
+	$(BIN)/python -m pip install -q --upgrade uv
+	printf 'hatchling\neditables\n' | $(BIN)/uv pip compile pyproject.toml - -o constraints.txt --upgrade -q \
+		--universal --python-version 3.11 --all-extras --no-annotate --no-header --no-emit-index-url
+
+clean:
+	rm -rf report build dist docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	find bayestouch tests studies -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(VENV)/.created:
+	@$(or $(PYTHON),false) $(NEW_ENOUGH) || \
+		{ echo "bayestouch needs Python 3.11 or newer on the path, or make PYTHON=/path/to/python3.11" >&2; exit 1; }
+	@$(PYTHON) -m venv $(VENV) || \
+		{ echo "$(PYTHON) cannot make a virtual environment: install its venv module" >&2; exit 1; }
+	@touch $@
+
+$(VENV)/.ready-runtime: EXTRAS :=
+$(VENV)/.ready-dev: EXTRAS := [dev]
+$(VENV)/.ready-docs: EXTRAS := [docs]
+$(VENV)/.ready-%: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "setting up $(VENV) for bayestouch$(EXTRAS) (a few minutes, once)"
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt hatchling editables
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.$(EXTRAS)'
+	@touch $@

@@ -1,0 +1,22 @@
+"""Fixtures for every test."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def shared_folder() -> Path:
+    """Folder of measured and practice data: `$BAYESTOUCH_SHARED` or else `../shared` beside the checkout."""
+    named = os.environ.get("BAYESTOUCH_SHARED")
+    folder = Path(named) if named else ROOT.parent / "shared"
+    if folder.is_dir():
+        return folder
+    if named:
+        pytest.fail(f"$BAYESTOUCH_SHARED names {named}, which is no folder")
+    pytest.skip("no shared data: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
