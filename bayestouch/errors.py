@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -37,9 +38,33 @@ class InputError(ValueError):
             for part in (
                 self.file,
                 None if row is None else f"row {row}",
-                None if column is None else f"column {column}",
+                None if column is None else f"column {_cut(column, 80)}",
             )
             if part
         )
         line = f"{place}: {message}" if place else message
         super().__init__(" ".join(line.split()))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        # The default would call the class with the finished line as its message and forget the place,
+        # and errors cross from worker processes by pickling.
+        return (_rebuild, (self.message, self.file, self.row, self.column))
+
+
+def _rebuild(message: str, file: str | None, row: int | None, column: str | None) -> InputError:
+    return InputError(message, file=file, row=row, column=column)
+
+
+def shown(value: object, length: int = 40) -> str:
+    """Show what was found in place of what was expected: quoted, on one line, never longer than `length`."""
+    text = repr(value)
+    return _cut(text, length)
+
+
+def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
+    """List the first names only, none of them long: a header may hold anything."""
+    return ", ".join(_cut(name, length) for name in names[:count]) + (" …" if len(names) > count else "")
+
+
+def _cut(text: str, length: int) -> str:
+    return text if len(text) <= length else text[: length - 1] + "…"

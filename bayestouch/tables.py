@@ -1,0 +1,225 @@
+"""Reading tables of numbers in CSV, with every cell's place known.
+
+This file knows nothing of touches. Writing is in `bayestouch.table_writing`, Parquet in
+`bayestouch.parquet`, what the columns mean in `bayestouch.touch_columns`.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from bayestouch.arrays import FloatArray, IntArray, ObjectArray
+from bayestouch.cells import NumberReader
+from bayestouch.errors import InputError
+from bayestouch.files import reading
+
+#: Beyond these a file is no touch table, and reading it would only fill the memory.
+MAX_BYTES = 4 * 2**30
+MAX_LINE = 1_000_000
+
+#: Rows converted at a time: large enough for speed, small enough that text never fills the memory.
+CHUNK = 20_000
+
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+
+
+class Header(NamedTuple):
+    """Column names as found, and where."""
+
+    names: tuple[str, ...]
+    file: Path
+    row: int
+
+
+#: Looks at a header, raises `InputError` if it will not do, and names the columns that hold numbers.
+Schema = Callable[[Header], Collection[str]]
+
+
+@dataclass(frozen=True, eq=False)
+class RawTable:
+    """A table as read.
+
+    Attributes
+    ----------
+    header : Header
+    numbers : mapping of str to float array, shape (n_rows,)
+        The columns that the schema asked for; NaN where a cell is empty.
+    texts : mapping of str to object array of str, shape (n_rows,)
+        Every other column, untouched.
+    line : int array, shape (n_rows,)
+        Line of each row in the file; the header is line 1. (In Parquet as if written as CSV.)
+    notes : tuple of str
+        What was handled on the way.
+    """
+
+    header: Header
+    numbers: Mapping[str, FloatArray]
+    texts: Mapping[str, ObjectArray]
+    line: IntArray
+    notes: tuple[str, ...]
+
+
+def read_csv(path: str | Path, schema: Schema) -> RawTable:
+    """Read a table separated by commas, semicolons or tabs, in UTF-8.
+
+    A byte order mark, Windows line ends, other separators than the comma, decimal commas (where the
+    comma does not separate), empty lines and words for a missing number (``nan``, ``NA``) are handled
+    and noted.
+
+    Raises
+    ------
+    InputError
+        The file is missing, empty, too large, not UTF-8; a name is there twice; a row has more or fewer
+        cells than the header; a cell holds no number where the schema wants one; or what `schema` raises.
+    """
+    with reading(path) as file:
+        size = file.stat().st_size
+        if size > MAX_BYTES:
+            raise InputError(
+                f"expected a table of at most {MAX_BYTES} bytes, got {size}: split it", file=file
+            )
+        notes = list(_byte_notes(file))
+        try:
+            with file.open(encoding="utf-8-sig", newline="") as stream:
+                return _parse(stream, file, schema, notes)
+        except UnicodeDecodeError:
+            raise _not_utf8(file) from None
+
+
+def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) -> RawTable:
+    lines = _bounded_lines(stream, file)
+    separator, skipped, first = _separator(lines)
+    if separator is None:
+        raise InputError("expected a header with column names, got an empty file", file=file)
+    if separator != ",":
+        notes.append(f"{file.name}: read with {_SEPARATORS[separator]} between the columns")
+    records = _records(_chain(first, lines), separator, file, skipped)
+    row, cells = next(records)
+    header = Header(check_names(cells, file, row), file, row)
+    wanted = set(schema(header))
+    width = len(header.names)
+    reader = NumberReader(file, decimal_comma=separator != ",")
+    numbers: dict[str, list[FloatArray]] = {name: [] for name in header.names if name in wanted}
+    texts: dict[str, list[str]] = {name: [] for name in header.names if name not in wanted}
+    line: list[int] = []
+    empty = 0
+    while chunk := list(islice(records, CHUNK)):
+        full = [(at, cells) for at, cells in chunk if len(cells) == width and any(cells)]
+        if len(full) < len(chunk):
+            empty += _check_widths(chunk, width, file)
+        at = [at for at, _ in full]
+        for name, column in zip(header.names, zip(*(cells for _, cells in full), strict=True), strict=False):
+            if name in wanted:
+                numbers[name].append(reader.numbers(column, name, at))
+            else:
+                texts[name].extend(column)
+        line.extend(at)
+    if empty:
+        notes.append(f"{file.name}: {empty} empty {'row' if empty == 1 else 'rows'} skipped")
+    if not line:
+        raise InputError("expected at least one row under the header, got none", file=file, row=row)
+    return RawTable(
+        header=header,
+        numbers={name: np.concatenate(parts) for name, parts in numbers.items()},
+        texts={name: text_array(values) for name, values in texts.items()},
+        line=np.array(line, dtype=np.int64),
+        notes=(*notes, *reader.notes()),
+    )
+
+
+def text_array(values: Sequence[str]) -> ObjectArray:
+    """Hold texts as an object array, so that one long cell does not widen them all."""
+    array = np.empty(len(values), dtype=object)
+    array[:] = values
+    return array
+
+
+def check_names(cells: Sequence[str], file: Path, row: int) -> tuple[str, ...]:
+    """Name every column (an unnamed one by its place), each of them once.
+
+    Raises
+    ------
+    InputError
+        A name is there twice.
+    """
+    names = tuple(cell.strip() or f"column_{i}" for i, cell in enumerate(cells, start=1))
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise InputError(
+                "expected every column once, got this name twice", file=file, row=row, column=name
+            )
+    return names
+
+
+def _byte_notes(file: Path) -> Iterator[str]:
+    with file.open("rb") as stream:
+        start = stream.readline(MAX_LINE)
+    if start.startswith(b"\xef\xbb\xbf"):
+        yield f"{file.name}: a byte order mark was skipped"
+    if start.endswith(b"\r\n"):
+        yield f"{file.name}: read with Windows line ends"
+
+
+def _bounded_lines(stream: io.TextIOBase, file: Path) -> Iterator[str]:
+    row = 0
+    while line := stream.readline(MAX_LINE + 1):
+        row += 1
+        if len(line) > MAX_LINE:
+            raise InputError(f"expected a line of at most {MAX_LINE} characters", file=file, row=row)
+        yield line
+
+
+def _separator(lines: Iterator[str]) -> tuple[str | None, int, str]:
+    """Separator that the header has most of outside quotes, the lines skipped before it, and its own line."""
+    for skipped, line in enumerate(lines):
+        if line.strip():
+            bare = re.sub(r'"[^"]*("|$)', "", line)
+            return max(_SEPARATORS, key=bare.count), skipped, line
+    return None, 0, ""
+
+
+def _chain(first: str, rest: Iterator[str]) -> Iterator[str]:
+    yield first
+    yield from rest
+
+
+def _records(
+    lines: Iterator[str], separator: str, file: Path, skipped: int
+) -> Iterator[tuple[int, list[str]]]:
+    """Cells of each record with the line on which it begins; lines with nothing on them are passed over."""
+    last = skipped
+    reader = csv.reader(lines, delimiter=separator, strict=True)
+    try:
+        for cells in reader:
+            first, last = last + 1, skipped + reader.line_num
+            if cells and not (len(cells) == 1 and not cells[0].strip()):
+                yield first, cells
+    except csv.Error as error:
+        raise InputError(f"expected cells of a table: {error}", file=file, row=last + 1) from None
+
+
+def _check_widths(chunk: Sequence[tuple[int, list[str]]], width: int, file: Path) -> int:
+    for row, cells in chunk:
+        if len(cells) != width:
+            raise InputError(f"expected {width} cells as in the header, got {len(cells)}", file=file, row=row)
+    return sum(not any(cells) for _, cells in chunk)
+
+
+def _not_utf8(file: Path) -> InputError:
+    with file.open("rb") as stream:
+        for row, line in enumerate(stream, start=1):
+            try:
+                line.decode("utf-8")
+            except UnicodeDecodeError as error:
+                byte = line[error.start]
+                return InputError(f"expected UTF-8 text, got the byte {byte:#04x}", file=file, row=row)
+    return InputError("expected UTF-8 text", file=file)
