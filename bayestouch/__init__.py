@@ -1,3 +1,51 @@
-"""How far a tactile sensor's readings can be trusted."""
+"""How far a tactile sensor's readings can be trusted.
+
+The verbs ``calibrate``, ``infer``, ``report`` and ``simulate``, and what they work on. Everything is imported when it is used,
+so that ``import bayestouch`` stays quick.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+# Public name: module that defines it.
+_PUBLIC = {
+    "Calibration": "results",
+    "DataSet": "dataset",
+    "InputError": "errors",
+    "TouchPosteriors": "results",
+    "Touches": "touches",
+    "calibrate": "calibration",
+    "infer": "inference",
+    "load": "posterior",
+    "load_dataset": "dataset",
+    "report": "reporting",
+    "save_dataset": "dataset",
+    "simulate": "simulation",
+}
+
+__all__ = sorted(_PUBLIC)
+
+if TYPE_CHECKING:
+    from bayestouch.calibration import calibrate
+    from bayestouch.dataset import DataSet, load_dataset, save_dataset
+    from bayestouch.errors import InputError
+    from bayestouch.inference import infer
+    from bayestouch.posterior import load
+    from bayestouch.reporting import report
+    from bayestouch.results import Calibration, TouchPosteriors
+    from bayestouch.simulation import simulate
+    from bayestouch.touches import Touches
+
+
+def __getattr__(name: str) -> Any:
+    if name in _PUBLIC:
+        return getattr(import_module(f"bayestouch.{_PUBLIC[name]}"), name)
+    raise AttributeError(f"module 'bayestouch' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__version__"]

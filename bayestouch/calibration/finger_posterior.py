@@ -1,0 +1,195 @@
+"""The calibration of a finger as a posterior, ready to be saved and used."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bayestouch
+from bayestouch.calibration.finger import FingerFit, fit_finger
+from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.chain.finger import FingerChain
+from bayestouch.dataset import DataSet
+from bayestouch.errors import InputError
+from bayestouch.fit import LaplaceFit
+from bayestouch.results import Calibration, TouchRows
+from bayestouch.sensor import Finger
+
+FloatArray = NDArray[np.float64]
+
+# A force sensor whose noise is not stated is taken to be off by this share of the load.
+UNSTATED_FORCE_NOISE = 0.005
+CHAINS = 4
+
+
+def calibrate_finger(dataset: DataSet, *, contact: str, draws: int, seed: int) -> Calibration:
+    """Calibrate a finger; see `bayestouch.calibrate`.
+
+    The posterior is the normal (Laplace) approximation at the mode in the coordinates response, ``r_s``, ``θ_s``,
+    σ, log μ; depths and σ outside their bounds are drawn again.
+    """
+    sensor, table = dataset.sensor, dataset.calibration
+    finger = sensor.body
+    assert isinstance(finger, Finger) and table is not None
+    priors, notes = FingerPriors.of(sensor)
+    rest = table.rest_reading()
+    corrected = table.baseline_corrected()
+    means = corrected.averaged()
+    if means.n_touches == 0:
+        raise InputError("calibration: no touch is in contact", file=_file(dataset))
+    force_sd = sensor.force_noise_sd
+    if force_sd is None:
+        force_sd = UNSTATED_FORCE_NOISE * float(np.nanmean(means.load)) if np.isfinite(means.load).any() else np.nan
+        notes += (f"The force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the load is assumed.",)
+    fit, used = fit_finger(means, finger, priors, force_sd, contact=contact)
+    known = means.touch[used]
+    location = means.angle_deg
+    assert location is not None
+    rows = TouchRows(
+        touch=known,
+        location={"theta_c": location[used]},
+        radius_mm=means.indenter_radius_mm[used],
+        load=means.load[used],
+        observed=means.readings[used],
+        predicted=fit.predicted,
+        sd=fit.sd,
+        counts=means.counts[used],
+    )
+    if not used.all():
+        notes += (f"{int((~used).sum())} calibration touches without known indenter or location were left out.",)
+    new_notes = tuple(dict.fromkeys((*dataset.notes, *table.notes, *corrected.notes, *notes)))
+    typical = float(np.nanmean(rows.load))
+    return Calibration(
+        sensor=sensor,
+        parameters=priors.parameters(finger, sensor.reading_unit),
+        mode=_public_mode(fit),
+        posterior=_draw(fit, means.pure_error_dof, draws, seed),
+        covariance=fit.laplace.covariance,
+        layout=layout(finger.n_elements),
+        noise=fit.noise,
+        rows=rows,
+        settings={
+            "body": "finger",
+            "contact": contact,
+            "seed": float(seed),
+            "version": bayestouch.__version__,
+            "posterior": "normal approximation at the mode",
+            "largest_load": fit.chain.largest_load,
+            "typical_load": typical,
+        },
+        statistics=_statistics(fit, rows, typical),
+        extra={} if rest is None else {"rest_reading": rest},
+        notes=new_notes,
+    )
+
+
+def layout(n_elements: int) -> tuple[str, ...]:
+    """Names of the rows of a finger's covariance (angles in rad, μ as its logarithm)."""
+    by_element = [f"{name}[{e}]" for name in ("response", "r_s", "theta_s_rad") for e in range(n_elements)]
+    return (*by_element, "sigma", "log_mu")
+
+
+def finger_chain(calibration: Calibration) -> FingerChain:
+    """The finger at the mode of its calibration."""
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    mode = calibration.mode
+    return FingerChain(
+        core_radius_mm=finger.core_radius_mm,
+        outer_radius_mm=finger.outer_radius_mm,
+        response=np.asarray(mode["response"]),
+        sensing_radius_mm=np.asarray(mode["r_s"]),
+        angle=np.radians(mode["theta_s"]),
+        offset=np.zeros(finger.n_elements),
+        poisson_ratio=float(mode["sigma"]),
+        shear_modulus_MPa=float(mode["mu"]),
+        largest_load=float(calibration.settings["largest_load"]),
+        contact=str(calibration.settings["contact"]),
+    )
+
+
+def _file(dataset: DataSet) -> str | None:
+    return None if dataset.path is None else str(dataset.path)
+
+
+def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
+    chain = fit.chain
+    return {
+        "sigma": np.asarray(chain.poisson_ratio),
+        "mu": np.asarray(chain.shear_modulus_MPa),
+        "r_s": chain.sensing_radius_mm,
+        "theta_s": np.degrees(chain.angle),
+        "response": chain.response,
+        "gain": chain.gain,
+        "noise_sd": fit.noise.tactile_sd,
+        "discrepancy_sd": fit.noise.discrepancy_sd,
+    }
+
+
+def _draw(fit: FingerFit, pure_error_dof: FloatArray, draws: int, seed: int) -> dict[str, FloatArray]:
+    """Draws of every parameter, (chain, draw[, m]); gains follow from response, depth, σ and μ."""
+    rng = np.random.default_rng(seed)
+    m = fit.chain.n_elements
+    vectors = _bounded_normal(fit.laplace, fit.chain, CHAINS * -(-draws // CHAINS), rng)
+    response, depth, angle = vectors[:, :m], vectors[:, m : 2 * m], vectors[:, 2 * m : 3 * m]
+    sigma, log_mu = vectors[:, 3 * m], vectors[:, 3 * m + 1]
+    # Gain is response x μ / peak strain: the peak strain of an element follows from its depth and σ.
+    peak = np.stack([_peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    dof = np.where(np.isfinite(pure_error_dof) & (pure_error_dof > 0), pure_error_dof, len(fit.predicted) - 3.0)
+    noise = fit.noise.tactile_sd * np.sqrt(dof / rng.chisquare(np.maximum(dof, 1.0), size=(len(sigma), m)))
+    values = {
+        "sigma": sigma,
+        "mu": np.exp(log_mu),
+        "r_s": depth,
+        "theta_s": np.degrees(angle),
+        "response": response,
+        "gain": response * 1000 * np.exp(log_mu)[:, None] / peak,
+        "noise_sd": noise,
+    }
+    return {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in values.items()}
+
+
+def _bounded_normal(laplace: LaplaceFit, chain: FingerChain, n: int, rng: np.random.Generator) -> FloatArray:
+    """Draws of the Laplace normal with depths inside the rubber and σ below one half."""
+    m = chain.n_elements
+    root = np.linalg.cholesky(laplace.covariance)
+    kept: list[FloatArray] = []
+    count = 0
+    while count < n:
+        vectors = laplace.mode + rng.standard_normal((n, len(laplace.mode))) @ root.T
+        depth, sigma = vectors[:, m : 2 * m], vectors[:, 3 * m]
+        inside = ((depth > chain.core_radius_mm) & (depth < chain.outer_radius_mm)).all(axis=1) & (sigma < 0.5)
+        kept.append(vectors[inside])
+        count += int(inside.sum())
+        if len(kept) > 200:
+            raise InputError(
+                "calibration leaves depths or Poisson's ratio open to their bounds: touch more places, or state them"
+            )
+    return np.concatenate(kept)[:n]
+
+
+def _peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:
+    """Compressive strain (m,) under a knife edge of 1 N/mm above each element at μ = 1 MPa."""
+    from bayestouch.body.annulus import solve_annulus
+    from bayestouch.chain.response import modes_needed
+
+    modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
+    strain = solve_annulus(
+        modes,
+        core_radius_mm=chain.core_radius_mm,
+        outer_radius_mm=chain.outer_radius_mm,
+        poisson_ratio=poisson_ratio,
+    ).radial_strain(depth)
+    return np.asarray((strain[:, 0] + 2 * strain[:, 1:].sum(axis=1)) / (2 * np.pi * chain.outer_radius_mm))
+
+
+def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[str, float]:
+    peak = np.abs(fit.chain.response) * typical_load
+    with np.errstate(invalid="ignore"):
+        error = np.sqrt(np.nanmean((rows.observed - rows.predicted) ** 2, axis=0)) / peak * 100
+    return {
+        "touches": float(len(rows.touch)),
+        "lack_of_fit": fit.lack_of_fit,
+        "error_percent_peak": float(np.nanmean(error)),
+        "noise_percent_peak": float(np.nanmean(fit.noise.tactile_sd / peak) * 100),
+    }

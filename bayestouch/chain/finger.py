@@ -1,0 +1,109 @@
+"""The chain of a cylindrical finger: touches to readings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.chain.response import ContactSpectra, ResponseTable
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class FingerChain:
+    """A finger with every calibration parameter given a value.
+
+    Attributes
+    ----------
+    core_radius_mm, outer_radius_mm : float
+        ``r_a`` and ``r_b``.
+    response : (n_elements,) array
+        Reading per N/m of a knife edge right above the element: what data fix, in place of the gain.
+    sensing_radius_mm : (n_elements,) array
+        ``r_s``.
+    angle : (n_elements,) array
+        ``θ_s``, rad.
+    offset : (n_elements,) array
+        Reading without touch.
+    poisson_ratio, shear_modulus_MPa : float
+        σ and μ of the rubber.
+    largest_load : float
+        Largest line load in N/m that the table must hold.
+    contact : str
+        Contact model.
+    """
+
+    core_radius_mm: float
+    outer_radius_mm: float
+    response: FloatArray
+    sensing_radius_mm: FloatArray
+    angle: FloatArray
+    offset: FloatArray
+    poisson_ratio: float
+    shear_modulus_MPa: float
+    largest_load: float
+    contact: str = "layer"
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.response)
+
+    @cached_property
+    def spectra(self) -> ContactSpectra:
+        """Contact and body at this Poisson's ratio."""
+        return ContactSpectra.of(
+            (self.core_radius_mm, self.outer_radius_mm),
+            self.poisson_ratio,
+            largest_kappa=self.largest_load / 1000 * self.outer_radius_mm / self.shear_modulus_MPa,
+            largest_sensing_radius_mm=float(self.sensing_radius_mm.max()),
+            contact=self.contact,
+        )
+
+    @cached_property
+    def table(self) -> ResponseTable:
+        """Response of the elements over κ and angle."""
+        return ResponseTable.of(self.spectra, self.sensing_radius_mm)
+
+    @property
+    def gain(self) -> FloatArray:
+        """Reading per unit compressive strain (the inverse of the paper's ``G_ii``), shape (n_elements,)."""
+        return self.response * 1000 * self.shear_modulus_MPa / self.table.peak_strain
+
+    def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Readings under touches.
+
+        Parameters
+        ----------
+        radius_mm : (...,) array_like
+            Composite radius R in mm: 0 a knife edge, ``r_b`` a flat.
+        angle : (...,) array_like
+            Contact location ``θ_c``, rad.
+        load : (...,) array_like
+            Line load P, N/m.
+
+        Returns
+        -------
+        (..., n_elements) array
+            Expected readings, in the sensor's unit.
+        """
+        load = np.asarray(load, dtype=float)
+        kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
+        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
+        return np.asarray(self.offset + self.response * load[..., None] * shape)
+
+    def with_(self, **changes: object) -> FingerChain:
+        """The same finger with some values changed; keeps the solved contact where it is not concerned."""
+        new = replace(self, **changes)  # type: ignore[arg-type]
+        keep = {"response", "angle", "offset"}
+        if set(changes) <= keep | {"sensing_radius_mm"} and "spectra" in self.__dict__:
+            shallowest = float(new.sensing_radius_mm.max())
+            if shallowest <= float(self.sensing_radius_mm.max()) + 1e-3:
+                new.__dict__["spectra"] = self.spectra
+        if set(changes) <= keep and "table" in self.__dict__:
+            new.__dict__["table"] = self.table
+        return new

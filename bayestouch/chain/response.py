@@ -1,0 +1,170 @@
+"""Response of each element of a finger over contact width and angle, tabulated.
+
+Contact and body together: for one body the strain under a touch of load P depends on ``κ = P R/μ`` and on the
+angle between element and touch alone, so one table serves calibration (known touches) and inference (unknown ones).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.body.annulus import AnnulusModes, solve_annulus
+from bayestouch.contact import contact_model
+from bayestouch.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+# Strain decays as (r_s/r_b)^k: modes below this share of the surface are not summed.
+MODE_TOLERANCE = 1e-7
+# Knots in log(1 + κ/κ_s): linear interpolation between them is off by less than 1e-4 of the peak (see the tests).
+KAPPA_KNOTS = 96
+
+
+def modes_needed(sensing_radius_mm: float, outer_radius_mm: float) -> int:
+    """Highest Fourier mode that still reaches the element, from ``(r_s/r_b)^k``."""
+    if not 0 < sensing_radius_mm < outer_radius_mm:
+        raise InputError("sensing radius must be inside the finger")
+    return int(np.ceil(np.log(MODE_TOLERANCE) / np.log(sensing_radius_mm / outer_radius_mm)))
+
+
+@dataclass(frozen=True, eq=False)
+class ContactSpectra:
+    """Pressure spectra and solved body for one Poisson's ratio: what a table is made of, whatever the elements.
+
+    Attributes
+    ----------
+    kappa_scale : float
+        ``κ_s`` in mm².
+    coordinates : (n,) array
+        ``log(1 + κ/κ_s)`` of the knots, equally spaced from zero (the knife edge).
+    spectra : (n, n_modes) array
+        ``q_k`` at the knots.
+    body : AnnulusModes
+        Solved modes of the body.
+    """
+
+    kappa_scale: float
+    coordinates: FloatArray
+    spectra: FloatArray
+    body: AnnulusModes
+
+    @classmethod
+    def of(
+        cls,
+        finger_radii: tuple[float, float],
+        poisson_ratio: float,
+        *,
+        largest_kappa: float,
+        largest_sensing_radius_mm: float,
+        contact: str = "layer",
+        knots: int = KAPPA_KNOTS,
+    ) -> ContactSpectra:
+        """Solve contact and body.
+
+        Parameters
+        ----------
+        finger_radii : (float, float)
+            ``r_a`` and ``r_b`` in mm.
+        poisson_ratio : float
+            σ.
+        largest_kappa : float
+            End of the table, mm².
+        largest_sensing_radius_mm : float
+            Shallowest element: fixes the number of modes.
+        contact : str
+            Name of the contact model, see `bayestouch.contact.contact_model`.
+        knots : int
+            Knots in κ.
+        """
+        core, outer = finger_radii
+        modes = np.arange(modes_needed(largest_sensing_radius_mm, outer) + 1)
+        scale = 0.1 * (outer - core) ** 2
+        coordinates = np.linspace(0.0, np.log1p(largest_kappa / scale), knots)
+        kappa = np.expm1(coordinates) * scale
+        spectra = contact_model(contact, finger_radii, poisson_ratio).spectrum(kappa, modes)
+        body = solve_annulus(modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=poisson_ratio)
+        return cls(scale, coordinates, spectra, body)
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseTable:
+    """Strain of each element relative to a knife edge right above it, over (κ, angle).
+
+    Attributes
+    ----------
+    kappa_scale, coordinates
+        As in `ContactSpectra`.
+    values, slopes : (n_elements, n, n_angles) arrays
+        Relative response, and its derivative times the spacing of the angles.
+    peak_strain : (n_elements,) array
+        Compressive strain under a knife edge of 1 N/mm right above the element at μ = 1 MPa (positive where
+        the element is squeezed).
+    """
+
+    kappa_scale: float
+    coordinates: FloatArray
+    values: FloatArray
+    slopes: FloatArray
+    peak_strain: FloatArray
+
+    @classmethod
+    def of(cls, spectra: ContactSpectra, sensing_radius_mm: ArrayLike) -> ResponseTable:
+        """Tabulate for elements at `sensing_radius_mm` (n_elements,)."""
+        radii = np.atleast_1d(np.asarray(sensing_radius_mm, dtype=float))
+        strain = spectra.body.radial_strain(radii)
+        modes = spectra.body.modes
+        # Cubic interpolation in angle: two angles a wave of the highest mode, and 512 at least, is off by < 1e-5.
+        n_angles = 1 << int(np.ceil(np.log2(max(512, 4 * modes[-1]))))
+        load = -1 / (2 * np.pi * spectra.body.outer_radius_mm)
+        peak = load * (strain[:, 0] + 2 * strain[:, 1:].sum(axis=-1))
+        weights = (load / peak)[:, None, None] * strain[:, None, :] * spectra.spectra
+        values = np.fft.irfft(weights, n=n_angles) * n_angles
+        slopes = np.fft.irfft(1j * modes * weights, n=n_angles) * (2 * np.pi)
+        return cls(spectra.kappa_scale, spectra.coordinates, values, slopes, -peak)
+
+    def __call__(self, kappa: ArrayLike, angle: ArrayLike) -> FloatArray:
+        """Relative response of every element.
+
+        Parameters
+        ----------
+        kappa : (...,) array_like
+            ``P R/μ`` in mm²; 0 is a knife edge. Beyond the table's end the end is used.
+        angle : (..., n_elements) array_like
+            Angle of the element from the touch, rad.
+
+        Returns
+        -------
+        (..., n_elements) array
+            Response over the peak response to a knife edge of the same load.
+        """
+        n_elements, n_kappa, n_angles = self.values.shape
+        place = np.log1p(np.maximum(kappa, 0.0) / self.kappa_scale) / self.coordinates[1]
+        place = np.minimum(place, n_kappa - 1 - 1e-9)
+        row = place.astype(np.int64)
+        upper = (place - row)[..., None]
+        turn = np.asarray(angle) * (n_angles / (2 * np.pi))
+        node = np.floor(turn)
+        t = turn - node
+        left = node.astype(np.int64) & (n_angles - 1)
+        right = (left + 1) & (n_angles - 1)
+        base = (np.arange(n_elements) * n_kappa + row[..., None]) * n_angles
+        values, slopes = self.values.ravel(), self.slopes.ravel()
+        # Hermite basis on [0, 1]
+        s = 1 - t
+        h_left, h_right = s * s * (1 + 2 * t), t * t * (1 + 2 * s)
+        d_left, d_right = s * s * t, -t * t * s
+
+        def at(start: NDArray[np.int64]) -> FloatArray:
+            i, j = start + left, start + right
+            return np.asarray(
+                h_left * values.take(i)
+                + h_right * values.take(j)
+                + d_left * slopes.take(i)
+                + d_right * slopes.take(j)
+            )
+
+        lower = at(base)
+        return np.asarray(lower + upper * (at(base + n_angles) - lower))

@@ -1,0 +1,76 @@
+"""Infer: the touches are unknown, the sensor is known up to its posterior."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.errors import InputError
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.sensor import Finger
+from bayestouch.touches import Touches
+
+__all__ = ["infer"]
+
+
+def infer(
+    touches: Touches,
+    calibration: Calibration,
+    *,
+    plug_in: bool = False,
+    use_load: bool = True,
+    each_sample: bool = False,
+    draws: int = 1024,
+    seed: int = 0,
+    progress: Any = None,
+) -> TouchPosteriors:
+    """Posterior of every touch: on a finger r_c, R, θ_c and P; on a pad x, y and P.
+
+    Parameters
+    ----------
+    touches : Touches
+        What was read. Reference locations and radii are carried along, never used.
+    calibration : Calibration
+        The calibrated sensor.
+    plug_in : bool
+        Take the calibration at its mode instead of integrating over what it leaves uncertain.
+    use_load : bool
+        Use the force sensor's reading where there is one.
+    each_sample : bool
+        A posterior for each sample in place of one for each touch's mean (fingers only).
+    draws : int
+        Draws a touch, over all chains.
+    seed : int
+        Seed of every random number.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Raises
+    ------
+    InputError
+        If the table does not fit the calibrated sensor or no row is in contact.
+    """
+    if draws < 64:
+        raise InputError(f"draws: expected at least 64, got {draws}")
+    m = calibration.sensor.n_elements
+    if touches.n_elements != m:
+        raise InputError(f"the table has {touches.n_elements} elements, the calibrated sensor {m}")
+    if not touches.in_contact.any():
+        raise InputError("no row of the table is in contact: there is nothing to infer")
+    if isinstance(calibration.sensor.body, Finger):
+        from bayestouch.inference.finger import infer_finger
+
+        return infer_finger(
+            touches,
+            calibration,
+            plug_in=plug_in,
+            use_load=use_load,
+            each_sample=each_sample,
+            draws=draws,
+            seed=seed,
+            progress=progress,
+        )
+    if each_sample:
+        raise InputError("each_sample is an option of fingers; a pad is read touch by touch")
+    from bayestouch.inference.pad import infer_pad
+
+    return infer_pad(touches, calibration, plug_in=plug_in, use_load=use_load, draws=draws, seed=seed)

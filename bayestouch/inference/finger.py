@@ -1,0 +1,185 @@
+"""Posteriors of touches on a finger."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bayestouch
+from bayestouch.averages import TouchMeans
+from bayestouch.calibration.finger_posterior import UNSTATED_FORCE_NOISE, finger_chain
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_modes import find_modes, with_whitener
+from bayestouch.inference.finger_reader import (
+    FingerPosterior,
+    IndenterPriors,
+    TouchReadings,
+    full_whitener,
+    noise_whitener,
+)
+from bayestouch.parameters import Parameter, Uniform
+from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.sampling import StudentT, sample_blocks
+from bayestouch.touches import Touches
+
+FloatArray = NDArray[np.float64]
+
+CHAINS = 4
+WALKERS = 16
+# Touches held in memory at once: 1024 touches x 1024 draws x 3 parameters are 25 MB.
+BLOCK_TOUCHES = 1024
+# Tails of the proposal: heavier than the posterior's, which are those of a normal or an exponential.
+PROPOSAL_DOF = 5.0
+
+
+def infer_finger(
+    touches: Touches,
+    calibration: Calibration,
+    *,
+    plug_in: bool,
+    use_load: bool,
+    each_sample: bool,
+    draws: int,
+    seed: int,
+    progress: Any,
+) -> TouchPosteriors:
+    """Posteriors of touches on a finger; see `bayestouch.infer`."""
+    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+    means = _rows_as_touches(corrected) if each_sample else corrected.averaged()
+    chain = finger_chain(calibration)
+    typical = float(calibration.settings["typical_load"])
+    readings, notes = _readings(means, calibration, use_load, typical)
+    priors = IndenterPriors.of(chain, typical)
+    parts: list[dict[str, FloatArray]] = []
+    for start in range(0, readings.n_touches, BLOCK_TOUCHES):
+        index = np.arange(start, min(start + BLOCK_TOUCHES, readings.n_touches))
+        posterior = FingerPosterior(
+            chain, readings.select(index), priors, noise_whitener(calibration.noise, readings.select(index))
+        )
+        parts.append(_draw_block(posterior, calibration, plug_in, draws, seed + start))
+        if progress is not None:
+            progress((index[-1] + 1) / readings.n_touches)
+    joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
+    posterior_draws = {name: joined[name] for name in ("r_c", "R", "theta_c", "P")}
+    rows = _rows(means, chain, calibration, posterior_draws)
+    reference = _reference(means, chain)
+    return TouchPosteriors(
+        sensor=calibration.sensor,
+        parameters=_parameters(priors),
+        posterior=posterior_draws,
+        sample_stats={name: joined[name] for name in ("ess_bulk", "rhat", "acceptance", "second_round")},
+        reference=reference,
+        rows=rows,
+        settings={
+            "body": "finger",
+            "contact": chain.contact,
+            "plug_in": float(plug_in),
+            "use_load": float(use_load),
+            "each_sample": float(each_sample),
+            "seed": float(seed),
+            "version": bayestouch.__version__,
+        },
+        notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes))),
+    )
+
+
+def _draw_block(
+    posterior: FingerPosterior, calibration: Calibration, plug_in: bool, draws: int, seed: int
+) -> dict[str, FloatArray]:
+    """Draws and grades of one block of touches, by public name; the last axis is the touch."""
+    mode, hessian = find_modes(posterior)
+    if not plug_in:
+        jacobian = calibration_jacobian(posterior.chain, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
+        covariance = reading_covariance(jacobian, calibration.covariance)
+        posterior = with_whitener(posterior, full_whitener(calibration.noise, posterior.touches, covariance))
+        mode, hessian = find_modes(posterior)
+    root = np.linalg.cholesky(np.linalg.inv(hessian))
+    result = sample_blocks(
+        posterior.log_density,
+        StudentT(mode, root, PROPOSAL_DOF),
+        walkers=WALKERS,
+        draws=-(-draws // WALKERS),
+        seed=seed,
+    )
+    chains, n, blocks, _ = result.draws.shape
+    grouped = result.draws.reshape(CHAINS, chains // CHAINS * n, blocks, 3)
+    radius = posterior.radius(grouped[..., 0])
+    outer = posterior.chain.outer_radius_mm
+    # R reaches r_b to the last bit for a flat; its r_c is infinite, which files and means cannot hold: cap R just below.
+    radius = np.minimum(radius, outer * (1 - 1e-9))
+    return {
+        "R": radius,
+        "r_c": radius * outer / (outer - radius),
+        "theta_c": np.degrees(grouped[..., 1]),
+        "P": grouped[..., 2],
+        "ess_bulk": result.ess_bulk.min(axis=-1),
+        "rhat": result.rhat.max(axis=-1),
+        "acceptance": result.acceptance,
+        "second_round": result.second_round.astype(float),
+    }
+
+
+def _readings(
+    means: TouchMeans, calibration: Calibration, use_load: bool, typical: float
+) -> tuple[TouchReadings, tuple[str, ...]]:
+    notes: tuple[str, ...] = ()
+    force_sd = calibration.noise.force_sd
+    if not np.isfinite(force_sd):
+        force_sd = UNSTATED_FORCE_NOISE * typical
+    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    load = means.load if use_load else np.full(means.n_touches, np.nan)
+    if use_load and np.isnan(load).any():
+        notes = (f"{int(np.isnan(load).sum())} touches have no measured load: their load is inferred from the elements.",)
+    reads = np.maximum(counts.max(axis=1), 1)
+    return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(reads)), notes
+
+
+def _rows_as_touches(touches: Touches) -> TouchMeans:
+    """Every row in contact as a touch of its own, under the touch's number."""
+    contact = touches.select(touches.in_contact)
+    means = contact.with_(touch=np.arange(contact.n_rows), sample=np.zeros(contact.n_rows, dtype=np.int64)).averaged()
+    return replace(means, touch=contact.touch)
+
+
+def _reference(means: TouchMeans, chain: FingerChain) -> dict[str, FloatArray]:
+    radius = means.indenter_radius_mm
+    angle = means.angle_deg if means.angle_deg is not None else np.full(means.n_touches, np.nan)
+    return {
+        "r_c": radius,
+        "R": composite_radius(np.where(np.isnan(radius), 0.0, radius), chain.outer_radius_mm)
+        + np.where(np.isnan(radius), np.nan, 0.0),
+        "theta_c": angle,
+        "P": means.load,
+    }
+
+
+def _rows(
+    means: TouchMeans, chain: FingerChain, calibration: Calibration, draws: dict[str, FloatArray]
+) -> TouchRows:
+    centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
+    predicted = chain.predict(centre["R"], np.radians(centre["theta_c"]), centre["P"])
+    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    return TouchRows(
+        touch=means.touch,
+        location={"theta_c": means.angle_deg if means.angle_deg is not None else np.full(means.n_touches, np.nan)},
+        radius_mm=means.indenter_radius_mm,
+        load=means.load,
+        observed=means.readings,
+        predicted=predicted,
+        sd=calibration.noise.mean_sd(counts, predicted),
+        counts=counts,
+    )
+
+
+def _parameters(priors: IndenterPriors) -> tuple[Parameter, ...]:
+    low, high = np.degrees(priors.location.support)
+    return (
+        Parameter("R", "R", "R", "mm", priors.radius, "composite radius, 1/R = 1/r_b + 1/r_c"),
+        Parameter("theta_c", "θ_c", r"\theta_c", "degree", Uniform(float(low), float(high)), "contact location"),
+        Parameter("P", "P", "P", "N/m", priors.load, "line load"),
+    )

@@ -1,0 +1,157 @@
+"""Reading touches of a calibrated finger: the posterior density of many touches at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.chain.finger import FingerChain
+from bayestouch.noise import Noise
+from bayestouch.parameters import Prior, Uniform
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class TouchReadings:
+    """Mean readings of unknown touches; t touches, m elements.
+
+    Attributes
+    ----------
+    readings : (t, m) array
+        Mean readings, rest reading subtracted; NaN missing.
+    counts : (t, m) array
+        Raw readings behind each; 0 where missing.
+    load, load_sd : (t,) arrays
+        Measured load and its standard error, N/m; NaN load where not measured or not to be used.
+    """
+
+    readings: FloatArray
+    counts: IntArray
+    load: FloatArray
+    load_sd: FloatArray
+
+    @property
+    def n_touches(self) -> int:
+        """Number of touches."""
+        return len(self.load)
+
+    def select(self, index: IntArray) -> TouchReadings:
+        """Some of the touches."""
+        return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index])
+
+
+@dataclass(frozen=True)
+class IndenterPriors:
+    """Priors of a touch on a finger.
+
+    Attributes
+    ----------
+    radius : Prior
+        Composite radius R in mm, between 0 (edge) and ``r_b`` (flat). That nothing blunter than a flat touches the
+        finger is itself a prior: concave indenters are left out.
+    location : Uniform
+        θ_c in rad.
+    load : Prior
+        P in N/m where it is not measured; where it is, the measurement multiplies it.
+    """
+
+    radius: Prior
+    location: Uniform
+    load: Prior
+
+    @classmethod
+    def of(cls, chain: FingerChain, typical_load: float) -> IndenterPriors:
+        """Uniform in R up to the flat, in θ_c over the elements and 20° beyond, in P up to three typical loads."""
+        margin = np.radians(20)
+        return cls(
+            radius=Uniform(0.0, chain.outer_radius_mm),
+            location=Uniform(float(chain.angle.min() - margin), float(chain.angle.max() + margin)),
+            load=Uniform(0.0, 3 * typical_load),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class FingerPosterior:
+    """Log posterior density of touches in the coordinates ``(w, θ_c, P)``, ``R = r_b/(1 + e^-w)``.
+
+    The transform keeps R between edge and flat; its Jacobian is in the density. `whitener` turns residuals into
+    independent standard ones: it holds sensor noise and, unless plugged in, what the calibration leaves uncertain.
+
+    Attributes
+    ----------
+    chain : FingerChain
+        Calibrated finger.
+    touches : TouchReadings
+        What was read.
+    priors : IndenterPriors
+        Priors of the touches.
+    whitener : (t, m, m) or (t, m) array
+        ``Σ^(-1/2)`` of each touch, or its diagonal; rows of missing readings are zero.
+    """
+
+    chain: FingerChain
+    touches: TouchReadings
+    priors: IndenterPriors
+    whitener: FloatArray
+
+    def radius(self, w: FloatArray) -> FloatArray:
+        """Composite radius R in mm."""
+        return np.asarray(self.chain.outer_radius_mm / (1 + np.exp(-w)))
+
+    def residual(self, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Whitened residuals (B, W, m) of coordinates x (B, W, 3) for the touches `blocks` (B,)."""
+        predicted = self.chain.predict(self.radius(x[..., 0]), x[..., 1], x[..., 2])
+        readings = self.touches.readings[blocks][:, None]
+        difference = np.where(np.isnan(readings), 0.0, readings - predicted)
+        whitener = self.whitener[blocks]
+        if whitener.ndim == 2:
+            return np.asarray(difference * whitener[:, None])
+        return np.asarray(difference @ whitener.swapaxes(-1, -2))
+
+    def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Log prior density with the transform's Jacobian, force reading included; (B, W)."""
+        share = 1 / (1 + np.exp(-x[..., 0]))
+        radius = self.chain.outer_radius_mm * share
+        load = self.touches.load[blocks][:, None]
+        with np.errstate(invalid="ignore"):
+            miss = np.where(np.isnan(load), 0.0, (x[..., 2] - load) / self.touches.load_sd[blocks][:, None])
+        with np.errstate(divide="ignore"):
+            jacobian = np.log(share) + np.log1p(-share)
+        return np.asarray(
+            self.priors.radius.log_density(radius)
+            + jacobian
+            + self.priors.location.log_density(x[..., 1])
+            + self.priors.load.log_density(x[..., 2])
+            - 0.5 * miss * miss
+        )
+
+    def log_density(self, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Log posterior density up to a constant per touch; ``-inf`` outside the priors. (B, W)."""
+        prior = self.log_prior(x, blocks)
+        z = self.residual(x, blocks)
+        total = prior - 0.5 * np.einsum("bwm,bwm->bw", z, z)
+        return np.where(np.isfinite(prior), total, -np.inf)
+
+
+def noise_whitener(noise: Noise, touches: TouchReadings) -> FloatArray:
+    """Diagonal whitener (t, m) from sensor noise alone."""
+    sd = noise.mean_sd(touches.counts, np.zeros(touches.counts.shape))
+    return np.where(np.isfinite(sd) & ~np.isnan(touches.readings), 1 / sd, 0.0)
+
+
+def full_whitener(noise: Noise, touches: TouchReadings, calibration_covariance: FloatArray) -> FloatArray:
+    """Whitener (t, m, m) from sensor noise and the calibration's covariance of the readings (t, m, m).
+
+    Missing readings get a row of zeros, and do not disturb the others.
+    """
+    diagonal = noise_whitener(noise, touches)
+    # Σ = D^(-1) (I + D C D) D^(-1) with D the diagonal whitener: a missing reading has D = 0 and drops out.
+    inner = diagonal[:, :, None] * calibration_covariance * diagonal[:, None, :]
+    root = np.linalg.cholesky(inner + np.eye(inner.shape[-1]))
+    return np.linalg.solve(root, np.eye(inner.shape[-1])[None] * diagonal[:, None, :])
+
+

@@ -1,0 +1,155 @@
+"""What the verbs return: a calibration, and posteriors of touches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.noise import Noise
+from bayestouch.parameters import Parameter
+from bayestouch.sensor import Sensor
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class TouchRows:
+    """Touches with what was read and what the model says, one row a touch; t touches, m elements.
+
+    Attributes
+    ----------
+    touch : (t,) int array
+        Identifier.
+    location : mapping of (t,) arrays
+        Reference location by name: ``theta_c`` (degree), or ``x`` and ``y`` (mm); NaN unknown.
+    radius_mm : (t,) array
+        Reference indenter radius r_c in mm: 0 knife edge, inf flat, NaN unknown.
+    load : (t,) array
+        Measured load, N/m (finger) or N (pad); NaN where not measured.
+    observed, predicted, sd : (t, m) arrays
+        Mean reading, prediction and standard deviation of their difference, in the sensor's unit.
+    counts : (t, m) int array
+        Raw readings behind each mean.
+    """
+
+    touch: NDArray[np.int64]
+    location: Mapping[str, FloatArray]
+    radius_mm: FloatArray
+    load: FloatArray
+    observed: FloatArray
+    predicted: FloatArray
+    sd: FloatArray
+    counts: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """A calibrated sensor: every calibration parameter as a random variable.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The sensor as built.
+    parameters : tuple of Parameter
+        The unknowns with their priors. By element where `mode` holds an array.
+    mode : mapping
+        Maximum a posteriori, scalar () or by element (m,) arrays, in public units
+        (``r_s`` mm, ``theta_s`` degree, ``mu`` MPa, ``gain`` reading per strain, ``response`` reading per N/m …).
+    posterior : mapping
+        Draws, (chain, draw) or (chain, draw, m) arrays, by the same names.
+    covariance : (d, d) array
+        Laplace covariance of the parameters in the order and units of `layout`.
+    layout : tuple of str
+        Name of each row of `covariance`: ``"sigma"``, ``"r_s[3]"`` …
+    noise : Noise
+        Noise of readings and force sensor.
+    rows : TouchRows
+        The calibration touches with their fit.
+    settings : mapping
+        Whatever repeats the run: contact model or kernel, seed, version, options; text or numbers.
+    statistics : mapping of str to float
+        ``lack_of_fit``, ``error_percent_peak`` and the like.
+    extra : mapping of arrays
+        Arrays a body needs beside these (a pad's empirical map).
+    notes : tuple of str
+        What was handled or assumed, one sentence each, for the report.
+    """
+
+    sensor: Sensor
+    parameters: tuple[Parameter, ...]
+    mode: Mapping[str, FloatArray]
+    posterior: Mapping[str, FloatArray]
+    covariance: FloatArray
+    layout: tuple[str, ...]
+    noise: Noise
+    rows: TouchRows
+    settings: Mapping[str, str | float]
+    statistics: Mapping[str, float]
+    extra: Mapping[str, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def save(self, path: str | Path) -> None:
+        """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""
+        from bayestouch.posterior import save_calibration
+
+        save_calibration(self, path)
+
+
+@dataclass(frozen=True, eq=False)
+class TouchPosteriors:
+    """Posteriors of touches.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The sensor that was touched.
+    parameters : tuple of Parameter
+        Touch parameters with their priors: ``R``, ``theta_c``, ``P`` on a finger (``r_c`` is derived from R);
+        ``x``, ``y``, ``P`` on a pad.
+    posterior : mapping of (chain, draw, t) arrays
+        Draws, in public units (mm, degree, N/m or N).
+    sample_stats : mapping of (t,) arrays
+        ``ess_bulk`` and ``rhat`` (worst parameter of the touch), ``acceptance``, ``log_density`` at the mode.
+    reference : mapping of (t,) arrays
+        Reference values by the same names as `posterior`, NaN unknown.
+    rows : TouchRows
+        The touches with the prediction at the posterior mean.
+    settings, notes
+        As in `Calibration`.
+    """
+
+    sensor: Sensor
+    parameters: tuple[Parameter, ...]
+    posterior: Mapping[str, FloatArray]
+    sample_stats: Mapping[str, FloatArray]
+    reference: Mapping[str, FloatArray]
+    rows: TouchRows
+    settings: Mapping[str, str | float]
+    notes: tuple[str, ...] = ()
+
+    def mean(self, name: str) -> FloatArray:
+        """Posterior mean of a parameter, shape (t,)."""
+        return np.asarray(self.posterior[name].mean(axis=(0, 1)))
+
+    def sd(self, name: str) -> FloatArray:
+        """Posterior standard deviation of a parameter, shape (t,)."""
+        return np.asarray(self.posterior[name].std(axis=(0, 1)))
+
+    def interval(self, name: str, probability: float = 0.9) -> tuple[FloatArray, FloatArray]:
+        """Central interval of a parameter: two (t,) arrays."""
+        tail = (1 - probability) / 2
+        low, high = np.quantile(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
+        return low, high
+
+    def save(self, path: str | Path) -> None:
+        """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""
+        from bayestouch.posterior import save_touches
+
+        save_touches(self, path)
