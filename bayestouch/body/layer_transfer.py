@@ -1,0 +1,162 @@
+"""Transfer functions of a bonded flat layer: from surface pressure to stress, strain and displacement.
+
+A layer ``0 <= z <= h`` (depth z from the free surface) is bonded to a rigid base at ``z = h`` and pressed by
+a normal pressure without shear. For one spatial frequency ξ let ``s = ξ z``, ``H = ξ h``, ``D = d/ds`` and
+the Airy stress function be ``f(s) cos(ξx)/ξ²``. Per unit surface pressure
+
+    σ_zz = -f,  σ_xx = D²f,  σ_xz = Df (sin ξx)
+    2μξ u_x = (1-σ) D²f + σ f  (sin ξx),   2μξ u_z = (1-σ) D³f - (2-σ) Df
+
+``f(0) = 1, Df(0) = 0`` and ``u(H) = 0`` give
+
+    f = (1 + s) e^-s + A s sinh s + B (s cosh s - sinh s),
+
+the half-space plus what the base reflects. A pressure that varies in the plane is a sum of such waves in
+every direction; each is in plane strain along its own wave vector, so that **the transfer functions of a line
+of elements (Fourier) and of elements in the plane (Hankel) are the same function of ξ**.
+
+Compression is positive throughout. Derived here; the half-space part is in I. N. Sneddon, Fourier Transforms
+(1951), chapters 9 and 10.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import j1, spherical_jn
+
+from bayestouch.errors import InputError
+
+FloatArray = NDArray[np.float64]
+Quantity = Literal["normal_stress", "mean_stress", "normal_strain"]
+
+
+def layer_transfer(
+    frequency: ArrayLike,
+    *,
+    thickness_mm: float,
+    poisson_ratio: float,
+    depth_mm: float | None = None,
+    quantity: Quantity = "normal_stress",
+) -> FloatArray:
+    """Stress or strain at a depth per unit surface pressure ``cos ξx`` (or ``J0(ξρ)``).
+
+    Parameters
+    ----------
+    frequency : array_like
+        Spatial frequency ξ in rad/mm, not negative.
+    thickness_mm : float
+        Layer thickness h, mm; ``inf`` is the half-space, which needs a depth.
+    poisson_ratio : float
+        σ, above -1 and at most 0.5.
+    depth_mm : float, optional
+        Depth below the free surface, mm; the bonded base by default.
+    quantity : {"normal_stress", "mean_stress", "normal_strain"}
+        ``-σ_zz``; ``-(σ_xx + σ_yy + σ_zz)/3``, which a pressure sensor potted in rubber reads; or ``-e_zz``
+        at μ = 1 MPa. At the base ``e_xx = e_yy = 0``, so that the three are proportional there: mean stress
+        is ``(1+σ)/(3(1-σ))`` and strain ``(1-2σ)/(2(1-σ))`` of the normal stress. Above the base they differ.
+
+    Returns
+    -------
+    array of the shape of `frequency`
+        Compression positive; the normal stress is 1 at ξ = 0 (load balance).
+
+    Raises
+    ------
+    InputError
+        If thickness, depth or Poisson's ratio are out of range.
+    """
+    depth = check_layer(thickness_mm, poisson_ratio, depth_mm)
+    xi = np.asarray(frequency, dtype=float)
+    s = xi * depth
+    decay = np.exp(-s)
+    f, curvature = reflected_stress(xi, thickness_mm, depth, poisson_ratio)
+    return combine(f + (1 + s) * decay, curvature + (s - 1) * decay, poisson_ratio, quantity)
+
+
+def layer_surface_compliance(
+    frequency: ArrayLike, *, thickness_mm: float, poisson_ratio: float
+) -> FloatArray:
+    """Inward displacement of the surface, mm, per MPa of pressure ``cos ξx`` (or ``J0(ξρ)``) at μ = 1 MPa.
+
+    ``(1-σ)/ξ [(3-4σ) sinh H cosh H - H] / [(3-4σ) cosh² H + (1-2σ)² + H²]``, ``H = ξ h > 0``; the fraction
+    tends to 1 on a half-space. At ξ = 0 it is ``h (1-2σ)/(2(1-σ))``, one-dimensional compression (infinite
+    without a base).
+    """
+    xi = np.asarray(frequency, dtype=float)
+    check_layer(thickness_mm, poisson_ratio, 0.5 * min(thickness_mm, 1.0))
+    kappa, n = 3 - 4 * poisson_ratio, 1 - 2 * poisson_ratio
+    if np.isinf(thickness_mm):
+        return np.asarray((1 - poisson_ratio) / xi)
+    tiny = xi * thickness_mm < 1e-8  # the fraction has lost its digits, and compression is exact to 1e-16
+    h = np.where(
+        tiny, 1.0, np.minimum(xi * thickness_mm, 300.0)
+    )  # e^600 still fits; the fraction is 1 long before
+    fraction = (kappa * np.sinh(h) * np.cosh(h) - h) / (kappa * np.cosh(h) ** 2 + n**2 + h**2)
+    wave = (1 - poisson_ratio) * fraction / np.where(tiny, 1.0, xi)
+    return np.asarray(np.where(tiny, thickness_mm * n / (2 * (1 - poisson_ratio)), wave))
+
+
+def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: float, quantity: Quantity) -> FloatArray:
+    """Quantity that an element reads, from the stress function ``f`` and its second derivative ``D²f``."""
+    if quantity == "normal_stress":
+        return np.asarray(f)
+    if quantity == "mean_stress":
+        return np.asarray((1 + poisson_ratio) / 3 * (f - curvature))
+    return np.asarray(((1 - poisson_ratio) * f + poisson_ratio * curvature) / 2)
+
+
+def reflected_stress(
+    frequency: FloatArray, thickness_mm: float, depth_mm: float, poisson_ratio: float
+) -> tuple[FloatArray, FloatArray]:
+    """Part of ``f`` and ``D²f`` that the base adds to the half-space; zero without a base."""
+    if np.isinf(thickness_mm):
+        return np.zeros_like(frequency), np.zeros_like(frequency)
+    s, base = frequency * depth_mm, frequency * thickness_mm
+    m, n = 2 * (1 - poisson_ratio), 1 - 2 * poisson_ratio
+    # Hyperbolic functions over e^H at the base and over e^s at depth, so that no exponent is positive below.
+    cosh_base, sinh_base = _scaled_hyperbolic(base)
+    cosh_s, sinh_s = _scaled_hyperbolic(s)
+    determinant = (m * cosh_base) ** 2 - (n * sinh_base) ** 2 + (base * np.exp(-base)) ** 2
+    # Minus the displacement that the half-space would have at the base, along and across, over e^-H.
+    along, across = n - base, -(m + base)
+    a = along * (m * cosh_base - base * sinh_base) - across * (base * cosh_base + n * sinh_base)
+    b = across * (m * cosh_base + base * sinh_base) - along * (n * sinh_base - base * cosh_base)
+    scale = np.exp(s - 2 * base) / determinant
+    return (
+        scale * (a * s * sinh_s + b * (s * cosh_s - sinh_s)),
+        scale * (a * (2 * cosh_s + s * sinh_s) + b * (sinh_s + s * cosh_s)),
+    )
+
+
+def _scaled_hyperbolic(x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """cosh(x) e^-x and sinh(x) e^-x."""
+    return 0.5 * (1 + np.exp(-2 * x)), -0.5 * np.expm1(-2 * x)
+
+
+def hertz_spectrum(argument: ArrayLike, dimensions: int) -> FloatArray:
+    """Fourier (1) or Hankel (2 dimensions) transform of a unit Hertz pressure, at ξ times its half-width.
+
+    ``2 J1(x)/x`` for the semi-ellipse of a line contact and ``3 (sin x - x cos x)/x³`` for the ellipsoid.
+    """
+    x = np.asarray(argument, dtype=float)
+    safe = np.where(x < 1e-8, 1.0, x)  # both are 1 - O(x²)
+    transform = 2 * j1(safe) / safe if dimensions == 1 else 3 * spherical_jn(1, safe) / safe
+    return np.where(x < 1e-8, 1.0, transform)
+
+
+def check_layer(thickness_mm: float, poisson_ratio: float, depth_mm: float | None) -> float:
+    """Depth to use (the base where none is given), after checking all three; raises InputError."""
+    if not thickness_mm > 0:
+        raise InputError(f"layer thickness must be above zero, got {thickness_mm:g} mm")
+    if not -1 < poisson_ratio <= 0.5:
+        raise InputError(f"Poisson's ratio must be above -1 and at most 0.5, got {poisson_ratio:g}")
+    depth = thickness_mm if depth_mm is None else depth_mm
+    # 1e-9 lets through a depth that was computed as the thickness and came out a rounding error beyond.
+    if not 0 < depth <= thickness_mm * (1 + 1e-9) or np.isinf(depth):
+        raise InputError(
+            f"depth must lie in the layer, above 0 and up to {thickness_mm:g} mm; got {depth:g} mm"
+        )
+    return min(depth, thickness_mm)
