@@ -84,12 +84,10 @@ def _collocation(
 @pytest.mark.parametrize(("alpha", "sigma"), [(0.74, 0.46), (0.9, 0.3), (0.5, 0.0), (0.7, 0.49)])
 def test_against_collocation_of_navier_equations(traction: str, alpha: float, sigma: float) -> None:
     # Mode 0 of a tangential traction is rotation (sin 0 = 0), which has no radial part to compare.
-    modes = np.arange(0 if traction == "normal" else 1, 31)
+    modes = np.append(np.arange(0 if traction == "normal" else 1, 31), [1.5, 7.25])  # fractions serve cut-offs
     radius = alpha + (1 - alpha) * np.array([0.013, 0.21, 0.52, 0.87])
     strain, surface = _collocation(modes, radius, alpha, sigma, traction)
-    solution = solve_annulus(
-        modes, core_radius_mm=alpha, outer_radius_mm=1.0, poisson_ratio=sigma, traction=traction
-    )
+    solution = solve_annulus(modes, core_radius_mm=alpha, outer_radius_mm=1.0, poisson_ratio=sigma, traction=traction)
     # Rounding of the collocation: eps times the 1e6 norm of its second derivative. The two differ by 3e-10.
     np.testing.assert_allclose(solution.radial_strain(radius), strain, rtol=0, atol=2e-9)
     np.testing.assert_allclose(solution.surface_displacement_mm, surface[:, 0], rtol=0, atol=2e-9)
@@ -111,6 +109,23 @@ def test_large_modes_approach_the_half_plane() -> None:
     # The leading error is curvature: (1-2σ)/(2(1-σ)) / k; the next term is 1/k smaller again.
     leading = -0.08 / (2 * 0.54) / modes
     assert np.all(np.abs(ratio - 1 - leading) < 2 / modes**2)
+
+
+@pytest.mark.parametrize("radius", [9.9, 10.7, 11.8])
+def test_truncated_series_converges_geometrically(radius: float) -> None:
+    """Modes beyond ``n`` add ``½ Σ [k (1-ρ²) + (κ-1) ρ²] ρ^(k-2)``, ρ = r/r_b, to the strain below a line load."""
+    rho, kappa = radius / 12.7, 3 - 4 * 0.46
+    response = 2 * radial_strain_response(np.arange(3000), radius, **FINGER)
+    kept = np.array([60, 80, 120])
+    left_out = np.array([response[n + 1 :].sum() for n in kept])
+    # Sums of ρ^k and k ρ^k over k > n.
+    geometric = rho ** (kept + 1) / (1 - rho)
+    weighted = geometric * (kept + 1 + rho / (1 - rho))
+    expected = ((1 - rho**2) * weighted + (kappa - 1) * rho**2 * geometric) / (2 * rho**2)
+    # The core adds a share of order k² (r_a/r)^2k: 1 % at r = 9.9 and k = 60, next to nothing elsewhere.
+    np.testing.assert_allclose(left_out, expected, rtol=0.012)
+    rates = np.diff(np.log(left_out)) / np.diff(kept)
+    np.testing.assert_allclose(rates, np.log(rho), atol=1 / kept[0])  # k ρ^k
 
 
 def test_no_overflow_and_no_warning_at_large_modes() -> None:

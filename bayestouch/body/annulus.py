@@ -140,12 +140,11 @@ def solve_annulus(
     kappa = (3 - 4 * sigma)[..., np.newaxis]
     load = (1.0, 0.0) if traction == "normal" else (0.0, 1.0)
 
-    terms = list(higher_modes(np.maximum(k, 2), alpha, kappa, *load))
+    terms = list(higher_modes(np.where((k == 0) | (k == 1), 2.0, k), alpha, kappa, *load))
     for mode, solve in ((0, mode_zero), (1, mode_one)):
         if np.any(k == mode):
             terms = [
-                np.where(k == mode, low, term)
-                for low, term in zip(solve(alpha, kappa, *load), terms, strict=True)
+                np.where(k == mode, low, term) for low, term in zip(solve(alpha, kappa, *load), terms, strict=True)
             ]
     half = [0.5 * term for term in terms]  # 2μ = 2 MPa
     return AnnulusModes(

@@ -63,9 +63,7 @@ def half_space_kernel_2d(
     ratio = np.sqrt(a**2 / u)
     safe = np.where(ratio < 0.02, 1.0, ratio)
     # (1 - atan(y)/y)/y², by its series where y is small (next term y^6/9, 1e-11).
-    flattening = np.where(
-        ratio < 0.02, 1 / 3 - ratio**2 / 5 + ratio**4 / 7, (1 - np.arctan(safe) / safe) / safe**2
-    )
+    flattening = np.where(ratio < 0.02, 1 / 3 - ratio**2 / 5 + ratio**4 / 7, (1 - np.arctan(safe) / safe) / safe**2)
     return _quantity(stress, 1.5 / np.pi * z * u**-1.5 * flattening, poisson_ratio, quantity)
 
 
@@ -94,9 +92,7 @@ def half_space_kernel_1d(
     return _quantity(stress, harmonic, poisson_ratio, quantity)
 
 
-def _quantity(
-    stress: FloatArray, harmonic: FloatArray, poisson_ratio: float, quantity: Quantity
-) -> FloatArray:
+def _quantity(stress: FloatArray, harmonic: FloatArray, poisson_ratio: float, quantity: Quantity) -> FloatArray:
     if quantity == "normal_stress":
         return np.asarray(stress)
     if quantity == "mean_stress":

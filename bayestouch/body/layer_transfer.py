@@ -76,9 +76,7 @@ def layer_transfer(
     return combine(f + (1 + s) * decay, curvature + (s - 1) * decay, poisson_ratio, quantity)
 
 
-def layer_surface_compliance(
-    frequency: ArrayLike, *, thickness_mm: float, poisson_ratio: float
-) -> FloatArray:
+def layer_surface_compliance(frequency: ArrayLike, *, thickness_mm: float, poisson_ratio: float) -> FloatArray:
     """Inward displacement of the surface, mm, per MPa of pressure ``cos ξx`` (or ``J0(ξρ)``) at μ = 1 MPa.
 
     ``(1-σ)/ξ [(3-4σ) sinh H cosh H - H] / [(3-4σ) cosh² H + (1-2σ)² + H²]``, ``H = ξ h > 0``; the fraction
@@ -91,9 +89,7 @@ def layer_surface_compliance(
     if np.isinf(thickness_mm):
         return np.asarray((1 - poisson_ratio) / xi)
     tiny = xi * thickness_mm < 1e-8  # the fraction has lost its digits, and compression is exact to 1e-16
-    h = np.where(
-        tiny, 1.0, np.minimum(xi * thickness_mm, 300.0)
-    )  # e^600 still fits; the fraction is 1 long before
+    h = np.where(tiny, 1.0, np.minimum(xi * thickness_mm, 300.0))  # e^600 still fits; the fraction is 1 long before
     fraction = (kappa * np.sinh(h) * np.cosh(h) - h) / (kappa * np.cosh(h) ** 2 + n**2 + h**2)
     wave = (1 - poisson_ratio) * fraction / np.where(tiny, 1.0, xi)
     return np.asarray(np.where(tiny, thickness_mm * n / (2 * (1 - poisson_ratio)), wave))
@@ -156,7 +152,5 @@ def check_layer(thickness_mm: float, poisson_ratio: float, depth_mm: float | Non
     depth = thickness_mm if depth_mm is None else depth_mm
     # 1e-9 lets through a depth that was computed as the thickness and came out a rounding error beyond.
     if not 0 < depth <= thickness_mm * (1 + 1e-9) or np.isinf(depth):
-        raise InputError(
-            f"depth must lie in the layer, above 0 and up to {thickness_mm:g} mm; got {depth:g} mm"
-        )
+        raise InputError(f"depth must lie in the layer, above 0 and up to {thickness_mm:g} mm; got {depth:g} mm")
     return min(depth, thickness_mm)

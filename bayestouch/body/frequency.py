@@ -1,0 +1,147 @@
+"""Frequency response of the annulus to a line load, as in the paper's Figure 2, and its cut-offs."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.body.annulus import solve_annulus
+from bayestouch.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+def frequency_response_db(
+    modes: ArrayLike,
+    *,
+    core_radius_mm: float,
+    outer_radius_mm: float,
+    poisson_ratio: float,
+    sensing_radius_mm: float | None = None,
+) -> FloatArray:
+    """Response to a line load, in decibels below the response's own maximum.
+
+    Parameters
+    ----------
+    modes : (n_modes,) array_like
+        Fourier modes ``k``; fractions are allowed from 2 (cycles per radian are ``k/2π``).
+    core_radius_mm, outer_radius_mm : float
+        ``r_a`` and ``r_b``, mm.
+    poisson_ratio : float
+        σ.
+    sensing_radius_mm : float, optional
+        Radius at which radial strain is sensed, mm; without it, the normal displacement of the surface.
+
+    Returns
+    -------
+    (n_modes,) array
+        ``20 log10(|response| / max_k |response|)``. The maximum is over integer modes.
+    """
+    k = np.atleast_1d(np.asarray(modes, dtype=float))
+
+    def response(wanted: FloatArray) -> FloatArray:
+        solution = solve_annulus(
+            wanted,
+            core_radius_mm=core_radius_mm,
+            outer_radius_mm=outer_radius_mm,
+            poisson_ratio=poisson_ratio,
+        )
+        if sensing_radius_mm is None:
+            return np.abs(solution.surface_displacement_mm)
+        return np.abs(solution.radial_strain(sensing_radius_mm))
+
+    # The response peaks where a wave is about as long as the layer is thick: k of order r_b/(r_b - r_a).
+    reach = 20 + int(20 * outer_radius_mm / (outer_radius_mm - core_radius_mm))
+    largest = response(np.arange(reach, dtype=float)).max()
+    if largest < 1e-12:
+        raise InputError("there is no strain to sense at the core of an incompressible rubber")
+    with np.errstate(divide="ignore"):  # at high k the strain underflows: minus infinity decibels
+        return np.asarray(20 * np.log10(response(k) / largest))
+
+
+def cut_off(
+    *,
+    core_radius_mm: float,
+    outer_radius_mm: float,
+    poisson_ratio: float,
+    sensing_radius_mm: float | None = None,
+    level_db: float = -40.0,
+) -> float:
+    """Spatial frequency in cycles per radian (``k/2π``) above which the response stays below `level_db`.
+
+    Parameters as in `frequency_response_db`.
+
+    Raises
+    ------
+    InputError
+        If the level is not below zero, or not reached by mode 100,000 (strain at the very surface).
+    """
+    from scipy.optimize import brentq
+
+    if not level_db < 0:
+        raise InputError(f"cut-off level must be below 0 dB, got {level_db:g} dB")
+
+    def excess(k: float) -> float:
+        response = frequency_response_db(
+            [k],
+            core_radius_mm=core_radius_mm,
+            outer_radius_mm=outer_radius_mm,
+            poisson_ratio=poisson_ratio,
+            sensing_radius_mm=sensing_radius_mm,
+        )
+        return max(float(response[0]), -1e4) - level_db
+
+    high = 4.0
+    while excess(high) > 0 or excess(2 * high) > 0:
+        high *= 2
+        if high > 1e5:
+            raise InputError(f"the response does not fall to {level_db:g} dB by mode 100,000")
+    low = high
+    while low > 2 and excess(low) <= 0:
+        low = max(2.0, low / 1.1)
+    if excess(low) <= 0:
+        raise InputError(f"the response is below {level_db:g} dB from mode 2 on")
+    return float(brentq(excess, low, high, xtol=1e-9)) / (2 * np.pi)
+
+
+def sensing_radius_for_cut_off(
+    cycles_per_radian: float,
+    *,
+    core_radius_mm: float,
+    outer_radius_mm: float,
+    poisson_ratio: float,
+    level_db: float = -40.0,
+) -> float:
+    """Sensing radius in mm at which radial strain has a stated cut-off (cycles per radian at `level_db`).
+
+    The shallowest one, where there are several. The paper's 4.5 and 25 cycles/radian, for α = 0.70 and 0.90, come
+    out 0.056 and 0.054 r_b above the core (σ = 0.46).
+
+    Raises
+    ------
+    InputError
+        If no radius in the rubber has that cut-off; the message says which are possible.
+    """
+    from scipy.optimize import brentq
+
+    def miss(radius: float) -> float:
+        found = cut_off(
+            core_radius_mm=core_radius_mm,
+            outer_radius_mm=outer_radius_mm,
+            poisson_ratio=poisson_ratio,
+            sensing_radius_mm=radius,
+            level_db=level_db,
+        )
+        return found - cycles_per_radian
+
+    # The cut-off falls with depth, though near the core of a nearly incompressible rubber it turns up again.
+    fractions = np.linspace(0.98, 0.001, 50)
+    radii = core_radius_mm + (outer_radius_mm - core_radius_mm) * fractions
+    misses = [miss(radius) for radius in radii]
+    below = np.flatnonzero(np.array(misses) < 0)
+    if below.size == 0 or below[0] == 0:
+        raise InputError(
+            f"no sensing radius has a cut-off of {cycles_per_radian:g} cycles/radian at {level_db:g} dB; from core to "
+            f"surface it goes from {min(misses) + cycles_per_radian:.3g} to {misses[0] + cycles_per_radian:.3g}"
+        )
+    return float(brentq(miss, radii[below[0]], radii[below[0] - 1], xtol=1e-9))
