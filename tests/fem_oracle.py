@@ -157,9 +157,7 @@ class Body:
         hoop = value / lateral if self.kind == "axisymmetric" else 0.0
         return 2 * strain + 2 * self.poisson_ratio / (1 - 2 * self.poisson_ratio) * (strain + across + hoop)
 
-    def _at(
-        self, u: np.ndarray, lateral: np.ndarray, normal: float
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _at(self, u: np.ndarray, lateral: np.ndarray, normal: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Lateral displacement, normal strain and lateral derivative of lateral displacement at points."""
         points = np.array([lateral, np.full_like(lateral, normal)])
         cells = self.basis.mesh.element_finder()(*points)

@@ -45,9 +45,7 @@ def test_kernels_against_adaptive_quadrature(
     sigma, distance = 0.44, np.array([0.0, 0.4, 1.1, 2.3])
 
     def spectrum(xi: float, dimensions: int) -> float:
-        transfer = layer_transfer(
-            xi, thickness_mm=thickness, poisson_ratio=sigma, depth_mm=depth, quantity=quantity
-        )
+        transfer = layer_transfer(xi, thickness_mm=thickness, poisson_ratio=sigma, depth_mm=depth, quantity=quantity)
         return float(transfer * hertz_spectrum(xi * load_radius, dimensions))
 
     def transform(where: float, dimensions: int) -> float:
@@ -104,8 +102,7 @@ def test_thin_layer_is_compressed_in_one_dimension() -> None:
 def test_the_three_quantities_are_proportional_at_the_base(sigma: float) -> None:
     xi = np.geomspace(1e-3, 30, 40)
     stress, mean, strain = (
-        layer_transfer(xi, thickness_mm=1.2, poisson_ratio=sigma, quantity=quantity)
-        for quantity in QUANTITIES
+        layer_transfer(xi, thickness_mm=1.2, poisson_ratio=sigma, quantity=quantity) for quantity in QUANTITIES
     )
     scale = np.abs(stress)
     np.testing.assert_allclose(mean / scale, stress / scale * (1 + sigma) / (3 * (1 - sigma)), rtol=1e-9)
@@ -123,9 +120,7 @@ def test_annulus_flattens_to_the_pad(sigma: float) -> None:
         body = {"core_radius_mm": outer - thickness, "outer_radius_mm": outer, "poisson_ratio": sigma}
         strain = radial_strain_response(xi * outer, outer - depth, **body)
         surface = surface_displacement_response(xi * outer, **body)
-        flat = layer_transfer(
-            xi, thickness_mm=thickness, poisson_ratio=sigma, depth_mm=depth, quantity="normal_strain"
-        )
+        flat = layer_transfer(xi, thickness_mm=thickness, poisson_ratio=sigma, depth_mm=depth, quantity="normal_strain")
         compliance = layer_surface_compliance(xi, thickness_mm=thickness, poisson_ratio=sigma)
         strain_errors.append(np.abs(strain / flat - 1))
         surface_errors.append(np.abs(surface / compliance - 1))

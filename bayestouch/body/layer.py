@@ -17,10 +17,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.interpolate import CubicSpline
 from scipy.special import j0
 
 from bayestouch.body.half_space import half_space_kernel_1d, half_space_kernel_2d
@@ -34,6 +34,9 @@ from bayestouch.body.layer_transfer import (
     layer_transfer,
     reflected_stress,
 )
+
+if TYPE_CHECKING:
+    from scipy.interpolate import CubicSpline
 
 __all__ = [
     "EXTENT",
@@ -142,6 +145,8 @@ class _Reflection:
 def _reflection(
     dimensions: int, poisson_ratio: float, depth: float, load_radius: float, quantity: Quantity
 ) -> _Reflection:
+    from scipy.interpolate import CubicSpline
+
     xi, weights, grid, waves = _quadrature(dimensions)
     reflected = combine(*reflected_stress(xi, 1.0, depth, poisson_ratio), poisson_ratio, quantity)
     table = waves @ (weights * reflected * hertz_spectrum(xi * load_radius, dimensions))
