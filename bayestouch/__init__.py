@@ -1,7 +1,7 @@
 """How far a tactile sensor's readings can be trusted.
 
-The verbs ``calibrate``, ``infer``, ``report`` and ``simulate``, and what they work on. Everything is imported when it is used,
-so that ``import bayestouch`` stays quick.
+The verbs ``calibrate``, ``infer``, ``report`` and ``simulate``, and what they work on. Everything is imported when it
+is used, so that ``import bayestouch`` stays quick.
 """
 
 from __future__ import annotations
@@ -30,15 +30,18 @@ _PUBLIC = {
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:
-    from bayestouch.calibration import calibrate
-    from bayestouch.dataset import DataSet, load_dataset, save_dataset
-    from bayestouch.errors import InputError
-    from bayestouch.inference import infer
-    from bayestouch.posterior import load
-    from bayestouch.reporting import report
-    from bayestouch.results import Calibration, TouchPosteriors
-    from bayestouch.simulation import simulate
-    from bayestouch.touches import Touches
+    from bayestouch.calibration import calibrate as calibrate
+    from bayestouch.dataset import DataSet as DataSet
+    from bayestouch.dataset import load_dataset as load_dataset
+    from bayestouch.dataset import save_dataset as save_dataset
+    from bayestouch.errors import InputError as InputError
+    from bayestouch.inference import infer as infer
+    from bayestouch.posterior import load as load
+    from bayestouch.reporting import report as report
+    from bayestouch.results import Calibration as Calibration
+    from bayestouch.results import TouchPosteriors as TouchPosteriors
+    from bayestouch.simulation import simulate as simulate
+    from bayestouch.touches import Touches as Touches
 
 
 def __getattr__(name: str) -> Any:

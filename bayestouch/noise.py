@@ -43,4 +43,4 @@ class Noise:
         """
         counts = np.asarray(counts, dtype=float)
         averaged = np.divide(self.tactile_sd**2, counts, out=np.full(counts.shape, np.inf), where=counts > 0)
-        return np.sqrt(averaged + self.discrepancy_sd**2 + (self.signal_share * np.asarray(signal)) ** 2)
+        return np.asarray(np.sqrt(averaged + self.discrepancy_sd**2 + (self.signal_share * np.asarray(signal)) ** 2))

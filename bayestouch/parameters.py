@@ -118,7 +118,7 @@ class LogNormal:
         return np.where(value > 0, density, -np.inf)
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
-        return np.asarray(self.median * np.exp(self.spread * ndtri(probability)))
+        return np.asarray(self.median * np.exp(self.spread * ndtri(np.asarray(probability, dtype=float))))
 
     def __str__(self) -> str:
         return f"log-normal, median {self.median:g}, factor {np.exp(self.spread):.3g}"
@@ -155,4 +155,3 @@ class Parameter:
     def label(self) -> str:
         """LaTeX label with unit, for an axis."""
         return f"${self.latex}$" + (f" ({self.unit})" if self.unit else "")
-

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.progress import Progress
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger, Pad
 from bayestouch.splits import with_calibration
@@ -18,6 +19,7 @@ def calibrate(
     kernel: str | None = None,
     draws: int = 1000,
     seed: int = 0,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a sensor from touches with known indenter, location and load.
 
@@ -33,6 +35,8 @@ def calibrate(
         Posterior draws to keep.
     seed : int
         Seed of every random number.
+    progress : callable, optional
+        Called with the fraction done.
 
     Returns
     -------
@@ -51,7 +55,7 @@ def calibrate(
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
         from bayestouch.calibration.finger_posterior import calibrate_finger
 
-        return calibrate_finger(dataset, contact=contact or "layer", draws=draws, seed=seed)
+        return calibrate_finger(dataset, contact=contact or "layer", draws=draws, seed=seed, progress=progress)
     assert isinstance(dataset.sensor.body, Pad)
     if contact is not None:
         raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")

@@ -95,6 +95,8 @@ class FingerFit:
         Residual mean square over pure-error mean square: 1 where the model is right; NaN without repeats.
     predicted, sd : (t, m) arrays
         Prediction for the touches, and standard deviation of reading minus prediction.
+    likelihood : FingerLikelihood
+        Touches and priors that were fitted.
     """
 
     chain: FingerChain
@@ -103,6 +105,7 @@ class FingerFit:
     lack_of_fit: float
     predicted: FloatArray
     sd: FloatArray
+    likelihood: FingerLikelihood
 
 
 class FingerLikelihood:
@@ -241,22 +244,23 @@ def fit_finger(
         likelihood.start = laplace.mode
         _, predicted = likelihood.predicted(laplace.mode)
         bare = replace(noise, discrepancy_sd=np.zeros(finger.n_elements))
-        z = likelihood.whiten(
-            known.readings - predicted, predicted, bare.mean_sd(counts, np.zeros(counts.shape))
-        )
+        z = likelihood.whiten(known.readings - predicted, predicted, bare.mean_sd(counts, np.zeros(counts.shape)))
         mean_square = _mean_square(z, counts > 0)
         n_rows = int((counts > 0).sum())
-        if repeated.all():
+        if (repeated | likelihood.missing.all(axis=0)).all():
             lack_of_fit = float((z * z).sum() / max(n_rows - len(laplace.mode), 1))
         updated = _updated_noise(noise, repeated, counts, mean_square)
         if np.allclose(updated.tactile_sd, noise.tactile_sd, rtol=0.01) and np.allclose(
-            updated.discrepancy_sd, noise.discrepancy_sd, rtol=0.02, atol=0.01 * float(np.nanmin(updated.tactile_sd))
+            updated.discrepancy_sd,
+            noise.discrepancy_sd,
+            rtol=0.02,
+            atol=0.01 * float(np.nanmin(updated.tactile_sd)),
         ):
             break
         noise = updated
     chain, predicted = likelihood.predicted(laplace.mode)
     sd = noise.mean_sd(counts, np.zeros(counts.shape))
-    return FingerFit(chain, laplace, noise, lack_of_fit, predicted, sd), used
+    return FingerFit(chain, laplace, noise, lack_of_fit, predicted, sd, likelihood), used
 
 
 def _mean_square(z: FloatArray, present: NDArray[np.bool_]) -> FloatArray:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 from bayestouch.errors import InputError
+from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
 from bayestouch.touches import Touches
@@ -21,7 +20,7 @@ def infer(
     each_sample: bool = False,
     draws: int = 1024,
     seed: int = 0,
-    progress: Any = None,
+    progress: Progress | None = None,
 ) -> TouchPosteriors:
     """Posterior of every touch: on a finger r_c, R, θ_c and P; on a pad x, y and P.
 

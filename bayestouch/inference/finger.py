@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +21,9 @@ from bayestouch.inference.finger_reader import (
     full_whitener,
     noise_whitener,
 )
+from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
+from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.sampling import StudentT, sample_blocks
 from bayestouch.touches import Touches
@@ -30,7 +31,6 @@ from bayestouch.touches import Touches
 FloatArray = NDArray[np.float64]
 
 CHAINS = 4
-WALKERS = 16
 # Touches held in memory at once: 1024 touches x 1024 draws x 3 parameters are 25 MB.
 BLOCK_TOUCHES = 1024
 # Tails of the proposal: heavier than the posterior's, which are those of a normal or an exponential.
@@ -46,7 +46,7 @@ def infer_finger(
     each_sample: bool,
     draws: int,
     seed: int,
-    progress: Any,
+    progress: Progress | None,
 ) -> TouchPosteriors:
     """Posteriors of touches on a finger; see `bayestouch.infer`."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
@@ -55,13 +55,14 @@ def infer_finger(
     typical = float(calibration.settings["typical_load"])
     readings, notes = _readings(means, calibration, use_load, typical)
     priors = IndenterPriors.of(chain, typical)
+    table = ReadingTable.of(chain, *priors.location.support)
     parts: list[dict[str, FloatArray]] = []
     for start in range(0, readings.n_touches, BLOCK_TOUCHES):
         index = np.arange(start, min(start + BLOCK_TOUCHES, readings.n_touches))
         posterior = FingerPosterior(
             chain, readings.select(index), priors, noise_whitener(calibration.noise, readings.select(index))
         )
-        parts.append(_draw_block(posterior, calibration, plug_in, draws, seed + start))
+        parts.append(_draw_block(posterior, calibration, table, plug_in, draws, seed, start))
         if progress is not None:
             progress((index[-1] + 1) / readings.n_touches)
     joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
@@ -72,7 +73,7 @@ def infer_finger(
         sensor=calibration.sensor,
         parameters=_parameters(priors),
         posterior=posterior_draws,
-        sample_stats={name: joined[name] for name in ("ess_bulk", "rhat", "acceptance", "second_round")},
+        sample_stats={name: value for name, value in joined.items() if name not in posterior_draws},
         reference=reference,
         rows=rows,
         settings={
@@ -89,9 +90,15 @@ def infer_finger(
 
 
 def _draw_block(
-    posterior: FingerPosterior, calibration: Calibration, plug_in: bool, draws: int, seed: int
+    posterior: FingerPosterior,
+    calibration: Calibration,
+    table: ReadingTable,
+    plug_in: bool,
+    draws: int,
+    seed: int,
+    start: int,
 ) -> dict[str, FloatArray]:
-    """Draws and grades of one block of touches, by public name; the last axis is the touch."""
+    """Draws and grades of some touches, by public name; the last axis is the touch, `start` the first one's number."""
     mode, hessian = find_modes(posterior)
     if not plug_in:
         jacobian = calibration_jacobian(posterior.chain, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
@@ -99,28 +106,31 @@ def _draw_block(
         posterior = with_whitener(posterior, full_whitener(calibration.noise, posterior.touches, covariance))
         mode, hessian = find_modes(posterior)
     root = np.linalg.cholesky(np.linalg.inv(hessian))
+    quick = replace(posterior, table=table)
     result = sample_blocks(
-        posterior.log_density,
+        lambda x, blocks: quick.log_density(x, blocks - start),
         StudentT(mode, root, PROPOSAL_DOF),
-        walkers=WALKERS,
-        draws=-(-draws // WALKERS),
+        walkers=CHAINS,
+        draws=-(-draws // CHAINS),
         seed=seed,
+        blocks=start + np.arange(posterior.touches.n_touches),
     )
-    chains, n, blocks, _ = result.draws.shape
-    grouped = result.draws.reshape(CHAINS, chains // CHAINS * n, blocks, 3)
+    grouped = result.draws
     radius = posterior.radius(grouped[..., 0])
     outer = posterior.chain.outer_radius_mm
-    # R reaches r_b to the last bit for a flat; its r_c is infinite, which files and means cannot hold: cap R just below.
+    # R reaches r_b to the last bit for a flat; its r_c would be infinite, which means cannot hold: R stays just below.
     radius = np.minimum(radius, outer * (1 - 1e-9))
     return {
         "R": radius,
         "r_c": radius * outer / (outer - radius),
         "theta_c": np.degrees(grouped[..., 1]),
         "P": grouped[..., 2],
-        "ess_bulk": result.ess_bulk.min(axis=-1),
-        "rhat": result.rhat.max(axis=-1),
+        "ess_bulk": result.worst_ess,
+        "rhat": result.worst_rhat,
         "acceptance": result.acceptance,
-        "second_round": result.second_round.astype(float),
+        "pareto_k": result.pareto_k,
+        "round": result.rounds.astype(float),
+        "grade": result.grade.astype(float),
     }
 
 
@@ -134,7 +144,9 @@ def _readings(
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     if use_load and np.isnan(load).any():
-        notes = (f"{int(np.isnan(load).sum())} touches have no measured load: their load is inferred from the elements.",)
+        notes = (
+            f"{int(np.isnan(load).sum())} touches have no measured load: their load is inferred from the elements.",
+        )
     reads = np.maximum(counts.max(axis=1), 1)
     return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(reads)), notes
 
@@ -158,9 +170,7 @@ def _reference(means: TouchMeans, chain: FingerChain) -> dict[str, FloatArray]:
     }
 
 
-def _rows(
-    means: TouchMeans, chain: FingerChain, calibration: Calibration, draws: dict[str, FloatArray]
-) -> TouchRows:
+def _rows(means: TouchMeans, chain: FingerChain, calibration: Calibration, draws: dict[str, FloatArray]) -> TouchRows:
     centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
     predicted = chain.predict(centre["R"], np.radians(centre["theta_c"]), centre["P"])
     counts = np.where(np.isnan(means.readings), 0, means.counts)

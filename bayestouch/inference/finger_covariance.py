@@ -60,7 +60,7 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
     covariance : (3 m + 2, 3 m + 2) array
         Covariance of responses, depths, angles, σ, log μ.
     """
-    _, t, m = jacobian.shape
+    m = jacobian.shape[-1]
     blocks = covariance[: 3 * m, : 3 * m].reshape(3, m, 3, m)
     own = np.einsum("ati,aibj,btj->tij", jacobian[:3], blocks, jacobian[:3], optimize=True)
     shared = covariance[3 * m :, : 3 * m].reshape(2, 3, m)

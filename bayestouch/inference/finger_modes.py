@@ -91,12 +91,12 @@ def _climb(
         step[:, 0] = np.clip(step[:, 0], -2.0, 2.0)
         tried = x[active] + step
         tried_value = posterior.log_density(tried[:, None], blocks[active])[:, 0]
-        better = tried_value > value[active]
+        better: NDArray[np.bool_] = np.asarray(tried_value > value[active])
         gain = np.where(better, tried_value - value[active], np.inf)
         rows = active[better]
         x[rows], value[rows] = tried[better], tried_value[better]
         damping[active] = np.clip(damping[active] * np.where(better, 0.2, 8.0), 1e-9, 1e9)
-        going = (gain > 1e-4) & (damping[active] < 1e6)
+        going = (gain > 1e-4) & np.asarray(damping[active] < 1e6)
         if not going.any():
             break
         active = active[going]

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.parameters import Prior, Uniform
 
@@ -91,12 +92,15 @@ class FingerPosterior:
         Priors of the touches.
     whitener : (t, m, m) or (t, m) array
         ``Σ^(-1/2)`` of each touch, or its diagonal; rows of missing readings are zero.
+    table : ReadingTable, optional
+        Readings by lookup, for many evaluations; without it the chain is evaluated.
     """
 
     chain: FingerChain
     touches: TouchReadings
     priors: IndenterPriors
     whitener: FloatArray
+    table: ReadingTable | None = None
 
     def radius(self, w: FloatArray) -> FloatArray:
         """Composite radius R in mm."""
@@ -132,9 +136,29 @@ class FingerPosterior:
     def log_density(self, x: FloatArray, blocks: IntArray) -> FloatArray:
         """Log posterior density up to a constant per touch; ``-inf`` outside the priors. (B, W)."""
         prior = self.log_prior(x, blocks)
-        z = self.residual(x, blocks)
-        total = prior - 0.5 * np.einsum("bwm,bwm->bw", z, z)
-        return np.where(np.isfinite(prior), total, -np.inf)
+        misfit = self._misfit(x, blocks) if self.table is not None else _sum_of_squares(self.residual(x, blocks))
+        return np.where(np.isfinite(prior), prior - 0.5 * misfit, -np.inf)
+
+    def _misfit(self, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Sum of squared whitened residuals by table, (B, W); float32, which is good to 1e-4 of a squared residual."""
+        assert self.table is not None
+        n_blocks, n_walkers, _ = x.shape
+        flat = x.reshape(-1, 3)
+        kappa = flat[:, 2] * self.radius(flat[:, 0]) / (1000 * self.chain.shear_modulus_MPa)
+        predicted = self.table(np.maximum(kappa, 0.0), flat[:, 1])
+        predicted *= flat[:, 2].astype(np.float32)[:, None]
+        difference = predicted.reshape(n_blocks, n_walkers, -1)
+        difference -= np.nan_to_num(self.touches.readings[blocks]).astype(np.float32)[:, None]
+        whitener = self.whitener[blocks].astype(np.float32)
+        if whitener.ndim == 2:
+            difference *= whitener[:, None]
+        else:
+            difference = difference @ whitener.swapaxes(-1, -2)
+        return _sum_of_squares(difference)
+
+
+def _sum_of_squares(rows: NDArray[np.floating]) -> FloatArray:
+    return np.asarray(np.einsum("bwm,bwm->bw", rows, rows), dtype=np.float64)
 
 
 def noise_whitener(noise: Noise, touches: TouchReadings) -> FloatArray:
@@ -153,5 +177,3 @@ def full_whitener(noise: Noise, touches: TouchReadings, calibration_covariance: 
     inner = diagonal[:, :, None] * calibration_covariance * diagonal[:, None, :]
     root = np.linalg.cholesky(inner + np.eye(inner.shape[-1]))
     return np.linalg.solve(root, np.eye(inner.shape[-1])[None] * diagonal[:, None, :])
-
-

@@ -1,0 +1,5 @@
+"""``python -m bayestouch``."""
+
+from bayestouch.cli import run
+
+run()

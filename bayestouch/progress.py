@@ -1,0 +1,23 @@
+"""Progress on the terminal, for whatever takes longer than two seconds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+# Called with the fraction of the work that is done, between 0 and 1.
+Progress = Callable[[float], None]
+
+
+@contextmanager
+def progress_bar(label: str, quiet: bool) -> Iterator[Progress]:
+    """A bar on standard error that appears after two seconds; nothing where `quiet`."""
+    from tqdm import tqdm
+
+    layout = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
+    with tqdm(total=1.0, desc=label, delay=2.0, disable=quiet, leave=False, bar_format=layout) as bar:
+
+        def advance(fraction: float) -> None:
+            bar.update(max(fraction - bar.n, 0.0))
+
+        yield advance

@@ -1,0 +1,210 @@
+"""Calibration of a finger: recovery of known truth, covariance against repetition, and what cannot be identified."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import bayestouch
+from bayestouch.calibration.finger import fit_finger
+from bayestouch.calibration.finger_density import FingerDensity
+from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.dataset import DataSet
+from bayestouch.errors import InputError
+from bayestouch.fit import whiten_rank_one
+from bayestouch.sensor import Finger, Rubber, Sensor
+from bayestouch.touches import Touches, touches_from
+
+ANGLES = (-26.4, -17.6, -8.8, 0.0, 8.8, 17.6, 26.4)
+SAMPLES = 4
+NOISE, FORCE_NOISE = 12.0, 1.0
+
+
+def sensor() -> Sensor:
+    return Sensor(
+        name="test finger",
+        body=Finger(9.4, 12.7, 9.9, ANGLES),
+        rubber=Rubber(0.15, 0.46),
+        force_noise_sd=FORCE_NOISE,
+        reading_unit="counts",
+        reading_quantity="capacitance",
+        source={},
+    )
+
+
+def true_chain(seed: int = 5) -> FingerChain:
+    rng = np.random.default_rng(seed)
+    m = len(ANGLES)
+    return FingerChain(
+        core_radius_mm=9.4,
+        outer_radius_mm=12.7,
+        response=rng.uniform(3.5, 6.0, m),
+        sensing_radius_mm=rng.normal(9.95, 0.1, m),
+        angle=np.radians(np.array(ANGLES) + rng.normal(0, 0.5, m)),
+        offset=np.zeros(m),
+        poisson_ratio=0.465,
+        shear_modulus_MPa=0.14,
+        largest_load=300.0,
+    )
+
+
+def known_touches(seed: int, noise: float = NOISE, step: float = 2.0) -> Touches:
+    """Edges and flats over ±45°, several samples each."""
+    rng = np.random.default_rng(seed)
+    chain = true_chain()
+    places = np.arange(-45.0, 45.1, step)
+    angle = np.concatenate([places, places[::2]])
+    radius = np.concatenate([np.zeros(len(places)), np.full(len(places[::2]), np.inf)])
+    load = rng.uniform(160, 240, len(angle))
+    clean = chain.predict(composite_radius(radius, 12.7), np.radians(angle), load)
+    index = np.repeat(np.arange(len(angle)), SAMPLES)
+    return touches_from(
+        touch=index,
+        readings=clean[index] + noise * rng.standard_normal((len(index), len(ANGLES))),
+        indenter_radius_mm=radius[index],
+        angle_deg=angle[index],
+        load=load[index] + FORCE_NOISE * (noise > 0.1) * rng.standard_normal(len(index)),
+    )
+
+
+def dataset(calibration: Touches) -> DataSet:
+    return DataSet(sensor(), calibration, calibration, None, ())
+
+
+@pytest.fixture(scope="module")
+def calibration() -> bayestouch.Calibration:
+    return bayestouch.calibrate(dataset(known_touches(1)), draws=2000, seed=3)
+
+
+def test_whitening_is_the_mahalanobis_distance() -> None:
+    rng = np.random.default_rng(0)
+    residual, sd, v = rng.normal(size=(3, 6)), rng.uniform(0.5, 2, (3, 6)), rng.normal(size=(3, 6))
+    z = whiten_rank_one(residual, sd, v)
+    for row in range(3):
+        covariance = np.diag(sd[row] ** 2) + np.outer(v[row], v[row])
+        expected = residual[row] @ np.linalg.solve(covariance, residual[row])
+        assert (z[row] ** 2).sum() == pytest.approx(expected, rel=1e-12)
+
+
+def test_noiseless_touches_return_the_truth() -> None:
+    priors, _ = FingerPriors.of(sensor())
+    # Noise small enough that priors do not pull: their pull is (noise/prior)² of the distance, below 1e-4.
+    means = known_touches(0, noise=1e-3).averaged()
+    fit, used = fit_finger(means, sensor().body, priors, 1e-3)
+    truth = true_chain()
+    assert used.all()
+    np.testing.assert_allclose(fit.chain.response, truth.response, rtol=2e-4)
+    np.testing.assert_allclose(fit.chain.sensing_radius_mm, truth.sensing_radius_mm, atol=2e-3)
+    np.testing.assert_allclose(fit.chain.angle, truth.angle, atol=2e-5)
+    assert fit.chain.poisson_ratio == pytest.approx(truth.poisson_ratio, abs=2e-4)
+    assert fit.chain.shear_modulus_MPa == pytest.approx(truth.shear_modulus_MPa, rel=3e-3)
+
+
+def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None:
+    """Standardised errors of 23 parameters: their mean square is 1 ± sqrt(2/23); 5 such sds are allowed."""
+    truth = true_chain()
+    expected = {
+        "response": truth.response,
+        "r_s": truth.sensing_radius_mm,
+        "theta_s": np.degrees(truth.angle),
+        "sigma": truth.poisson_ratio,
+        "mu": truth.shear_modulus_MPa,
+    }
+    z = np.concatenate(
+        [
+            np.atleast_1d((draws.mean(axis=(0, 1)) - expected[name]) / draws.std(axis=(0, 1)))
+            for name, draws in calibration.posterior.items()
+            if name in expected
+        ]
+    )
+    assert len(z) == 23
+    assert np.mean(z**2) == pytest.approx(1, abs=5 * np.sqrt(2 / 23))
+    assert calibration.statistics["rhat"] < 1.02
+    # 58 touches x 7 elements, less 23 parameters: the mean square scatters by sqrt(2/465)
+    assert calibration.statistics["lack_of_fit"] == pytest.approx(1, abs=5 * np.sqrt(2 / 465))
+
+
+def test_draws_are_those_of_the_normal_approximation_where_it_is_good(calibration: bayestouch.Calibration) -> None:
+    """σ is fixed to four digits by the data, so its marginal is normal; sd from the draws has a few per cent of error."""
+    draws = calibration.posterior["sigma"].ravel()
+    laplace = np.sqrt(calibration.covariance[calibration.layout.index("sigma"), calibration.layout.index("sigma")])
+    assert draws.std() == pytest.approx(laplace, rel=0.1)
+    assert abs(draws.mean() - float(calibration.mode["sigma"])) < 0.2 * laplace
+
+
+def test_density_is_the_likelihood_of_the_fit() -> None:
+    """The quick tables of the sampler against the full ones: differences of the log density within 0.05."""
+    priors, _ = FingerPriors.of(sensor())
+    means = known_touches(2).averaged()
+    fit, _ = fit_finger(means, sensor().body, priors, FORCE_NOISE)
+    density = FingerDensity.of(fit.likelihood, fit.laplace, fit.sd)
+    rng = np.random.default_rng(4)
+    vectors = fit.laplace.mode + rng.standard_normal((8, len(fit.laplace.mode))) @ np.linalg.cholesky(
+        fit.laplace.covariance
+    ).T
+
+    def slow(vector: np.ndarray) -> float:
+        _, predicted = fit.likelihood.predicted(vector)
+        known = fit.likelihood.known
+        direction = predicted * (known.load_sd / known.load)[:, None]
+        total = 0.0
+        for j in range(len(predicted)):
+            covariance = np.diag(fit.sd[j] ** 2) + np.outer(direction[j], direction[j])
+            difference = known.readings[j] - predicted[j]
+            total += difference @ np.linalg.solve(covariance, difference) + np.linalg.slogdet(covariance)[1]
+        prior = (vector - density.mean) / density.spread
+        return -0.5 * (total + prior @ prior)
+
+    quick = density(vectors)
+    exact = np.array([slow(vector) for vector in vectors])
+    np.testing.assert_allclose(quick - quick[0], exact - exact[0], atol=0.05)
+
+
+def test_missing_readings_cost_information_and_nothing_else() -> None:
+    touches = known_touches(6)
+    readings = touches.readings.copy()
+    readings[::5, 2] = np.nan
+    full = bayestouch.calibrate(dataset(touches), draws=400, seed=0)
+    part = bayestouch.calibrate(dataset(touches.with_(readings=readings)), draws=400, seed=0)
+    sd = part.posterior["r_s"].std(axis=(0, 1))
+    assert sd[2] > full.posterior["r_s"].std(axis=(0, 1))[2] * 0.95
+    np.testing.assert_allclose(part.mode["r_s"], full.mode["r_s"], atol=4 * sd.max())
+
+
+def test_a_dead_element_is_left_out() -> None:
+    touches = known_touches(7)
+    readings = touches.readings.copy()
+    readings[:, 4] = np.nan
+    result = bayestouch.calibrate(dataset(touches.with_(readings=readings)), draws=200, seed=0)
+    others = np.delete(np.arange(len(ANGLES)), 4)
+    np.testing.assert_allclose(result.mode["r_s"][others], true_chain().sensing_radius_mm[others], atol=0.15)
+    # nothing is known of the dead one but its prior
+    assert result.posterior["r_s"].std(axis=(0, 1))[4] > 0.1
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"indenter_radius_mm": np.nan}, "known indenter"),
+        ({"load": np.nan}, "measured load"),
+    ],
+)
+def test_what_cannot_be_identified_is_said(change: dict[str, float], words: str) -> None:
+    touches = known_touches(8)
+    filled = {name: np.full(touches.n_rows, value) for name, value in change.items()}
+    with pytest.raises(InputError, match=words) as caught:
+        bayestouch.calibrate(dataset(touches.with_(**filled)))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_element_nobody_touched_is_named() -> None:
+    touches = known_touches(9)
+    with pytest.raises(InputError, match="e07"):
+        bayestouch.calibrate(dataset(touches.select(touches.angle_deg < 5)))
+
+
+def test_options_of_the_other_body_are_refused() -> None:
+    with pytest.raises(InputError, match="pads"):
+        bayestouch.calibrate(dataset(known_touches(1)), kernel="layer")

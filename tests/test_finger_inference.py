@@ -1,0 +1,216 @@
+"""Touch posteriors of a finger against dense quadrature, and their coverage."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.finger import FingerChain
+from bayestouch.inference import finger as finger_verb
+from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_modes import find_modes
+from bayestouch.inference.finger_reader import (
+    FingerPosterior,
+    IndenterPriors,
+    TouchReadings,
+    full_whitener,
+    noise_whitener,
+)
+from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.noise import Noise
+from bayestouch.sampling import StudentT, sample_blocks
+
+ELEMENTS = 16
+NOISE_PERCENT = 1.72
+
+
+def paper_finger(modulus: float = 0.15) -> FingerChain:
+    angles = np.radians((np.arange(ELEMENTS) - 7.5) * 8.8)
+    return FingerChain(
+        9.4, 12.7, np.full(ELEMENTS, 5.0), np.full(ELEMENTS, 9.9), angles, np.zeros(ELEMENTS), 0.46, modulus, 300.0
+    )
+
+
+def noise() -> Noise:
+    return Noise(np.full(ELEMENTS, NOISE_PERCENT / 100 * 5.0 * 200), np.zeros(ELEMENTS), 0.0, 1.0)
+
+
+def readings_of(chain: FingerChain, radius: np.ndarray, angle: np.ndarray, seed: int, load_known: bool) -> TouchReadings:
+    rng = np.random.default_rng(seed)
+    load = np.full(len(radius), 200.0)
+    clean = chain.predict(radius, angle, load)
+    return TouchReadings(
+        readings=clean + noise().tactile_sd * rng.standard_normal(clean.shape),
+        counts=np.ones(clean.shape, dtype=np.int64),
+        load=load + rng.standard_normal(len(load)) if load_known else np.full(len(load), np.nan),
+        load_sd=np.ones(len(load)),
+    )
+
+
+def posterior_of(touches: TouchReadings, chain: FingerChain) -> FingerPosterior:
+    priors = IndenterPriors.of(chain, 200.0)
+    table = ReadingTable.of(chain, *priors.location.support)
+    return FingerPosterior(chain, touches, priors, noise_whitener(noise(), touches), table)
+
+
+# Composite radius and angle: an edge, within 2 % of the flat, between two elements, above one, beyond the last one.
+HARD = np.array([[0.3, 0.0], [12.5, 0.0], [4.0, 8.8], [4.0, 4.4], [6.0, 70.0], [9.5, -30.0]])
+
+
+def quadrature(posterior: FingerPosterior, touch: int, mode: np.ndarray, hessian: np.ndarray) -> dict[str, np.ndarray]:
+    """Mean, sd and 5 / 95 % quantiles of R, θ_c and P by summing the density over a box of 8 sds (all R)."""
+    sd = np.sqrt(np.diag(np.linalg.inv(hessian)))
+    outer = posterior.chain.outer_radius_mm
+    radius = (np.arange(160) + 0.5) / 160 * outer
+    angle = mode[1] + sd[1] * np.linspace(-8, 8, 97)
+    load = mode[2] + sd[2] * np.linspace(-8, 8, 97)
+    grid = np.stack(np.meshgrid(np.log(radius / (outer - radius)), angle, load, indexing="ij"), axis=-1)
+    flat = grid.reshape(1, -1, 3)
+    log = posterior.log_density(flat, np.array([touch]))[0].reshape(grid.shape[:3])
+    # density per dR instead of per dw
+    log -= (np.log(radius / outer) + np.log1p(-radius / outer))[:, None, None]
+    weight = np.exp(log - log.max())
+    out = {}
+    for name, axis, values in (("R", 0, radius), ("theta_c", 1, angle), ("P", 2, load)):
+        marginal = weight.sum(axis=tuple(i for i in range(3) if i != axis))
+        marginal /= marginal.sum()
+        mean = marginal @ values
+        cumulative = np.cumsum(marginal) - 0.5 * marginal
+        out[name] = np.array(
+            [
+                mean,
+                np.sqrt(marginal @ (values - mean) ** 2),
+                np.interp(0.05, cumulative, values),
+                np.interp(0.95, cumulative, values),
+            ]
+        )
+    return out
+
+
+@pytest.mark.parametrize("load_known", [True, False])
+def test_posteriors_agree_with_quadrature(load_known: bool) -> None:
+    chain = paper_finger()
+    touches = readings_of(chain, HARD[:, 0], np.radians(HARD[:, 1]), 11, load_known)
+    posterior = posterior_of(touches, chain)
+    mode, hessian = find_modes(replace(posterior, table=None))
+    root = np.linalg.cholesky(np.linalg.inv(hessian))
+    drawn = sample_blocks(
+        lambda x, blocks: posterior.log_density(x, blocks),
+        StudentT(mode, root, finger_verb.PROPOSAL_DOF),
+        walkers=4,
+        draws=40000,
+        seed=2,
+    )
+    draws = drawn.draws.reshape(-1, len(HARD), 3)
+    ess = drawn.ess_bulk.min(axis=1)
+    for touch in range(len(HARD)):
+        expected = quadrature(posterior, touch, mode[touch], hessian[touch])
+        values = {
+            "R": posterior.radius(draws[:, touch, 0]),
+            "theta_c": draws[:, touch, 1],
+            "P": draws[:, touch, 2],
+        }
+        for name, (mean, sd, low, high) in expected.items():
+            monte_carlo = sd / np.sqrt(ess[touch])
+            where = f"touch {touch} {name}"
+            # plus a thousandth of the sd for the quadrature's own step
+            assert abs(values[name].mean() - mean) < 4 * monte_carlo + 1e-3 * sd, where
+            assert values[name].std() == pytest.approx(sd, rel=0.03), where
+            np.testing.assert_allclose(np.quantile(values[name], [0.05, 0.95]), [low, high], atol=0.05 * sd, err_msg=where)
+
+
+def test_table_is_the_chain_to_within_a_hundredth_of_the_log_likelihood() -> None:
+    """DESIGN allows 0.03; at a raw sample's noise the worst of a thousand points within three sds is below 0.02."""
+    chain = paper_finger()
+    rng = np.random.default_rng(1)
+    radius, angle = rng.uniform(0.3, 12.6, 64), rng.uniform(-0.9, 0.9, 64)
+    posterior = posterior_of(readings_of(chain, radius, angle, 3, True), chain)
+    exact = replace(posterior, table=None)
+    mode, hessian = find_modes(exact)
+    root = np.linalg.cholesky(np.linalg.inv(hessian))
+    x = mode[:, None] + np.einsum("bij,bwj->bwi", root, rng.standard_normal((64, 16, 3)))
+    difference = posterior.log_density(x, np.arange(64)) - exact.log_density(x, np.arange(64))
+    assert np.abs(difference - np.median(difference, axis=1, keepdims=True)).max() < 0.03
+
+
+def test_modes_are_maxima_whatever_the_radius() -> None:
+    chain = paper_finger()
+    rng = np.random.default_rng(9)
+    radius, angle = rng.uniform(0.05, 12.65, 200), rng.uniform(-1.0, 1.0, 200)
+    posterior = replace(posterior_of(readings_of(chain, radius, angle, 4, True), chain), table=None)
+    mode, _ = find_modes(posterior)
+    blocks = np.arange(200)
+    at_mode = posterior.log_density(mode[:, None], blocks)[:, 0]
+    truth = np.stack([np.log(radius / (12.7 - radius)), angle, np.full(200, 200.0)], axis=-1)
+    assert np.all(at_mode >= posterior.log_density(truth[:, None], blocks)[:, 0])
+    steps = np.array([0.02, 2e-4, 0.05])
+    for axis in range(3):
+        for sign in (-1, 1):
+            moved = mode.copy()
+            moved[:, axis] += sign * steps[axis]
+            # no neighbour is higher by more than the climb's tolerance
+            assert np.all(posterior.log_density(moved[:, None], blocks)[:, 0] < at_mode + 2e-3)
+
+
+def test_missing_readings_drop_out() -> None:
+    """A touch whose element is missing has the posterior of a finger without that element."""
+    chain = paper_finger()
+    touches = readings_of(chain, np.array([5.0]), np.array([0.02]), 5, True)
+    lost = touches.readings.copy()
+    lost[0, 8] = np.nan
+    counts = touches.counts.copy()
+    counts[0, 8] = 0
+    part = replace(touches, readings=lost, counts=counts)
+    keep = np.arange(ELEMENTS) != 8
+    smaller = FingerChain(
+        9.4, 12.7, chain.response[keep], chain.sensing_radius_mm[keep], chain.angle[keep], np.zeros(15), 0.46, 0.15, 300.0
+    )
+    without = TouchReadings(touches.readings[:, keep], touches.counts[:, keep], touches.load, touches.load_sd)
+    small_noise = replace(noise(), tactile_sd=noise().tactile_sd[keep], discrepancy_sd=np.zeros(15))
+    priors = IndenterPriors.of(chain, 200.0)
+    a = FingerPosterior(chain, part, priors, noise_whitener(noise(), part))
+    b = FingerPosterior(smaller, without, priors, noise_whitener(small_noise, without))
+    x = np.array([[[0.1, 0.02, 200.0], [-1.0, 0.0, 199.0]]])
+    np.testing.assert_allclose(a.log_density(x, np.array([0])), b.log_density(x, np.array([0])), rtol=1e-9)
+
+
+def test_calibration_covariance_is_that_of_repeated_calibrations() -> None:
+    """Readings predicted with calibrations drawn from a small covariance scatter as the propagated covariance says."""
+    chain = paper_finger()
+    rng = np.random.default_rng(6)
+    m = ELEMENTS
+    sd = np.concatenate([np.full(m, 0.01), np.full(m, 0.01), np.full(m, 2e-4), [3e-4, 0.02]])
+    mix = rng.standard_normal((len(sd), len(sd))) / np.sqrt(len(sd))
+    covariance = sd[:, None] * (0.5 * np.eye(len(sd)) + 0.5 * mix @ mix.T) * sd
+    touch = (np.array([6.0]), np.array([0.03]), np.array([200.0]))
+    expected = reading_covariance(calibration_jacobian(chain, *touch), covariance)[0]
+    root = np.linalg.cholesky(covariance)
+    draws = 200
+    predicted = np.empty((draws, m))
+    for i in range(draws):
+        step = root @ rng.standard_normal(len(sd))
+        moved = chain.with_(
+            response=chain.response + step[:m],
+            sensing_radius_mm=chain.sensing_radius_mm + step[m : 2 * m],
+            angle=chain.angle + step[2 * m : 3 * m],
+            poisson_ratio=chain.poisson_ratio + step[3 * m],
+            shear_modulus_MPa=chain.shear_modulus_MPa * np.exp(step[3 * m + 1]),
+        )
+        predicted[i] = moved.predict(*touch)[0]
+    found = np.cov(predicted.T)
+    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
+    # an entry of a covariance of 200 draws scatters by at most sqrt(2/200) = 0.1 of the scale; 5 sds
+    assert np.abs((found - expected) / scale).max() < 5 * np.sqrt(2 / draws)
+
+
+def test_full_whitener_inverts_the_whole_covariance() -> None:
+    chain = paper_finger()
+    touches = readings_of(chain, np.array([5.0, 2.0]), np.array([0.0, 0.1]), 5, True)
+    rng = np.random.default_rng(1)
+    root = rng.standard_normal((2, ELEMENTS, ELEMENTS))
+    extra = root @ root.swapaxes(1, 2)
+    whitener = full_whitener(noise(), touches, extra)
+    total = extra + np.eye(ELEMENTS) * noise().tactile_sd**2
+    np.testing.assert_allclose(whitener @ total @ whitener.swapaxes(1, 2), np.tile(np.eye(ELEMENTS), (2, 1, 1)), atol=1e-9)
