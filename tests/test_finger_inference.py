@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference import finger as finger_verb
 from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
 from bayestouch.inference.finger_modes import find_modes
+from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (
     FingerPosterior,
     IndenterPriors,
@@ -20,7 +20,7 @@ from bayestouch.inference.finger_reader import (
 )
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
-from bayestouch.sampling import StudentT, sample_blocks
+from bayestouch.sampling import BlockStreams, sample_blocks
 
 ELEMENTS = 16
 NOISE_PERCENT = 1.72
@@ -37,7 +37,9 @@ def noise() -> Noise:
     return Noise(np.full(ELEMENTS, NOISE_PERCENT / 100 * 5.0 * 200), np.zeros(ELEMENTS), 0.0, 1.0)
 
 
-def readings_of(chain: FingerChain, radius: np.ndarray, angle: np.ndarray, seed: int, load_known: bool) -> TouchReadings:
+def readings_of(
+    chain: FingerChain, radius: np.ndarray, angle: np.ndarray, seed: int, load_known: bool
+) -> TouchReadings:
     rng = np.random.default_rng(seed)
     load = np.full(len(radius), 200.0)
     clean = chain.predict(radius, angle, load)
@@ -95,10 +97,9 @@ def test_posteriors_agree_with_quadrature(load_known: bool) -> None:
     touches = readings_of(chain, HARD[:, 0], np.radians(HARD[:, 1]), 11, load_known)
     posterior = posterior_of(touches, chain)
     mode, hessian = find_modes(replace(posterior, table=None))
-    root = np.linalg.cholesky(np.linalg.inv(hessian))
     drawn = sample_blocks(
-        lambda x, blocks: posterior.log_density(x, blocks),
-        StudentT(mode, root, finger_verb.PROPOSAL_DOF),
+        posterior.log_density,
+        profile_proposal(posterior, mode, hessian),
         walkers=4,
         draws=40000,
         seed=2,
@@ -118,7 +119,9 @@ def test_posteriors_agree_with_quadrature(load_known: bool) -> None:
             # plus a thousandth of the sd for the quadrature's own step
             assert abs(values[name].mean() - mean) < 4 * monte_carlo + 1e-3 * sd, where
             assert values[name].std() == pytest.approx(sd, rel=0.03), where
-            np.testing.assert_allclose(np.quantile(values[name], [0.05, 0.95]), [low, high], atol=0.05 * sd, err_msg=where)
+            np.testing.assert_allclose(
+                np.quantile(values[name], [0.05, 0.95]), [low, high], atol=0.05 * sd, err_msg=where
+            )
 
 
 def test_table_is_the_chain_to_within_a_hundredth_of_the_log_likelihood() -> None:
@@ -165,7 +168,15 @@ def test_missing_readings_drop_out() -> None:
     part = replace(touches, readings=lost, counts=counts)
     keep = np.arange(ELEMENTS) != 8
     smaller = FingerChain(
-        9.4, 12.7, chain.response[keep], chain.sensing_radius_mm[keep], chain.angle[keep], np.zeros(15), 0.46, 0.15, 300.0
+        9.4,
+        12.7,
+        chain.response[keep],
+        chain.sensing_radius_mm[keep],
+        chain.angle[keep],
+        np.zeros(15),
+        0.46,
+        0.15,
+        300.0,
     )
     without = TouchReadings(touches.readings[:, keep], touches.counts[:, keep], touches.load, touches.load_sd)
     small_noise = replace(noise(), tactile_sd=noise().tactile_sd[keep], discrepancy_sd=np.zeros(15))
@@ -212,5 +223,24 @@ def test_full_whitener_inverts_the_whole_covariance() -> None:
     root = rng.standard_normal((2, ELEMENTS, ELEMENTS))
     extra = root @ root.swapaxes(1, 2)
     whitener = full_whitener(noise(), touches, extra)
-    total = extra + np.eye(ELEMENTS) * noise().tactile_sd**2
-    np.testing.assert_allclose(whitener @ total @ whitener.swapaxes(1, 2), np.tile(np.eye(ELEMENTS), (2, 1, 1)), atol=1e-9)
+    total = extra + np.eye(ELEMENTS) * noise().tactile_sd ** 2
+    np.testing.assert_allclose(
+        whitener @ total @ whitener.swapaxes(1, 2), np.tile(np.eye(ELEMENTS), (2, 1, 1)), atol=1e-9
+    )
+
+
+def test_proposal_density_is_that_of_its_draws() -> None:
+    """The density it states integrates to one over its draws' neighbours: mean of p/q over draws from q is 1."""
+    chain = paper_finger()
+    touches = readings_of(chain, HARD[:, 0], np.radians(HARD[:, 1]), 12, True)
+    posterior = posterior_of(touches, chain)
+    proposal = profile_proposal(posterior, *find_modes(posterior))
+    x, log_q = proposal.draw(BlockStreams(1, range(len(HARD))), 20_000)
+    np.testing.assert_allclose(proposal.log_density(x), log_q, atol=1e-9)
+    # any normalised density inside the proposal's support has mean weight 1: a normal a third as wide
+    centre, sd = np.median(x, axis=1), np.subtract(*np.quantile(x, [0.75, 0.25], axis=1)) / 1.35 / 3
+    z = (x - centre[:, None]) / sd[:, None]
+    log_p = -0.5 * (z * z).sum(axis=-1) - np.log(sd).sum(axis=-1)[:, None] - 1.5 * np.log(2 * np.pi)
+    weight = np.exp(log_p - log_q)
+    error = weight.std(axis=1) / np.sqrt(weight.shape[1])
+    assert np.all(np.abs(weight.mean(axis=1) - 1) < 4.5 * error)

@@ -14,6 +14,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
 from bayestouch.inference.finger_modes import find_modes, with_whitener
+from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (
     FingerPosterior,
     IndenterPriors,
@@ -25,7 +26,7 @@ from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
-from bayestouch.sampling import StudentT, sample_blocks
+from bayestouch.sampling import sample_blocks
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
@@ -33,8 +34,6 @@ FloatArray = NDArray[np.float64]
 CHAINS = 4
 # Touches held in memory at once: 1024 touches x 1024 draws x 3 parameters are 25 MB.
 BLOCK_TOUCHES = 1024
-# Tails of the proposal: heavier than the posterior's, which are those of a normal or an exponential.
-PROPOSAL_DOF = 5.0
 
 
 def infer_finger(
@@ -60,9 +59,9 @@ def infer_finger(
     for start in range(0, readings.n_touches, BLOCK_TOUCHES):
         index = np.arange(start, min(start + BLOCK_TOUCHES, readings.n_touches))
         posterior = FingerPosterior(
-            chain, readings.select(index), priors, noise_whitener(calibration.noise, readings.select(index))
+            chain, readings.select(index), priors, noise_whitener(calibration.noise, readings.select(index)), table
         )
-        parts.append(_draw_block(posterior, calibration, table, plug_in, draws, seed, start))
+        parts.append(_draw_block(posterior, calibration, plug_in, draws, seed, start))
         if progress is not None:
             progress((index[-1] + 1) / readings.n_touches)
     joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
@@ -92,7 +91,6 @@ def infer_finger(
 def _draw_block(
     posterior: FingerPosterior,
     calibration: Calibration,
-    table: ReadingTable,
     plug_in: bool,
     draws: int,
     seed: int,
@@ -105,11 +103,9 @@ def _draw_block(
         covariance = reading_covariance(jacobian, calibration.covariance)
         posterior = with_whitener(posterior, full_whitener(calibration.noise, posterior.touches, covariance))
         mode, hessian = find_modes(posterior)
-    root = np.linalg.cholesky(np.linalg.inv(hessian))
-    quick = replace(posterior, table=table)
     result = sample_blocks(
-        lambda x, blocks: quick.log_density(x, blocks - start),
-        StudentT(mode, root, PROPOSAL_DOF),
+        lambda x, blocks: posterior.log_density(x, blocks - start),
+        profile_proposal(posterior, mode, hessian),
         walkers=CHAINS,
         draws=-(-draws // CHAINS),
         seed=seed,

@@ -106,14 +106,28 @@ class FingerPosterior:
         """Composite radius R in mm."""
         return np.asarray(self.chain.outer_radius_mm / (1 + np.exp(-w)))
 
-    def residual(self, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Whitened residuals (B, W, m) of coordinates x (B, W, 3) for the touches `blocks` (B,)."""
-        predicted = self.chain.predict(self.radius(x[..., 0]), x[..., 1], x[..., 2])
-        readings = self.touches.readings[blocks][:, None]
-        difference = np.where(np.isnan(readings), 0.0, readings - predicted)
-        whitener = self.whitener[blocks]
+    def residual(self, x: FloatArray, blocks: IntArray) -> NDArray[np.floating]:
+        """Whitened prediction minus reading (B, W, m) at coordinates x (B, W, 3) of the touches `blocks` (B,).
+
+        By table in float32, which is good to 1e-4 of a squared residual; by the chain in float64 without a table.
+        """
+        # Coordinates are read one at a time: they may lie together in memory.
+        angle, load = np.ascontiguousarray(x[..., 1]), np.ascontiguousarray(x[..., 2])
+        radius = self.radius(np.ascontiguousarray(x[..., 0]))
+        readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
+        difference: NDArray[np.floating]
+        if self.table is None:
+            difference = self.chain.predict(radius, angle, load) - readings
+        else:
+            kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
+            rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
+            rows *= load.astype(np.float32).reshape(-1, 1)
+            rows = rows.reshape(*load.shape, -1)
+            rows -= readings.astype(np.float32)
+            difference, whitener = rows, whitener.astype(np.float32)
         if whitener.ndim == 2:
-            return np.asarray(difference * whitener[:, None])
+            difference *= whitener[:, None]
+            return difference
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
@@ -136,25 +150,7 @@ class FingerPosterior:
     def log_density(self, x: FloatArray, blocks: IntArray) -> FloatArray:
         """Log posterior density up to a constant per touch; ``-inf`` outside the priors. (B, W)."""
         prior = self.log_prior(x, blocks)
-        misfit = self._misfit(x, blocks) if self.table is not None else _sum_of_squares(self.residual(x, blocks))
-        return np.where(np.isfinite(prior), prior - 0.5 * misfit, -np.inf)
-
-    def _misfit(self, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Sum of squared whitened residuals by table, (B, W); float32, which is good to 1e-4 of a squared residual."""
-        assert self.table is not None
-        n_blocks, n_walkers, _ = x.shape
-        flat = x.reshape(-1, 3)
-        kappa = flat[:, 2] * self.radius(flat[:, 0]) / (1000 * self.chain.shear_modulus_MPa)
-        predicted = self.table(np.maximum(kappa, 0.0), flat[:, 1])
-        predicted *= flat[:, 2].astype(np.float32)[:, None]
-        difference = predicted.reshape(n_blocks, n_walkers, -1)
-        difference -= np.nan_to_num(self.touches.readings[blocks]).astype(np.float32)[:, None]
-        whitener = self.whitener[blocks].astype(np.float32)
-        if whitener.ndim == 2:
-            difference *= whitener[:, None]
-        else:
-            difference = difference @ whitener.swapaxes(-1, -2)
-        return _sum_of_squares(difference)
+        return np.where(np.isfinite(prior), prior - 0.5 * _sum_of_squares(self.residual(x, blocks)), -np.inf)
 
 
 def _sum_of_squares(rows: NDArray[np.floating]) -> FloatArray:

@@ -97,7 +97,7 @@ def main() -> dict[str, float]:
     results = {
         "tabulated, calibration plugged in": best(lambda: plugged.log_density(x, blocks), 3) / n,
         "tabulated, calibration propagated": best(lambda: full.log_density(x, blocks), 3) / n,
-        "likelihood part alone, plugged in": best(lambda: plugged._misfit(x, blocks), 3) / n,
+        "likelihood part alone, plugged in": best(lambda: plugged.residual(x, blocks), 3) / n,
         "Fourier series": best(lambda: series(finger, radius, angle, 200.0), 1) / 512,
         "floor: the same number of multiplications": best(floor, 5) / n,
     }
