@@ -360,7 +360,8 @@ def test_pad_is_the_kernel_of_its_layer(line: bool) -> None:
     above = layer_kernel_2d(0.0, 6.0, 0.48, 1.0, quantity="mean_stress")
     np.testing.assert_allclose(truth["response"], np.array(truth["gain"]) * above, rtol=1e-12)
     noisy = simulate(replace(design, noise_percent_peak=1.0, force_noise_sd=0.01), seed=1)
-    assert np.abs(signals(noisy) - signals(simulated)).std() == pytest.approx(10.0, rel=0.5)
+    noise = signals(noisy) - signals(simulated)
+    assert abs(noise.std() / 10.0 - 1) < 4 / np.sqrt(2 * noise.size)  # 1 % of 1000
 
 
 @pytest.mark.parametrize("format", ["csv", "parquet"])
