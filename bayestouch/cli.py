@@ -70,6 +70,7 @@ def calibrate(
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
 @click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
+@click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
 @_common
 def infer(
@@ -79,6 +80,7 @@ def infer(
     plug_in: bool,
     no_load: bool,
     each_sample: bool,
+    method: str,
     draws: int,
     seed: int,
     quiet: bool,
@@ -101,6 +103,7 @@ def infer(
             plug_in=plug_in,
             use_load=not no_load,
             each_sample=each_sample,
+            method=method,
             draws=draws,
             seed=seed,
             progress=advance,

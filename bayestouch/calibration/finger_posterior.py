@@ -170,7 +170,7 @@ def _sample(
     density: FingerDensity, laplace: LaplaceFit, draws: int, seed: int, progress: Progress | None
 ) -> BlockDraws:
     """Draw the flat vectors with emcee: one block, proposals from the Laplace normal with slightly heavier tails."""
-    root = np.linalg.cholesky(laplace.covariance)
+    root: FloatArray = np.asarray(np.linalg.cholesky(laplace.covariance), dtype=np.float64)
     # One round: the first shape is as good as it gets in so many dimensions, and the grade says how good.
     return sample_blocks(
         lambda x, blocks: density(x),

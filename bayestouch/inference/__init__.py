@@ -18,8 +18,10 @@ def infer(
     plug_in: bool = False,
     use_load: bool = True,
     each_sample: bool = False,
+    method: str = "emcee",
     draws: int = 1024,
     seed: int = 0,
+    workers: int | None = None,
     progress: Progress | None = None,
 ) -> TouchPosteriors:
     """Posterior of every touch: on a finger r_c, R, θ_c and P; on a pad x, y and P.
@@ -36,10 +38,15 @@ def infer(
         Use the force sensor's reading where there is one.
     each_sample : bool
         A posterior for each sample in place of one for each touch's mean (fingers only).
+    method : {"emcee", "importance"}
+        Markov chains by emcee, or Pareto-smoothed importance sampling that falls back to them where a touch's
+        weights are poor (fingers only).
     draws : int
         Draws a touch, over all chains.
     seed : int
-        Seed of every random number.
+        Seed of every random number; a touch's draws depend on it and on the touch's place in the table alone.
+    workers : int, optional
+        Processes; as many as there are cores by default. The result does not depend on it.
     progress : callable, optional
         Called with the fraction done.
 
@@ -48,6 +55,8 @@ def infer(
     InputError
         If the table does not fit the calibrated sensor or no row is in contact.
     """
+    if method not in ("emcee", "importance"):
+        raise InputError(f"method: expected emcee or importance, got {method!r}")
     if draws < 64:
         raise InputError(f"draws: expected at least 64, got {draws}")
     m = calibration.sensor.n_elements
@@ -64,8 +73,10 @@ def infer(
             plug_in=plug_in,
             use_load=use_load,
             each_sample=each_sample,
+            method=method,
             draws=draws,
             seed=seed,
+            workers=workers,
             progress=progress,
         )
     if each_sample:

@@ -12,28 +12,15 @@ from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import UNSTATED_FORCE_NOISE, finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
-from bayestouch.inference.finger_modes import find_modes, with_whitener
-from bayestouch.inference.finger_profile import profile_proposal
-from bayestouch.inference.finger_reader import (
-    FingerPosterior,
-    IndenterPriors,
-    TouchReadings,
-    full_whitener,
-    noise_whitener,
-)
+from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
+from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
-from bayestouch.sampling import sample_blocks
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
-
-CHAINS = 4
-# Touches held in memory at once: 1024 touches x 1024 draws x 3 parameters are 25 MB.
-BLOCK_TOUCHES = 1024
 
 
 def infer_finger(
@@ -43,8 +30,10 @@ def infer_finger(
     plug_in: bool,
     use_load: bool,
     each_sample: bool,
+    method: str,
     draws: int,
     seed: int,
+    workers: int | None,
     progress: Progress | None,
 ) -> TouchPosteriors:
     """Posteriors of touches on a finger; see `bayestouch.infer`."""
@@ -55,15 +44,17 @@ def infer_finger(
     readings, notes = _readings(means, calibration, use_load, typical)
     priors = IndenterPriors.of(chain, typical)
     table = ReadingTable.of(chain, *priors.location.support)
-    parts: list[dict[str, FloatArray]] = []
-    for start in range(0, readings.n_touches, BLOCK_TOUCHES):
-        index = np.arange(start, min(start + BLOCK_TOUCHES, readings.n_touches))
-        posterior = FingerPosterior(
-            chain, readings.select(index), priors, noise_whitener(calibration.noise, readings.select(index)), table
-        )
-        parts.append(_draw_block(posterior, calibration, plug_in, draws, seed, start))
-        if progress is not None:
-            progress((index[-1] + 1) / readings.n_touches)
+    task = DrawTask(
+        chain=chain,
+        priors=priors,
+        table=table,
+        noise=calibration.noise,
+        calibration_covariance=None if plug_in else calibration.covariance,
+        method=method,
+        draws=draws,
+        seed=seed,
+    )
+    parts = draw_in_pieces(task, readings, workers, progress)
     joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
     posterior_draws = {name: joined[name] for name in ("r_c", "R", "theta_c", "P")}
     rows = _rows(means, chain, calibration, posterior_draws)
@@ -81,53 +72,12 @@ def infer_finger(
             "plug_in": float(plug_in),
             "use_load": float(use_load),
             "each_sample": float(each_sample),
+            "method": method,
             "seed": float(seed),
             "version": bayestouch.__version__,
         },
         notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes))),
     )
-
-
-def _draw_block(
-    posterior: FingerPosterior,
-    calibration: Calibration,
-    plug_in: bool,
-    draws: int,
-    seed: int,
-    start: int,
-) -> dict[str, FloatArray]:
-    """Draws and grades of some touches, by public name; the last axis is the touch, `start` the first one's number."""
-    mode, hessian = find_modes(posterior)
-    if not plug_in:
-        jacobian = calibration_jacobian(posterior.chain, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
-        covariance = reading_covariance(jacobian, calibration.covariance)
-        posterior = with_whitener(posterior, full_whitener(calibration.noise, posterior.touches, covariance))
-        mode, hessian = find_modes(posterior)
-    result = sample_blocks(
-        lambda x, blocks: posterior.log_density(x, blocks - start),
-        profile_proposal(posterior, mode, hessian),
-        walkers=CHAINS,
-        draws=-(-draws // CHAINS),
-        seed=seed,
-        blocks=start + np.arange(posterior.touches.n_touches),
-    )
-    grouped = result.draws
-    radius = posterior.radius(grouped[..., 0])
-    outer = posterior.chain.outer_radius_mm
-    # R reaches r_b to the last bit for a flat; its r_c would be infinite, which means cannot hold: R stays just below.
-    radius = np.minimum(radius, outer * (1 - 1e-9))
-    return {
-        "R": radius,
-        "r_c": radius * outer / (outer - radius),
-        "theta_c": np.degrees(grouped[..., 1]),
-        "P": grouped[..., 2],
-        "ess_bulk": result.worst_ess,
-        "rhat": result.worst_rhat,
-        "acceptance": result.acceptance,
-        "pareto_k": result.pareto_k,
-        "round": result.rounds.astype(float),
-        "grade": result.grade.astype(float),
-    }
 
 
 def _readings(

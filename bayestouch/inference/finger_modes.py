@@ -120,8 +120,8 @@ def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> t
     z = posterior.residual(places, blocks)
     jacobian = (z[:, 1:4] - z[:, 4:7]) / (2 * steps[..., None])
     prior = posterior.log_prior(places, blocks)
-    finite = np.isfinite(prior).all(axis=1)
-    prior = np.where(finite[:, None], prior, 0.0)
+    finite: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=1, keepdims=True)
+    prior = np.where(finite, prior, 0.0)
     slope = (prior[:, 1:4] - prior[:, 4:7]) / (2 * steps)
     gradient = slope - (jacobian @ z[:, 0, :, None])[..., 0]
     hessian = np.asarray(jacobian @ jacobian.swapaxes(1, 2), dtype=np.float64)

@@ -1,8 +1,8 @@
 """Proposal for touches on a finger that follows the posterior of the radius wherever it is not normal.
 
 Near an edge or a flat the posterior of R is cut off or drawn out, while location and load, given R, stay all but
-normal. So the marginal of ``w = log(R/(r_b - R))`` is tabulated (Laplace's integral over location and load at each knot) and
-location and load are proposed given w.
+normal. So the marginal of ``w = log(R/(r_b - R))`` is tabulated (Laplace's integral over location and load at each
+knot) and location and load are proposed given w.
 """
 
 from __future__ import annotations
@@ -218,8 +218,8 @@ def _expand(
     jacobian = np.stack([z[:, :, 1] - z[:, :, 2], z[:, :, 3] - z[:, :, 4]], axis=2) / (2 * steps[..., None])
     gradient = -np.einsum("tgim,tgm->tgi", jacobian, z[:, :, 0])
     curvature = np.einsum("tgim,tgjm->tgij", jacobian, jacobian)
-    inside = np.isfinite(prior).all(axis=-1)
-    safe = np.where(inside[..., None], prior, 0.0)
+    inside: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=-1, keepdims=True)
+    safe = np.where(inside, prior, 0.0)
     gradient += np.stack([safe[..., 1] - safe[..., 2], safe[..., 3] - safe[..., 4]], axis=-1) / (2 * steps)
     bend = -np.stack(
         [safe[..., 1] - 2 * safe[..., 0] + safe[..., 2], safe[..., 3] - 2 * safe[..., 0] + safe[..., 4]], axis=-1
