@@ -1,0 +1,88 @@
+"""A round of independence chains."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, of_blocks
+from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
+from bayestouch.sampling.pareto import pareto_shape
+from bayestouch.sampling.proposals import BlockProposal
+from bayestouch.sampling.run import Run
+from bayestouch.sampling.streams import BlockStreams
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+# Proposals held in memory together.
+POINTS_HELD = 1 << 19
+# Share of the draws left out at the start, and at least so many: a chain forgets its start as fast as it accepts.
+LEFT_OUT, LEAST_LEFT_OUT = 1 / 16, 8
+
+
+def independence_round(
+    run: Run,
+    proposal: BlockProposal,
+    numbers: IntArray,
+    *,
+    round_: int,
+    thin: int,
+    progress: Callable[[float], None] | None = None,
+) -> BlockDraws:
+    """Draw with one independence chain a walker; every `thin`-th step is kept."""
+    n_blocks = proposal.n_blocks
+    result = empty_draws(run.walkers, run.draws, n_blocks, proposal.dimension, round_)
+    left_out = thin * max(LEAST_LEFT_OUT, round(LEFT_OUT * run.draws))
+    points = run.walkers * (left_out + thin * run.draws)
+    total, done = n_blocks * points, 0
+
+    def called(count: int) -> None:
+        nonlocal done
+        done += count
+        if progress is not None:
+            progress(done / total)
+
+    a_call = POINTS_A_CALL if progress is None else min(POINTS_A_CALL, max(1, total // 100))
+    held = max(1, POINTS_HELD // points)
+    for first in range(0, n_blocks, held):
+        index = np.arange(first, min(first + held, n_blocks))
+        part = slice(first, first + len(index))
+        density = of_blocks(run.log_density, numbers[part], points_a_call=a_call, called=called)
+        streams = BlockStreams(run.seed, numbers[part], purpose=round_)
+        log_weights = _chains(run, proposal.select(index), streams, density, result, part, left_out, thin)
+        result.pareto_k[part] = pareto_shape(log_weights)
+        grade(result, part, run.demands)
+    return result
+
+
+def _chains(
+    run: Run,
+    proposal: BlockProposal,
+    streams: BlockStreams,
+    density: BlockDensity,
+    result: BlockDraws,
+    part: slice,
+    left_out: int,
+    thin: int,
+) -> FloatArray:
+    """Run the chains of some blocks into `result`; returns the log weights of all their proposals."""
+    import emcee
+
+    from bayestouch.sampling.backend import BlockBackend
+    from bayestouch.sampling.moves import IndependenceMove
+
+    n_blocks, d = proposal.n_blocks, proposal.dimension
+    n_walkers = n_blocks * run.walkers
+    move = IndependenceMove(proposal, streams, density, left_out + thin * run.draws)
+    backend = BlockBackend(result.draws[:, :, part], result.log_density[:, :, part])
+    sampler = emcee.EnsembleSampler(n_walkers, d, density, moves=move, vectorize=True, backend=backend)
+    # Parameters lie together in memory, like those of the proposals; the first proposal replaces this start.
+    state = emcee.State(np.zeros((d, n_walkers)).T, log_prob=np.full(n_walkers, -np.inf))
+    state = sampler.run_mcmc(state, left_out, store=False, skip_initial_state_check=True)
+    sampler.run_mcmc(state, run.draws, thin_by=thin, skip_initial_state_check=True)
+
+    result.acceptance[part] = move.acceptance()
+    return move.log_weights

@@ -1,0 +1,162 @@
+"""Moves for emcee that advance many independent posteriors in lockstep; one class a move.
+
+The walkers of a block belong to one posterior and never meet those of another.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from emcee.moves import Move
+from numpy.typing import NDArray
+
+from bayestouch.sampling.density import BlockDensity
+from bayestouch.sampling.proposals import BlockProposal
+from bayestouch.sampling.streams import BlockStreams
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+class IndependenceMove(Move):  # type: ignore[misc]
+    """Propose every walker from its block's proposal, whatever its state, and accept or reject it by itself.
+
+    As nothing of a proposal depends on the state, those of all steps are drawn and evaluated at the first step.
+    Walkers do not see each other: they are independent chains. Walker ``w B + b`` is the w-th of block b. The first
+    step accepts any point of finite density, because a walker starts without one (log density ``-inf``).
+
+    Parameters
+    ----------
+    proposal : BlockProposal
+        One distribution for each of B blocks.
+    streams : BlockStreams
+        Their random numbers.
+    log_density : callable
+        Of the blocks' points.
+    steps : int
+        Steps that will be made; no more can be.
+    """
+
+    def __init__(self, proposal: BlockProposal, streams: BlockStreams, log_density: BlockDensity, steps: int) -> None:
+        self._proposal, self._streams, self._log_density, self._steps = proposal, streams, log_density, steps
+        self._step = 0
+        #: Log ratio of posterior to proposal of every proposal, (B, W * steps).
+        self.log_weights: FloatArray = np.empty((0, 0))
+
+    def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
+        """Make one step; called by emcee."""
+        if self._step == 0:
+            self._prepare(len(state.coords))
+        s = self._step
+        accepted = self._bars[s] > self._weight
+        np.copyto(self._weight, self._weights[s], where=accepted)
+        np.copyto(state.log_prob, self._log_probs[s], where=accepted)
+        np.copyto(state.coords.T, self._points[s], where=accepted)
+        self._step += 1
+        self._accepted += accepted
+        return state, accepted
+
+    def acceptance(self) -> FloatArray:
+        """Share of the proposals accepted so far, (B,)."""
+        return np.asarray(self._accepted.reshape(-1, self._proposal.n_blocks).mean(axis=0) / self._step)
+
+    def _prepare(self, n_walkers: int) -> None:
+        blocks, d, steps = self._proposal.n_blocks, self._proposal.dimension, self._steps
+        walkers = n_walkers // blocks
+        x, log_q = self._proposal.draw(self._streams, walkers * steps)
+        log_p = self._log_density(x)
+        self.log_weights = log_p - log_q
+
+        def by_step(values: FloatArray) -> FloatArray:
+            return values.reshape(blocks, walkers, steps).T.reshape(steps, n_walkers)
+
+        self._points = np.empty((steps, d, n_walkers))
+        for j in range(d):
+            self._points[:, j] = by_step(x[..., j])
+        self._log_probs, self._weights = by_step(log_p), by_step(self.log_weights)
+        # log u < new weight - old weight, with -log u a standard exponential number.
+        self._bars = by_step(self.log_weights + self._streams.exponential(walkers * steps))
+        self._weight = np.full(n_walkers, -np.inf)
+        self._accepted = np.zeros(n_walkers)
+
+
+class _GroupMove(Move):  # type: ignore[misc]
+    """Move the walkers of each ensemble by the positions of its others: even ones by odd ones, then the reverse.
+
+    Parameters
+    ----------
+    streams : BlockStreams
+        Random numbers of the B blocks.
+    log_density : callable
+        Of the blocks' points.
+    ensembles : int
+        Independent ensembles in each block.
+    """
+
+    _AHEAD = 64  # steps whose random numbers are drawn together
+
+    def __init__(self, streams: BlockStreams, log_density: BlockDensity, ensembles: int) -> None:
+        self._streams, self._log_density, self._ensembles = streams, log_density, ensembles
+        self._numbers: FloatArray = np.empty((0, 0))
+        self._step = 0
+
+    def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
+        """Make one step; called by emcee."""
+        n_walkers, d = state.coords.shape
+        blocks = len(self._streams)
+        shape = (blocks, self._ensembles, n_walkers // (blocks * self._ensembles))
+        x, log_p = state.coords.reshape(*shape, d), state.log_prob.reshape(shape)
+        accepted = np.zeros(shape, dtype=bool)
+        numbers = self._next_numbers(shape[2] // 2)
+        for half in (0, 1):
+            mine, others = slice(half, None, 2), slice(1 - half, None, 2)
+            u = numbers[:, half]
+            proposed, log_factor = self._move(x[:, :, mine], x[:, :, others], u[..., 1:])
+            new = self._log_density(proposed.reshape(blocks, -1, d)).reshape(log_p[:, :, mine].shape)
+            better = new + log_factor - np.log1p(-u[..., 0]) > log_p[:, :, mine]
+            np.copyto(x[:, :, mine], proposed, where=better[..., None])
+            np.copyto(log_p[:, :, mine], new, where=better)
+            accepted[:, :, mine] = better
+        state.coords, state.log_prob = x.reshape(n_walkers, d), log_p.reshape(n_walkers)
+        return state, accepted.reshape(n_walkers)
+
+    def _next_numbers(self, half: int) -> FloatArray:
+        """Uniform numbers of one step, (B, 2, ensembles, half, 4)."""
+        if self._step % self._AHEAD == 0:
+            self._numbers = self._streams.uniform(self._AHEAD, 2, self._ensembles, half, 4)
+        numbers = self._numbers[:, self._step % self._AHEAD]
+        self._step += 1
+        return np.asarray(numbers)
+
+    def _move(self, x: FloatArray, others: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Proposals and the logarithm of their Hastings factor; u are three uniform numbers a walker."""
+        raise NotImplementedError
+
+
+def _pick(others: FloatArray, index: NDArray[np.intp]) -> FloatArray:
+    return np.take_along_axis(others, index[..., None], axis=2)
+
+
+class GroupStretchMove(_GroupMove):
+    """Stretch move (Goodman and Weare 2010, doi:10.2140/camcos.2010.5.65) within each ensemble, a = 2."""
+
+    def _move(self, x: FloatArray, others: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        z = (1 + u[..., 0]) ** 2 / 2
+        partner = _pick(others, (u[..., 1] * others.shape[2]).astype(np.intp))
+        return partner + z[..., None] * (x - partner), (x.shape[-1] - 1) * np.log(z)
+
+
+class GroupDifferenceMove(_GroupMove):
+    """Differential evolution (ter Braak 2006, doi:10.1007/s11222-006-8769-1) within each ensemble.
+
+    One step in ten takes the whole difference between two walkers, which carries from mode to mode.
+    """
+
+    def _move(self, x: FloatArray, others: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        n, d = others.shape[2:]
+        first = (u[..., 0] * n).astype(np.intp)
+        second = (first + 1 + (u[..., 1] * (n - 1)).astype(np.intp)) % n
+        # The length varies by 20 % either way, so that walkers do not stay on a lattice.
+        length = np.where(u[..., 2] < 0.1, 1.0, 2.38 / np.sqrt(2 * d) * (0.8 + 0.4 * (u[..., 2] - 0.1) / 0.9))
+        return x + length[..., None] * (_pick(others, first) - _pick(others, second)), np.zeros(x.shape[:-1])

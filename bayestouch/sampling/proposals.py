@@ -1,0 +1,184 @@
+"""Distributions that propose: one for each of many blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gammaln
+
+from bayestouch.sampling.streams import BlockStreams
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+
+class BlockProposal(Protocol):
+    """An independence proposal for each of B blocks of dimension d."""
+
+    @property
+    def n_blocks(self) -> int:
+        """B."""
+        ...
+
+    @property
+    def dimension(self) -> int:
+        """d."""
+        ...
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        ...
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log density, normalised, (B, n, d) -> (B, n)."""
+        ...
+
+    def select(self, blocks: ArrayLike) -> BlockProposal:
+        """Proposal of some of the blocks, by position or mask."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class StudentT:
+    """Multivariate Student-t for each block.
+
+    Attributes
+    ----------
+    centre : (B, d) array
+        Centres.
+    root : (B, d, d) array
+        Lower Cholesky factors of the scale matrices (the covariance is dof / (dof - 2) times the scale matrix).
+    dof : float
+        Degrees of freedom: heavy tails keep the ratio of posterior to proposal bounded.
+    """
+
+    centre: FloatArray
+    root: FloatArray
+    dof: float = 7.0
+
+    @classmethod
+    def from_covariance(
+        cls, centre: ArrayLike, covariance: ArrayLike, dof: float = 7.0, scale: float = 1.0
+    ) -> StudentT:
+        """Student-t with the scale matrix ``scale² covariance``; a Laplace fit's covariance is meant.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            A covariance is not positive definite.
+        """
+        root = np.linalg.cholesky(np.asarray(covariance, dtype=float))
+        return cls(np.asarray(centre, dtype=float), scale * root, dof)
+
+    @property
+    def n_blocks(self) -> int:
+        """B."""
+        return int(self.centre.shape[0])
+
+    @property
+    def dimension(self) -> int:
+        """d."""
+        return int(self.centre.shape[1])
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        z = standard_t(streams, self.dimension, n, self.dof)
+        return self.place(z), self._log_density_of_squares((z * z).sum(axis=1))
+
+    def place(self, z: FloatArray) -> FloatArray:
+        """Move and shape standard numbers, (B, d, n) -> (B, n, d)."""
+        # Coordinates stay apart in memory, so that a likelihood reads each as one piece.
+        return np.swapaxes(self.root @ z + self.centre[:, :, None], 1, 2)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log density, normalised, (B, n, d) -> (B, n)."""
+        z = self._inverse_root @ (np.swapaxes(x, 1, 2) - self.centre[:, :, None])
+        return self._log_density_of_squares((z * z).sum(axis=1))
+
+    def select(self, blocks: ArrayLike) -> StudentT:
+        """Proposal of some of the blocks, by position or mask."""
+        index = np.asarray(blocks)
+        return StudentT(self.centre[index], self.root[index], self.dof)
+
+    @cached_property
+    def _inverse_root(self) -> FloatArray:
+        return np.asarray(np.linalg.inv(self.root), dtype=np.float64)
+
+    @cached_property
+    def _log_peak(self) -> FloatArray:
+        d, dof = self.dimension, self.dof
+        volume = np.log(np.diagonal(self.root, axis1=1, axis2=2)).sum(axis=1)
+        return np.asarray(gammaln((dof + d) / 2) - gammaln(dof / 2) - d / 2 * np.log(dof * np.pi) - volume)
+
+    def _log_density_of_squares(self, squares: FloatArray) -> FloatArray:
+        return self._log_peak[:, None] - (self.dof + self.dimension) / 2 * np.log1p(squares / self.dof)
+
+
+@dataclass(frozen=True, eq=False)
+class Mixture:
+    """Weighted sum of Student-t distributions of the same degrees of freedom, for each block.
+
+    Attributes
+    ----------
+    components : tuple of StudentT
+        The parts, each over all B blocks.
+    weights : (B, k) array
+        Their shares; each row adds up to 1.
+    """
+
+    components: tuple[StudentT, ...]
+    weights: FloatArray
+
+    @property
+    def n_blocks(self) -> int:
+        """B."""
+        return self.components[0].n_blocks
+
+    @property
+    def dimension(self) -> int:
+        """d."""
+        return self.components[0].dimension
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        z = standard_t(streams, self.dimension, n, self.components[0].dof)
+        bounds = np.cumsum(self.weights, axis=1)[:, :, None]
+        choice = (streams.uniform(n)[:, None, :] >= bounds[:, :-1]).sum(axis=1)
+        x = self.components[0].place(z)
+        for k, component in enumerate(self.components[1:], start=1):
+            np.copyto(x, component.place(z), where=(choice == k)[:, :, None])
+        return x, self.log_density(x)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log density, normalised, (B, n, d) -> (B, n)."""
+        total = np.full(x.shape[:2], -np.inf)
+        with np.errstate(divide="ignore"):  # a component without a share
+            shares = np.log(self.weights)
+        for k, component in enumerate(self.components):
+            np.logaddexp(total, shares[:, k, None] + component.log_density(x), out=total)
+        return total
+
+    def select(self, blocks: ArrayLike) -> Mixture:
+        """Proposal of some of the blocks, by position or mask."""
+        return Mixture(tuple(part.select(blocks) for part in self.components), self.weights[np.asarray(blocks)])
+
+    @classmethod
+    def concatenate(cls, mixtures: Sequence[Mixture]) -> Mixture:
+        """Join mixtures of as many components over one set of blocks after the other."""
+        components = tuple(
+            StudentT(np.concatenate([p.centre for p in parts]), np.concatenate([p.root for p in parts]), parts[0].dof)
+            for parts in zip(*(mixture.components for mixture in mixtures), strict=True)
+        )
+        return cls(components, np.concatenate([mixture.weights for mixture in mixtures]))
+
+
+def standard_t(streams: BlockStreams, dimension: int, n: int, dof: float) -> FloatArray:
+    """Standard Student-t vectors, (B, d, n)."""
+    z = streams.normal(dimension, n)
+    z *= np.sqrt(dof / 2 / streams.gamma(dof / 2, n))[:, None, :]
+    return z
