@@ -127,7 +127,7 @@ def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None
 
 
 def test_draws_are_those_of_the_normal_approximation_where_it_is_good(calibration: bayestouch.Calibration) -> None:
-    """σ is fixed to four digits by the data, so its marginal is normal; sd from the draws has a few per cent of error."""
+    """σ is fixed to four digits by the data: its marginal is normal. The sd of the draws has a few per cent of error."""
     draws = calibration.posterior["sigma"].ravel()
     laplace = np.sqrt(calibration.covariance[calibration.layout.index("sigma"), calibration.layout.index("sigma")])
     assert draws.std() == pytest.approx(laplace, rel=0.1)
@@ -141,9 +141,10 @@ def test_density_is_the_likelihood_of_the_fit() -> None:
     fit, _ = fit_finger(means, sensor().body, priors, FORCE_NOISE)
     density = FingerDensity.of(fit.likelihood, fit.laplace, fit.sd)
     rng = np.random.default_rng(4)
-    vectors = fit.laplace.mode + rng.standard_normal((8, len(fit.laplace.mode))) @ np.linalg.cholesky(
-        fit.laplace.covariance
-    ).T
+    vectors = (
+        fit.laplace.mode
+        + rng.standard_normal((8, len(fit.laplace.mode))) @ np.linalg.cholesky(fit.laplace.covariance).T
+    )
 
     def slow(vector: np.ndarray) -> float:
         _, predicted = fit.likelihood.predicted(vector)

@@ -18,6 +18,8 @@ from bayestouch.sensor import Finger
 
 FloatArray = NDArray[np.float64]
 
+# Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
+LOAD_REACH = 3.2
 # Steps of the central differences, in the unit of each parameter; their error is far below the noise.
 STEP_RADIUS_MM, STEP_ANGLE, STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 1e-4, 1e-4, 1e-3
 
@@ -137,7 +139,7 @@ class FingerLikelihood:
             offset=np.zeros(m),
             poisson_ratio=float(vector[3 * m]),
             shear_modulus_MPa=float(np.exp(vector[3 * m + 1])),
-            largest_load=1.5 * float(self.known.load.max()),
+            largest_load=LOAD_REACH * float(self.known.load.max()),
             contact=self.contact,
         )
 
@@ -157,7 +159,8 @@ class FingerLikelihood:
         m = self.n_elements
         chain, predicted = self.predicted(vector)
         moved = [
-            predicted / chain.response,
+            # not predicted / response: the response of a dead element is zero
+            self._predict(chain.with_(response=np.ones(m))),
             self._central(chain, "sensing_radius_mm", STEP_RADIUS_MM),
             self._central(chain, "angle", STEP_ANGLE),
         ]
@@ -197,7 +200,8 @@ class FingerLikelihood:
             rows = -self.whiten(self.derivatives(vector), predicted, sd)
             return np.concatenate([rows.reshape(len(vector), -1).T, np.diag(1 / spread)])
 
-        return least_squares_map(residuals, jacobian, self.start, self.priors.bounds(self.finger))
+        largest = LOAD_REACH * float(self.known.load.max())
+        return least_squares_map(residuals, jacobian, self.start, self.priors.bounds(self.finger, largest))
 
 
 def fit_finger(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.body.annulus import solve_annulus
-from bayestouch.calibration.finger import FingerLikelihood
+from bayestouch.calibration.finger import LOAD_REACH, FingerLikelihood
 from bayestouch.chain.response import ContactSpectra, ResponseTable
 from bayestouch.fit import LaplaceFit
 
@@ -85,7 +85,7 @@ class FingerDensity:
     def log_density(self, vector: FloatArray) -> float:
         """Log posterior density up to a constant; ``-inf`` outside the bounds."""
         likelihood, finger = self.likelihood, self.likelihood.finger
-        low, high = likelihood.priors.bounds(finger)
+        low, high = likelihood.priors.bounds(finger, LOAD_REACH * float(likelihood.known.load.max()))
         if not np.all((vector > low) & (vector < high)) or not self._covered(vector):
             return -np.inf
         predicted = self.predict(vector)

@@ -102,11 +102,16 @@ class FingerPriors:
         )
         return mean, spread
 
-    def bounds(self, finger: Finger) -> tuple[FloatArray, FloatArray]:
-        """Lower and upper bounds of the flat vector."""
+    def bounds(self, finger: Finger, largest_load: float) -> tuple[FloatArray, FloatArray]:
+        """Lower and upper bounds of the flat vector, for loads up to `largest_load` N/m.
+
+        The rubber is at least so stiff that a flat under the largest load keeps to a quarter of the circumference,
+        where linear contact has long lost its meaning.
+        """
         free = np.full(finger.n_elements, np.inf)
+        softest = np.log(largest_load / 1000 / (10 * finger.outer_radius_mm))
         depth, poisson = self.sensing_radius, self.poisson_ratio
-        low = np.concatenate([-free, np.full(finger.n_elements, depth.low), -free, [poisson.low, -np.inf]])
+        low = np.concatenate([-free, np.full(finger.n_elements, depth.low), -free, [poisson.low, softest]])
         high = np.concatenate([free, np.full(finger.n_elements, depth.high), free, [poisson.high, np.inf]])
         return low, high
 

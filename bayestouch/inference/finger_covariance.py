@@ -41,7 +41,8 @@ def calibration_jacobian(chain: FingerChain, radius_mm: FloatArray, angle: Float
     mu = chain.shear_modulus_MPa
     return np.stack(
         [
-            (predict(chain) - chain.offset) / chain.response,
+            # not reading / response: the response of a dead element is zero
+            predict(chain.with_(response=np.ones(chain.n_elements))) - chain.offset,
             central(STEP_RADIUS_MM, sensing_radius_mm=chain.sensing_radius_mm),
             central(STEP_ANGLE, angle=chain.angle),
             central(STEP_POISSON, poisson_ratio=chain.poisson_ratio),

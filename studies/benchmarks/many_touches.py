@@ -1,0 +1,120 @@
+"""All 4,800 touches of the paper's design (40 locations x 20 samples x 6 indenters): seconds, and ratio to plain emcee.
+
+Every touch is to reach a bulk effective sample size of 400 for each of R, θ_c, P. Plain emcee (stretch moves, one
+vectorised run a touch, the same tabulated likelihood) is timed on a few touches and extrapolated.
+
+    python studies/benchmarks/many_touches.py [touches]
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+from bayestouch.chain.finger import FingerChain
+from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
+from bayestouch.inference.finger_modes import find_modes
+from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.noise import Noise
+
+ELEMENTS, LOAD, NOISE_PERCENT, MODULUS = 16, 200.0, 1.72, 0.15
+ESS = 400.0
+PLAIN_TOUCHES, PLAIN_WALKERS, PLAIN_STEPS = 4, 32, 1500
+
+
+def finger() -> FingerChain:
+    """The paper's finger; a response of 1 count per N/m."""
+    angles = np.radians((np.arange(ELEMENTS) - 7.5) * 8.8)
+    one = np.ones(ELEMENTS)
+    return FingerChain(9.4, 12.7, one, 9.9 * one, angles, 0 * one, 0.46, MODULUS, 1.5 * LOAD)
+
+
+def design(n: int, seed: int = 0) -> tuple[DrawTask, TouchReadings]:
+    """Raw samples over 40 locations, composite radii over (0.3, 12.6) mm."""
+    chain = finger()
+    rng = np.random.default_rng(seed)
+    noise = Noise(np.full(ELEMENTS, NOISE_PERCENT / 100 * LOAD), np.zeros(ELEMENTS), 0.0, 1.0)
+    radius = rng.uniform(0.3, 12.6, n)
+    angle = np.radians(rng.integers(-20, 20, n).astype(float))
+    clean = chain.predict(radius, angle, np.full(n, LOAD))
+    touches = TouchReadings(
+        readings=clean + noise.tactile_sd * rng.standard_normal(clean.shape),
+        counts=np.ones(clean.shape, dtype=np.int64),
+        load=LOAD + rng.standard_normal(n),
+        load_sd=np.ones(n),
+    )
+    # A calibration of the quality a practice finger gets: 0.25 % in response, 15 µm, 0.016 degree, σ 3e-4, μ 0.6 %.
+    sd = np.repeat([0.0025, 0.015, np.radians(0.016)], ELEMENTS)
+    covariance = np.diag(np.concatenate([sd, [3e-4, 6e-3]]) ** 2)
+    priors = IndenterPriors.of(chain, LOAD)
+    table = ReadingTable.of(chain, *priors.location.support)
+    return DrawTask(chain, priors, table, noise, covariance, "emcee", 1024, 1), touches
+
+
+def plain_emcee(task: DrawTask, touches: TouchReadings) -> float:
+    """Seconds a touch that plain emcee needs for the effective sample size, from a few touches."""
+    import emcee
+
+    spent, least = 0.0, []
+    rows = np.linspace(0, touches.n_touches - 1, PLAIN_TOUCHES).astype(np.int64)
+    for row in rows:
+        one = touches.select(np.array([row]))
+        posterior = FingerPosterior(task.chain, one, task.priors, noise_whitener(task.noise, one), task.table)
+        mode, hessian = find_modes(posterior)
+        rng = np.random.default_rng(int(row))
+        root = np.linalg.cholesky(np.linalg.inv(hessian[0]))
+        start = mode[0] + rng.standard_normal((PLAIN_WALKERS, 3)) @ root.T
+        begun = time.perf_counter()
+        sampler = emcee.EnsembleSampler(
+            PLAIN_WALKERS, 3, lambda x, p=posterior: p.log_density(x[None], np.array([0]))[0], vectorize=True
+        )
+        sampler.run_mcmc(start, PLAIN_STEPS)
+        spent += time.perf_counter() - begun
+        # independent draws from the autocorrelation time: walkers of one ensemble are no independent chains
+        tau = sampler.get_autocorr_time(tol=0).max()
+        least.append(PLAIN_WALKERS * PLAIN_STEPS / tau)
+    return spent / PLAIN_TOUCHES * ESS / float(np.mean(least))
+
+
+def timed(task: DrawTask, touches: TouchReadings) -> tuple[float, list[dict[str, np.ndarray]]]:
+    """Seconds for all touches on all cores."""
+    begun = time.perf_counter()
+    parts = draw_in_pieces(task, touches, None, None)
+    return time.perf_counter() - begun, parts
+
+
+def main(n: int = 4800) -> dict[str, float]:
+    """Print the table; returns seconds by method."""
+    from dataclasses import replace
+
+    task, touches = design(n)
+    runs = {
+        "emcee in lockstep, calibration propagated": task,
+        "emcee in lockstep, plug-in": replace(task, calibration_covariance=None),
+        "importance, calibration propagated": replace(task, method="importance"),
+        "importance, plug-in": replace(task, method="importance", calibration_covariance=None),
+    }
+    plain = plain_emcee(task, touches) * n
+    seconds = {"plain emcee, touch by touch (extrapolated)": plain}
+    print(f"{n} touches, bulk ESS >= {ESS:.0f} of each parameter, {os.cpu_count()} cores, plug-in for plain emcee")
+    print(f"  {'plain emcee, touch by touch (extrapolated)':45s} {plain:8.1f} s")
+    for name, run in runs.items():
+        seconds[name], parts = timed(run, touches)
+        grade = np.concatenate([part["grade"] for part in parts])
+        least = np.concatenate([part["ess_bulk"] for part in parts]).min()
+        rounds = np.concatenate([part["round"] for part in parts])
+        print(
+            f"  {name:45s} {seconds[name]:8.2f} s  {plain / seconds[name]:7.0f} x plain  least ESS {least:5.0f}  "
+            f"good {grade.mean():7.2%}  beyond first round {np.mean(rounds > 1):.2%}"
+        )
+    return seconds
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:]))
