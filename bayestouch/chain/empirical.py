@@ -1,0 +1,194 @@
+"""The chain of a finger whose E map is identified, not modelled: touches to readings.
+
+Only contact is elastic here. The map from pressure to readings is a matrix E, a row of ``2 n_c + 1`` numbers per
+element, in the order and units of `bayestouch.body.emap`: readings per MPa of the traction coefficients
+``p_0, p_1^s, p_1^c, …`` (tension positive), equations (1) and (2) of Nicolson and Fearing (1995) with the gain in E.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.body.emap import fourier_basis, per_coefficient, traction_coefficients
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.response import ContactSpectra, ResponseTable
+from bayestouch.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+
+def modes_of(chain: FingerChain) -> int:
+    """Highest Fourier mode n_c that an elastic finger sums."""
+    return int(chain.spectra.body.modes[-1])
+
+
+def elastic_amplitudes(chain: FingerChain, n_coefficients: int) -> FloatArray:
+    """Response of each element to the modes ``0 … n_c`` of the traction, readings per MPa, shape (m, n_c + 1).
+
+    Negative where a squeezed element reads positive: traction is tension positive.
+    """
+    strain = chain.spectra.body.radial_strain(chain.sensing_radius_mm)
+    if n_coefficients >= strain.shape[1]:
+        raise InputError(f"this finger sums Fourier modes up to {strain.shape[1] - 1}, got n_c = {n_coefficients}")
+    # The response is the reading per N/m of a knife edge above the element: 1 N/m is all modes at once.
+    peak = strain[:, :1] + 2 * strain[:, 1:].sum(axis=1, keepdims=True)
+    line = 2 * np.pi * chain.outer_radius_mm * 1000
+    return np.asarray(-line * chain.response[:, None] / peak * strain[:, : n_coefficients + 1])
+
+
+def elastic_e_matrix(chain: FingerChain, n_coefficients: int) -> FloatArray:
+    """E of an elastic finger, readings per MPa of the traction coefficients, shape (m, 2 n_c + 1)."""
+    amplitudes = elastic_amplitudes(chain, n_coefficients)
+    return np.asarray(per_coefficient(amplitudes) * fourier_basis(np.degrees(chain.angle), n_coefficients))
+
+
+def pressure_matrix(
+    chain: FingerChain, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike, n_coefficients: int
+) -> FloatArray:
+    """Traction coefficients of touches under the contact of an elastic finger: ``Pᵀ`` of the paper.
+
+    Parameters
+    ----------
+    chain : FingerChain
+        Its contact model, σ and μ are used.
+    radius_mm, angle, load : (t,) array_like
+        Composite radius R (mm), location (rad), line load (N/m).
+    n_coefficients : int
+        n_c.
+
+    Returns
+    -------
+    (t, 2 n_c + 1) array
+        MPa, tension positive.
+    """
+    load, radius = np.asarray(load, dtype=float), np.asarray(radius_mm, dtype=float)
+    spectra = chain.spectra
+    kappa = np.maximum(load / 1000 * radius / chain.shear_modulus_MPa, 0.0)
+    # Between knots as `ResponseTable` does, so that both predict the same.
+    first, step = spectra.coordinates[0], spectra.coordinates[1] - spectra.coordinates[0]
+    place = np.clip((np.log1p(kappa / spectra.kappa_scale) - first) / step, 0.0, len(spectra.coordinates) - 1 - 1e-9)
+    row = place.astype(np.int64)
+    upper = (place - row)[:, None]
+    knots = spectra.spectra[:, : n_coefficients + 1]
+    spectrum = knots[row] + upper * (knots[row + 1] - knots[row])
+    return traction_coefficients(spectrum, np.degrees(angle), load / 1000, outer_radius_mm=chain.outer_radius_mm).T
+
+
+@dataclass(frozen=True, eq=False)
+class EmpiricalFingerChain:
+    """A finger with an identified E map. Predicts and is read as `bayestouch.chain.finger.FingerChain` is.
+
+    Attributes
+    ----------
+    elastic : FingerChain
+        The elastic finger whose geometry and contact (model, σ, μ) are used; its E is not.
+    e_matrix : (m, 2 n_c + 1) array
+        E, readings per MPa of the traction coefficients.
+    """
+
+    elastic: FingerChain
+    e_matrix: FloatArray
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.e_matrix)
+
+    @property
+    def n_coefficients(self) -> int:
+        """Highest Fourier coefficient n_c."""
+        return int(self.e_matrix.shape[1]) // 2
+
+    @property
+    def outer_radius_mm(self) -> float:
+        """``r_b``, mm."""
+        return self.elastic.outer_radius_mm
+
+    @property
+    def core_radius_mm(self) -> float:
+        """``r_a``, mm."""
+        return self.elastic.core_radius_mm
+
+    @property
+    def shear_modulus_MPa(self) -> float:
+        """μ of the contact, MPa."""
+        return self.elastic.shear_modulus_MPa
+
+    @property
+    def poisson_ratio(self) -> float:
+        """σ of the contact."""
+        return self.elastic.poisson_ratio
+
+    @property
+    def contact(self) -> str:
+        """Contact model."""
+        return self.elastic.contact
+
+    @property
+    def angle(self) -> FloatArray:
+        """``θ_s`` of the elastic fit, rad, (m,): where an element reads most, roughly; predictions do not use it."""
+        return self.elastic.angle
+
+    @property
+    def offset(self) -> FloatArray:
+        """Reading without touch, (m,)."""
+        return self.elastic.offset
+
+    @property
+    def largest_load(self) -> float:
+        """Largest load that is tabulated, N/m."""
+        return self.elastic.largest_load
+
+    @property
+    def spectra(self) -> ContactSpectra:
+        """Contact."""
+        return self.elastic.spectra
+
+    @cached_property
+    def response(self) -> FloatArray:
+        """Reading per N/m of a knife edge at the element's angle, (m,)."""
+        unit = pressure_matrix(
+            self.elastic, np.zeros(self.n_elements), self.angle, np.ones(self.n_elements), self.n_coefficients
+        )
+        return np.asarray(np.einsum("ek,ek->e", unit, self.e_matrix))
+
+    @property
+    def gain(self) -> FloatArray:
+        """Reading per relative strain, that under a knife edge at the element's angle being one: the response."""
+        return self.response
+
+    @cached_property
+    def mode_weights(self) -> NDArray[np.complex128]:
+        """``w_k``, (m, n_c + 1): reading under 1 N/m at θ_c is ``Re Σ_k d_k q_k w_k exp(-i k θ_c)``.
+
+        ``d_0 = 1`` and ``d_k = 2``: what a real inverse Fourier transform over ``-θ_c`` sums.
+        """
+        e = self.e_matrix
+        cosine = np.concatenate([e[:, :1], e[:, 2::2]], axis=1)
+        sine = np.concatenate([np.zeros((len(e), 1)), e[:, 1::2]], axis=1)
+        return np.asarray(-(cosine + 1j * sine) / (2 * np.pi * self.outer_radius_mm * 1000))
+
+    @cached_property
+    def table(self) -> ResponseTable:
+        """Reading over `response`, over κ and the angle from touch to element."""
+        modes = np.arange(self.n_coefficients + 1)
+        turned = self.mode_weights * np.exp(-1j * modes * self.angle[:, None]) / self.response[:, None]
+        # As fine as the table of an elastic finger.
+        n_angles = 1 << int(np.ceil(np.log2(max(512, 4 * modes[-1]))))
+        weights = turned[:, None, :] * self.spectra.spectra[:, : len(modes)]
+        values = np.fft.irfft(weights, n=n_angles) * n_angles
+        slopes = np.fft.irfft(1j * modes * weights, n=n_angles) * (2 * np.pi)
+        return ResponseTable(
+            self.spectra.kappa_scale, self.spectra.coordinates, values, slopes, np.ones(self.n_elements)
+        )
+
+    def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
+        load = np.asarray(load, dtype=float)
+        kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
+        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
+        return np.asarray(self.offset + self.response * load[..., None] * shape)
