@@ -24,6 +24,7 @@ _PUBLIC = {
     "load_dataset": "dataset",
     "report": "reporting",
     "save_dataset": "dataset",
+    "sbc": "simulation_checks",
     "simulate": "simulation",
 }
 
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from bayestouch.results import Calibration as Calibration
     from bayestouch.results import TouchPosteriors as TouchPosteriors
     from bayestouch.simulation import simulate as simulate
+    from bayestouch.simulation_checks import sbc as sbc
     from bayestouch.touches import Touches as Touches
 
 
