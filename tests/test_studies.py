@@ -1,0 +1,50 @@
+"""Every study run small, and its number."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+STUDIES = Path(__file__).parents[1] / "studies"
+
+
+def study(name: str) -> ModuleType:
+    """A study as a module, by its path below studies/ without the ending."""
+    spec = importlib.util.spec_from_file_location(name.replace("/", "_"), STUDIES / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_noise_row() -> None:
+    """The location row of the paper wants a modulus near 0.15 MPa, the radius row one near 0.1; the bound is a bound."""
+    results = study("noise_row").main(1)
+    bound, sds = results[0.15]
+    assert bound[0] == pytest.approx(0.14, abs=0.01)
+    assert results[0.1][0][2] == pytest.approx(0.79, abs=0.08)
+    # prior and truncation can only add information: 240 touches scatter the rms sd by a few per cent
+    assert np.all(sds < 1.05 * bound)
+
+
+def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The cost is printed, and the table beats the series it replaces by far more than timing can blur."""
+    module = study("benchmarks/log_likelihood")
+    monkeypatch.setattr(module, "TOUCHES", 32)
+    nanoseconds = module.main()
+    assert nanoseconds["tabulated, calibration plugged in"] < nanoseconds["Fourier series"] / 5
+
+
+def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[str]) -> None:
+    """Every touch reaches the effective sample size that the benchmark claims."""
+    study("benchmarks/many_touches").main(64)
+    lines = [line for line in capsys.readouterr().out.splitlines() if "least ESS" in line]
+    assert len(lines) == 4
+    assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
