@@ -209,3 +209,29 @@ def test_an_element_nobody_touched_is_named() -> None:
 def test_options_of_the_other_body_are_refused() -> None:
     with pytest.raises(InputError, match="pads"):
         bayestouch.calibrate(dataset(known_touches(1)), kernel="layer")
+
+
+@pytest.mark.slow  # a minute: plain emcee needs some 40,000 evaluations for 11 correlated parameters
+def test_three_elements_agree_with_a_long_plain_emcee_run() -> None:
+    """Means within 4 Monte Carlo errors, sds within 3 % plus their own Monte Carlo error, of both runs."""
+    from bayestouch.calibration.finger_posterior import sample_density
+    from bayestouch.sampling import sample_plain
+
+    few = slice(2, 5)
+    touches = known_touches(11, step=3.0)
+    body = Finger(9.4, 12.7, 9.9, ANGLES[few])
+    part = touches.with_(readings=touches.readings[:, few])
+    priors, _ = FingerPriors.of(sensor())
+    fit, _ = fit_finger(part.averaged(), body, priors, FORCE_NOISE)
+    density = FingerDensity.of(fit.likelihood, fit.laplace, fit.sd)
+    quick = sample_density(density, fit.laplace, 6000, 1, None)
+    d = len(fit.laplace.mode)
+    rng = np.random.default_rng(0)
+    start = fit.laplace.mode + rng.standard_normal((4, 32, d)) @ np.linalg.cholesky(fit.laplace.covariance).T
+    plain = sample_plain(density, start, steps=400, seed=2)
+    for i in range(d):
+        a, b = quick.draws[:, :, 0, i], plain.draws[..., i]
+        error = a.std() * np.sqrt(1 / quick.ess_bulk[0, i] + 1 / plain.ess_bulk[i])
+        assert abs(a.mean() - b.mean()) < 4 * error, fit
+        share = np.sqrt(0.5 / quick.ess_bulk[0, i] + 0.5 / plain.ess_bulk[i])
+        assert a.std() == pytest.approx(b.std(), rel=0.03 + 3 * share)

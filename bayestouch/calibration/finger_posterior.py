@@ -50,7 +50,7 @@ def calibrate_finger(
         notes += (f"The force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the load is assumed.",)
     fit, used = fit_finger(means, finger, priors, force_sd, contact=contact)
     density = FingerDensity.of(fit.likelihood, fit.laplace, fit.sd)
-    drawn = _sample(density, fit.laplace, draws, seed, progress)
+    drawn = sample_density(density, fit.laplace, draws, seed, progress)
     vectors = drawn.draws[:, :, 0]
     known = means.touch[used]
     location = means.angle_deg
@@ -166,7 +166,7 @@ def _public_draws(fit: FingerFit, vectors: FloatArray, pure_error_dof: FloatArra
     return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
 
 
-def _sample(
+def sample_density(
     density: FingerDensity, laplace: LaplaceFit, draws: int, seed: int, progress: Progress | None
 ) -> BlockDraws:
     """Draw the flat vectors with emcee: one block, proposals from the Laplace normal with slightly heavier tails."""
