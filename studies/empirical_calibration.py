@@ -34,6 +34,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.dataset import load_dataset
 from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
 from bayestouch.inference.finger_modes import find_modes, with_whitener
+from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (
     FingerPosterior,
     IndenterPriors,
@@ -42,7 +43,7 @@ from bayestouch.inference.finger_reader import (
     noise_whitener,
 )
 from bayestouch.noise import Noise
-from bayestouch.sampling import StudentT, sample_blocks
+from bayestouch.sampling import sample_blocks
 
 SMALLEST_SINGULAR_VALUE = 0.01
 CALIBRATIONS = ("model", "least sq.", "Bayesian")
@@ -157,8 +158,8 @@ def read(finger: Finger, name: str, *, draws: int = 256, every: int = 1, seed: i
         covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(noise, readings, covariance))
         mode, hessian = find_modes(posterior)
-    root = np.linalg.cholesky(np.linalg.inv(hessian))
-    drawn = sample_blocks(posterior.log_density, StudentT(mode, root, 5.0), walkers=4, draws=draws, seed=seed).draws
+    proposal = profile_proposal(posterior, mode, hessian)
+    drawn = sample_blocks(posterior.log_density, proposal, walkers=4, draws=draws, seed=seed).draws
     flat = drawn.reshape(-1, *drawn.shape[2:])
     radius, (true_radius, true_angle, load) = posterior.radius(flat[..., 0]), poses(touches, finger)
     low, high = np.quantile(radius, [0.05, 0.95], axis=0)
