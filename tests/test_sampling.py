@@ -295,7 +295,7 @@ def test_chains_of_a_block_are_independent() -> None:
 def test_the_start_is_forgotten() -> None:
     """The first draw kept has the target's distribution, though a walker starts at a proposal, here twice as wide."""
     result = sample_blocks(NORMAL_2.blocks, _proposal([0], [[4]], blocks=2000), seed=8, draws=32, rounds=1)
-    # Eight steps, each forgetting at least 1/w of the start with w < 2.3 the largest ratio of the densities: 1 % is left.
+    # Eight steps, each forgetting 1/w of the start, w = 2.1 the largest ratio of the densities: 1 % is left.
     assert stats.kstest(result.draws[:, 0, :, 0].ravel(), stats.norm.cdf).pvalue > 1e-3
 
 
