@@ -36,11 +36,21 @@ def cli() -> None:
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration to write (.nc).")
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
+@click.option(
+    "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
+)
 @click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
 @click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
 @_common
 def calibrate(
-    dataset: Path, output: Path, contact: str | None, kernel: str | None, draws: int, seed: int, quiet: bool
+    dataset: Path,
+    output: Path,
+    contact: str | None,
+    e_map: str | None,
+    kernel: str | None,
+    draws: int,
+    seed: int,
+    quiet: bool,
 ) -> None:
     """Calibrate a sensor from touches with known indenter and location.
 
@@ -51,7 +61,13 @@ def calibrate(
     _check_output(output)
     with progress_bar("calibrate", quiet) as advance:
         calibration = bayestouch.calibrate(
-            bayestouch.load_dataset(dataset), contact=contact, kernel=kernel, draws=draws, seed=seed
+            bayestouch.load_dataset(dataset),
+            contact=contact,
+            e_map=e_map,
+            kernel=kernel,
+            draws=draws,
+            seed=seed,
+            progress=advance,
         )
         calibration.save(output)
         advance(1.0)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.errors import InputError
+from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
@@ -69,8 +70,7 @@ class RankStatistics:
         figure = Figure(figsize=(3.2 * len(self.ranks), 2.8), layout="constrained")
         axes = figure.subplots(1, len(self.ranks), squeeze=False)[0]
         for axis, (name, ranks) in zip(axes, self.ranks.items(), strict=True):
-            low, high = binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)
-            axis.axhspan(low, high, color="0.88")
+            axis.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
             axis.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1), color="#0072b2")
             axis.set(xlabel=f"rank of the true {name}", ylabel="touches", title=f"p = {self.p_value[name]:.2g}")
         return figure
@@ -134,7 +134,7 @@ def sbc(
         priors=priors,
         table=ReadingTable.of(chain, *priors.location.support),
         noise=calibration.noise,
-        calibration_covariance=None if plug_in else calibration.covariance,
+        reading_covariance=None if plug_in else CalibrationCovariance(chain, calibration.covariance),
         method=method,
         draws=1024,
         seed=seed,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -14,6 +16,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.fit import whiten_rank_one
+from bayestouch.posterior import load_calibration
 from bayestouch.sensor import Finger, Rubber, Sensor
 from bayestouch.touches import Touches, touches_from
 
@@ -127,7 +130,7 @@ def test_posterior_covers_the_truth(calibration: bayestouch.Calibration) -> None
 
 
 def test_draws_are_those_of_the_normal_approximation_where_it_is_good(calibration: bayestouch.Calibration) -> None:
-    """σ is fixed to four digits by the data: its marginal is normal. The sd of the draws has a few per cent of error."""
+    """σ is fixed to four digits by the data: its marginal is normal. The draws' sd has a few per cent of error."""
     draws = calibration.posterior["sigma"].ravel()
     laplace = np.sqrt(calibration.covariance[calibration.layout.index("sigma"), calibration.layout.index("sigma")])
     assert draws.std() == pytest.approx(laplace, rel=0.1)
@@ -209,6 +212,19 @@ def test_an_element_nobody_touched_is_named() -> None:
 def test_options_of_the_other_body_are_refused() -> None:
     with pytest.raises(InputError, match="pads"):
         bayestouch.calibrate(dataset(known_touches(1)), kernel="layer")
+
+
+def test_an_identified_map_reads_touches_as_the_model_does_where_the_model_is_right(tmp_path: Path) -> None:
+    """Both maps read the same touches: estimates differ by less than what either leaves uncertain; and it is saved."""
+    data = dataset(known_touches(12))
+    model = bayestouch.calibrate(data, draws=200)
+    identified = bayestouch.calibrate(data, draws=200, e_map="empirical")
+    identified.save(tmp_path / "identified.nc")
+    loaded = load_calibration(tmp_path / "identified.nc")
+    a, b = bayestouch.infer(data.touches, model), bayestouch.infer(data.touches, loaded)
+    for name in ("R", "theta_c", "P"):
+        z = (a.mean(name) - b.mean(name)) / np.hypot(a.sd(name), b.sd(name))
+        assert np.sqrt(np.mean(z**2)) < 0.5, name
 
 
 @pytest.mark.slow  # a minute: plain emcee needs some 40,000 evaluations for 11 correlated parameters

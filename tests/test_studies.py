@@ -25,7 +25,7 @@ def study(name: str) -> ModuleType:
 
 
 def test_noise_row() -> None:
-    """The location row of the paper wants a modulus near 0.15 MPa, the radius row one near 0.1; the bound is a bound."""
+    """The paper's location row wants a modulus near 0.15 MPa, its radius row one near 0.1; and the bound is a bound."""
     results = study("noise_row").main(1)
     bound, sds = results[0.15]
     assert bound[0] == pytest.approx(0.14, abs=0.01)

@@ -16,6 +16,7 @@ def calibrate(
     dataset: DataSet,
     *,
     contact: str | None = None,
+    e_map: str | None = None,
     kernel: str | None = None,
     draws: int = 1000,
     seed: int = 0,
@@ -29,6 +30,8 @@ def calibrate(
         Sensor and touches. Without calibration touches the touches are split, and the notes say how.
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger; the exact contact on the bonded layer by default.
+    e_map : {"model", "empirical"}, optional
+        E map of a finger: that of the elastic model (default), or identified directly about it.
     kernel : {"auto", "layer", "half-space", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     draws : int
@@ -55,10 +58,14 @@ def calibrate(
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
         from bayestouch.calibration.finger_posterior import calibrate_finger
 
-        return calibrate_finger(dataset, contact=contact or "layer", draws=draws, seed=seed, progress=progress)
+        if e_map not in (None, "model", "empirical"):
+            raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
+        return calibrate_finger(
+            dataset, contact=contact or "layer", e_map=e_map or "model", draws=draws, seed=seed, progress=progress
+        )
     assert isinstance(dataset.sensor.body, Pad)
-    if contact is not None:
-        raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")
+    if contact is not None or e_map is not None:
+        raise InputError("contact and e_map are options of fingers; this sensor is a pad (its option is the kernel)")
     from bayestouch.calibration.pad import calibrate_pad
 
     return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed)

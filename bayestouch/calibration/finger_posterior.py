@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,7 +30,13 @@ PROPOSAL_DOF = 100.0
 
 
 def calibrate_finger(
-    dataset: DataSet, *, contact: str, draws: int, seed: int, progress: Progress | None = None
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str = "model",
+    draws: int,
+    seed: int,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
@@ -69,7 +77,7 @@ def calibrate_finger(
         notes += (f"{int((~used).sum())} calibration touches without known indenter or location were left out.",)
     new_notes = tuple(dict.fromkeys((*dataset.notes, *table.notes, *corrected.notes, *notes)))
     typical = float(np.nanmean(rows.load))
-    return Calibration(
+    calibration = Calibration(
         sensor=sensor,
         parameters=priors.parameters(finger, sensor.reading_unit),
         mode=_public_mode(fit),
@@ -81,6 +89,7 @@ def calibrate_finger(
         settings={
             "body": "finger",
             "contact": contact,
+            "e_map": "model",
             "seed": float(seed),
             "version": bayestouch.__version__,
             "largest_load": fit.chain.largest_load,
@@ -94,6 +103,30 @@ def calibrate_finger(
         },
         extra={} if rest is None else {"rest_reading": rest},
         notes=new_notes,
+    )
+    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+
+
+def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
+    """The calibration with its E map identified directly, as a regression about the elastic one."""
+    from bayestouch.calibration.empirical import fit_empirical
+
+    identified = fit_empirical(fit)
+    lack_of_fit = float(np.nanmean(identified.lack_of_fit))
+    notes = calibration.notes
+    if lack_of_fit > 1.5:
+        notes += (
+            f"Lack of fit stays at {lack_of_fit:.2f} with the identified E map: what is missing is no property of "
+            "place (drift and nonlinear gains are not), and the map may mislead.",
+        )
+    return replace(
+        calibration,
+        noise=identified.calibration.noise,
+        rows=replace(calibration.rows, predicted=identified.predicted, sd=identified.sd),
+        settings={**calibration.settings, "e_map": "empirical"},
+        statistics={**calibration.statistics, "lack_of_fit_empirical": lack_of_fit},
+        extra={**calibration.extra, **identified.calibration.arrays()},
+        notes=notes,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,10 +11,10 @@ from numpy.typing import NDArray
 import bayestouch
 from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import UNSTATED_FORCE_NOISE, finger_chain
-from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
+from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
-from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
+from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
@@ -21,6 +22,7 @@ from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
+ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 def infer_finger(
@@ -39,17 +41,16 @@ def infer_finger(
     """Posteriors of touches on a finger; see `bayestouch.infer`."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
     means = _rows_as_touches(corrected) if each_sample else corrected.averaged()
-    chain = finger_chain(calibration)
     typical = float(calibration.settings["typical_load"])
     readings, notes = _readings(means, calibration, use_load, typical)
+    chain, table, covariance = _model(calibration, typical)
     priors = IndenterPriors.of(chain, typical)
-    table = ReadingTable.of(chain, *priors.location.support)
     task = DrawTask(
         chain=chain,
         priors=priors,
         table=table,
         noise=calibration.noise,
-        calibration_covariance=None if plug_in else calibration.covariance,
+        reading_covariance=None if plug_in else covariance,
         method=method,
         draws=draws,
         seed=seed,
@@ -80,6 +81,19 @@ def infer_finger(
     )
 
 
+def _model(calibration: Calibration, typical: float) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
+    """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
+    elastic = finger_chain(calibration)
+    ends = IndenterPriors.of(elastic, typical).location.support
+    if calibration.settings.get("e_map") == "empirical":
+        from bayestouch.calibration.empirical_map import EmpiricalCalibration
+        from bayestouch.calibration.empirical_reading import reading_table
+
+        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
+    return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
+
+
 def _readings(
     means: TouchMeans, calibration: Calibration, use_load: bool, typical: float
 ) -> tuple[TouchReadings, tuple[str, ...]]:
@@ -104,7 +118,7 @@ def _rows_as_touches(touches: Touches) -> TouchMeans:
     return replace(means, touch=contact.touch)
 
 
-def _reference(means: TouchMeans, chain: FingerChain) -> dict[str, FloatArray]:
+def _reference(means: TouchMeans, chain: CalibratedFinger) -> dict[str, FloatArray]:
     radius = means.indenter_radius_mm
     angle = means.angle_deg if means.angle_deg is not None else np.full(means.n_touches, np.nan)
     return {
@@ -116,7 +130,9 @@ def _reference(means: TouchMeans, chain: FingerChain) -> dict[str, FloatArray]:
     }
 
 
-def _rows(means: TouchMeans, chain: FingerChain, calibration: Calibration, draws: dict[str, FloatArray]) -> TouchRows:
+def _rows(
+    means: TouchMeans, chain: CalibratedFinger, calibration: Calibration, draws: dict[str, FloatArray]
+) -> TouchRows:
     centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
     predicted = chain.predict(centre["R"], np.radians(centre["theta_c"]), centre["P"])
     counts = np.where(np.isnan(means.readings), 0, means.counts)

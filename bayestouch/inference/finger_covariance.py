@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -70,3 +72,23 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
     mixed = np.einsum("rti,rtj->tij", jacobian[3:], crossed)
     common = np.einsum("rti,rs,stj->tij", jacobian[3:], covariance[3 * m :, 3 * m :], jacobian[3:], optimize=True)
     return np.asarray(own + mixed + mixed.swapaxes(1, 2) + common)
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationCovariance:
+    """Covariance of the readings of touches that a calibration of the elastic model leaves.
+
+    Attributes
+    ----------
+    chain : FingerChain
+        Calibrated finger.
+    covariance : (3 m + 2, 3 m + 2) array
+        Covariance of responses, depths, angles, σ, log μ.
+    """
+
+    chain: FingerChain
+    covariance: FloatArray
+
+    def __call__(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Covariance (t, m, m) for touches of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
+        return reading_covariance(calibration_jacobian(self.chain, radius_mm, angle, load), self.covariance)

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
 from bayestouch.inference.finger_modes import find_modes, with_whitener
 from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (
+    CalibratedFinger,
     FingerPosterior,
     IndenterPriors,
     TouchReadings,
@@ -43,8 +43,9 @@ class DrawTask:
     ----------
     chain, priors, table, noise
         The calibrated finger, priors of touches, its reading table, noise.
-    calibration_covariance : (3 m + 2, 3 m + 2) array or None
-        Covariance of responses, depths, angles, σ, log μ; None takes the calibration as exact.
+    reading_covariance : callable or None
+        Covariance (t, m, m) of the readings that the calibration leaves uncertain, from R (mm), θ_c (rad) and
+        P (N/m) of the touches; None takes the calibration as exact. Goes to other processes.
     method : {"emcee", "importance"}
         How to draw.
     draws : int
@@ -53,11 +54,11 @@ class DrawTask:
         Seed; a touch's draws depend on it and on the touch's number alone.
     """
 
-    chain: FingerChain
+    chain: CalibratedFinger
     priors: IndenterPriors
     table: ReadingTable
     noise: Noise
-    calibration_covariance: FloatArray | None
+    reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray] | None
     method: str
     draws: int
     seed: int
@@ -120,9 +121,8 @@ def draw_touches(task: DrawTask, touches: TouchReadings, first: int) -> dict[str
     """
     posterior = FingerPosterior(task.chain, touches, task.priors, noise_whitener(task.noise, touches), task.table)
     mode, hessian = find_modes(posterior)
-    if task.calibration_covariance is not None:
-        jacobian = calibration_jacobian(task.chain, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
-        covariance = reading_covariance(jacobian, task.calibration_covariance)
+    if task.reading_covariance is not None:
+        covariance = task.reading_covariance(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(task.noise, touches, covariance))
         mode, hessian = find_modes(posterior)
     drawn, grades = _draw(task, posterior, mode, hessian, first)

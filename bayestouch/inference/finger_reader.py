@@ -3,17 +3,45 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.chain.finger import FingerChain
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.parameters import Prior, Uniform
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+
+class CalibratedFinger(Protocol):
+    """What reading a touch needs of a finger: the elastic chain or one with an identified E map."""
+
+    @property
+    def outer_radius_mm(self) -> float:
+        """``r_b`` in mm."""
+        ...
+
+    @property
+    def shear_modulus_MPa(self) -> float:
+        """μ in MPa."""
+        ...
+
+    @property
+    def angle(self) -> FloatArray:
+        """``θ_s`` of the elements, rad."""
+        ...
+
+    @property
+    def contact(self) -> str:
+        """Name of the contact model."""
+        ...
+
+    def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Readings (..., m) under touches of composite radius R (mm), location (rad) and load (N/m)."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +93,7 @@ class IndenterPriors:
     load: Prior
 
     @classmethod
-    def of(cls, chain: FingerChain, typical_load: float) -> IndenterPriors:
+    def of(cls, chain: CalibratedFinger, typical_load: float) -> IndenterPriors:
         """Uniform in R up to the flat, in θ_c over the elements and 20° beyond, in P up to three typical loads."""
         margin = np.radians(20)
         return cls(
@@ -96,7 +124,7 @@ class FingerPosterior:
         Readings by lookup, for many evaluations; without it the chain is evaluated.
     """
 
-    chain: FingerChain
+    chain: CalibratedFinger
     touches: TouchReadings
     priors: IndenterPriors
     whitener: FloatArray

@@ -17,6 +17,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
 from bayestouch.inference.finger_modes import find_modes
 from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
@@ -54,7 +55,7 @@ def design(n: int, seed: int = 0) -> tuple[DrawTask, TouchReadings]:
     covariance = np.diag(np.concatenate([sd, [3e-4, 6e-3]]) ** 2)
     priors = IndenterPriors.of(chain, LOAD)
     table = ReadingTable.of(chain, *priors.location.support)
-    return DrawTask(chain, priors, table, noise, covariance, "emcee", 1024, 1), touches
+    return DrawTask(chain, priors, table, noise, CalibrationCovariance(chain, covariance), "emcee", 1024, 1), touches
 
 
 def plain_emcee(task: DrawTask, touches: TouchReadings) -> float:
@@ -96,9 +97,9 @@ def main(n: int = 4800) -> dict[str, float]:
     task, touches = design(n)
     runs = {
         "emcee in lockstep, calibration propagated": task,
-        "emcee in lockstep, plug-in": replace(task, calibration_covariance=None),
+        "emcee in lockstep, plug-in": replace(task, reading_covariance=None),
         "importance, calibration propagated": replace(task, method="importance"),
-        "importance, plug-in": replace(task, method="importance", calibration_covariance=None),
+        "importance, plug-in": replace(task, method="importance", reading_covariance=None),
     }
     plain = plain_emcee(task, touches) * n
     seconds = {"plain emcee, touch by touch (extrapolated)": plain}
