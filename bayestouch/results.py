@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from bayestouch.sensor import Sensor
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
 
@@ -101,6 +103,18 @@ class Calibration:
 
         save_calibration(self, path)
 
+    def to_arviz(self) -> Any:
+        """The draws as ArviZ holds them: `InferenceData`, or a `DataTree` with ArviZ 1."""
+        from bayestouch.posterior import to_arviz
+
+        return to_arviz(self)
+
+    def to_dataframe(self) -> DataFrame:
+        """Mean, sd and quantiles of every parameter, a row each."""
+        from bayestouch.posterior import to_dataframe
+
+        return to_dataframe(self)
+
 
 @dataclass(frozen=True, eq=False)
 class TouchPosteriors:
@@ -153,3 +167,15 @@ class TouchPosteriors:
         from bayestouch.posterior import save_touches
 
         save_touches(self, path)
+
+    def to_arviz(self) -> Any:
+        """The draws as ArviZ holds them: `InferenceData`, or a `DataTree` with ArviZ 1."""
+        from bayestouch.posterior import to_arviz
+
+        return to_arviz(self)
+
+    def to_dataframe(self) -> DataFrame:
+        """Mean, sd and quantiles of every parameter, a row each."""
+        from bayestouch.posterior import to_dataframe
+
+        return to_dataframe(self)
