@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
@@ -15,9 +14,7 @@ from bayestouch.body.layer import (
     layer_kernel_1d,
     layer_kernel_2d,
 )
-from bayestouch.errors import InputError
-from bayestouch.parameters import LogNormal, Normal, Parameter, Prior, Uniform
-from bayestouch.sensor import Sensor
+from bayestouch.parameters import LogNormal, Normal, Parameter, Prior
 
 FloatArray = NDArray[np.float64]
 
@@ -26,9 +23,6 @@ _STEP_MM = 1e-4
 
 # A contact is smaller than the pitch it is to be located within; the prior's scale in mm where nothing is known.
 _CONTACT_MM = 2.0
-
-# Silicone is nearly incompressible; with nothing stated the prior reaches down to foams.
-_UNSTATED_POISSON = Uniform(0.2, 0.4999)
 
 
 class Kernel(Protocol):
@@ -75,7 +69,7 @@ class GaussianKernel:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("w", "w", "w", "mm", _length(0.5 * self.pitch_mm), "width of the kernel"),)
+        return (Parameter("w", "w", "w", "mm", length_prior(0.5 * self.pitch_mm), "width of the kernel"),)
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
@@ -127,7 +121,10 @@ class HalfSpaceKernel:
 
 @dataclass(frozen=True)
 class LayerKernel:
-    """Normal stress at the base (or at a share of the thickness) of a bonded elastic layer.
+    """Normal stress in a bonded elastic layer, at its base or somewhat above it.
+
+    At the base the stress falls to zero without changing sign; above it (a sensor on a board has a height) a shallow
+    negative ring surrounds the touch, deeper the more nearly the rubber is incompressible.
 
     Attributes
     ----------
@@ -135,18 +132,18 @@ class LayerKernel:
         Distance between neighbouring elements.
     thickness : Prior
         Prior of h, mm.
+    depth_share : Prior
+        Prior of the elements' depth over the thickness; 1 at the base.
     poisson_ratio : Prior
         Prior of σ.
-    depth_share : float
-        Depth of the elements over the thickness; 1 at the base.
     line : bool
         The load is long across the line of elements (plane strain), rather than a disc.
     """
 
     pitch_mm: float
     thickness: Prior
+    depth_share: Prior
     poisson_ratio: Prior
-    depth_share: float = 1.0
     line: bool = False
 
     @property
@@ -157,24 +154,22 @@ class LayerKernel:
     def parameters(self) -> tuple[Parameter, ...]:
         return (
             Parameter("h", "h", "h", "mm", self.thickness, "thickness of the layer"),
+            Parameter("depth_share", "z/h", "z/h", "", self.depth_share, "depth of the elements over thickness"),
             Parameter("sigma", "σ", r"\sigma", "", self.poisson_ratio, "Poisson's ratio of the rubber"),
             _contact_parameter(),
         )
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        low, high = self.poisson_ratio.support
-        sigma = float(np.clip(0.48, low + 0.1 * (high - low), high - 0.02 * (high - low)))
-        return tuple(
-            (share * self.pitch_mm, sigma, 0.2 * share * self.pitch_mm) for share in (0.5, 1.0, 2.0)
-        )
+        sigma, depth = _inside(self.poisson_ratio, 0.48), _inside(self.depth_share, 0.9)
+        shares = (0.5, 1.0, 2.0)
+        return tuple((share * self.pitch_mm, depth, sigma, 0.2 * share * self.pitch_mm) for share in shares)
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-        thickness, sigma, contact = (float(value) for value in values)
+        thickness, share, sigma, contact = (float(value) for value in values)
         kernel = layer_kernel_1d if self.line else layer_kernel_2d
-        depth = self.depth_share * thickness
-        # One call, so that the layer's table (kept for the last parameters only) is made once.
-        stress = kernel(np.append(distance_mm.ravel(), 0.0), thickness, sigma, contact, depth)
+        # One call for both: the layer's table is made once for its parameters.
+        stress = kernel(np.append(distance_mm.ravel(), 0.0), thickness, sigma, contact, share * thickness)
         return np.asarray(stress[:-1].reshape(distance_mm.shape) / stress[-1])
 
 
@@ -190,56 +185,13 @@ class ConstantKernel:
         return np.ones_like(distance_mm)
 
 
-def kernel_names(dimensions: int) -> tuple[str, ...]:
-    """Kernels that a pad of 1 or 2 dimensions may have."""
-    line = ("layer-line", "half-space-line") if dimensions == 1 else ()
-    return ("layer", "half-space", *line, "gaussian", "constant")
+def _inside(prior: Prior, wanted: float) -> float:
+    """The value wanted, moved off the ends of a prior, where a fit could not start."""
+    low, high = prior.support
+    return float(np.clip(wanted, low + 0.05 * (high - low), high - 0.02 * (high - low)))
 
 
-def kernel_for(name: str, sensor: Sensor, pitch_mm: float) -> Kernel:
-    """Kernel by name with priors from what is stated of the sensor.
-
-    Parameters
-    ----------
-    name : str
-        One of `kernel_names`.
-    sensor : Sensor
-        A pad, with thickness, depth and Poisson's ratio where they are known.
-    pitch_mm : float
-        Distance between neighbouring elements.
-
-    Raises
-    ------
-    InputError
-        There is no such kernel.
-    """
-    thickness = getattr(sensor.body, "thickness_mm", None)
-    depth = getattr(sensor.body, "depth_mm", None)
-    sigma = sensor.rubber.poisson_ratio
-    stated = _length(0.8 * pitch_mm) if depth is None and thickness is None else None
-    share = depth / thickness if depth is not None and thickness is not None else 1.0
-    line = name.endswith("-line")
-    makers: dict[str, Callable[[], Kernel]] = {
-        "gaussian": lambda: GaussianKernel(pitch_mm),
-        "constant": ConstantKernel,
-        "half-space": lambda: HalfSpaceKernel(
-            pitch_mm, stated or LogNormal(float(depth or thickness or 1.0), np.log(1.2)), line
-        ),
-        "layer": lambda: LayerKernel(
-            pitch_mm,
-            _length(pitch_mm) if thickness is None else LogNormal(thickness, np.log(1.2)),
-            _UNSTATED_POISSON if sigma is None else Normal(sigma, 0.02, 0.0, 0.4999),
-            share,
-            line,
-        ),
-    }
-    maker = makers.get(name.removesuffix("-line"))
-    if maker is None or (line and name not in kernel_names(1)):
-        raise InputError(f"expected a kernel among {', '.join(kernel_names(1))}, got {name!r}")
-    return maker()
-
-
-def _length(median_mm: float) -> LogNormal:
+def length_prior(median_mm: float) -> LogNormal:
     """Prior of a length of which only the scale is known: within a factor of two, two times out of three."""
     return LogNormal(median_mm, float(np.log(2)))
 

@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.inference.pad_lattice import Components, Lattice
+from bayestouch.inference.pad_components import Components
 from bayestouch.sampling import BlockStreams
 from bayestouch.sampling.proposals import standard_t
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# (dof + d)/2 of the Student-t parts: a whole power needs no logarithm, and leaves 5 or 6 degrees of freedom.
-_POWER = 4
+# (dof + d)/2 of the Student-t parts: a power of two is a few squarings, and 8 leaves 13 or 14 degrees of freedom.
+_SQUARINGS = 3
+_POWER = 2**_SQUARINGS
 
 # The parts are wider than the posterior's by this much, so that nothing of it is out of reach.
-_WIDER = 1.1
+_WIDER = 1.05
 
 # More parts than this of one touch are merged with their neighbours on the lattice.
 _MOST_PARTS = 96
@@ -63,9 +65,7 @@ class ManyParts:
         """Draw n points a touch, (B, n, d), and give their log density, (B, n)."""
         z = standard_t(streams, self.dimension, n, 2.0 * _POWER - self.dimension)
         share = np.cumsum(self.weight, axis=1)
-        choice = np.stack(
-            [np.searchsorted(row, u * row[-1]) for row, u in zip(share, streams.uniform(n), strict=True)]
-        )
+        choice = np.stack([np.searchsorted(row, u * row[-1]) for row, u in zip(share, streams.uniform(n), strict=True)])
         choice = np.minimum(choice, (self.weight > 0).sum(axis=1)[:, None] - 1)
         block = np.arange(self.n_blocks)[:, None]
         x = self.mean[block, choice]
@@ -82,8 +82,8 @@ class ManyParts:
         for k in range(self.weight.shape[1]):
             z = self._inverse[:, k] @ (points - self.mean[:, k, :, None])
             bell = 1 + np.einsum("bdn,bdn->bn", z, z) / dof
-            bell *= bell
-            bell *= bell
+            for _ in range(_SQUARINGS):
+                bell *= bell
             total += self._height[:, k, None] / bell
         return np.asarray(np.log(total))
 
@@ -99,7 +99,7 @@ class ManyParts:
 
     @cached_property
     def _inverse(self) -> FloatArray:
-        return np.linalg.inv(self.root)
+        return np.asarray(np.linalg.inv(self.root))
 
     @cached_property
     def _height(self) -> FloatArray:
@@ -111,14 +111,14 @@ class ManyParts:
         return np.asarray(self.weight * np.exp(peak - volume))
 
 
-def many_parts(components: Components, n_touches: int, lattice: Lattice) -> ManyParts:
+def many_parts(components: Components, n_touches: int) -> ManyParts:
     """Proposal made of the posteriors' normal parts, parts of one touch in order of weight.
 
     Touches of more than a bounded number of parts have neighbours on the lattice merged, two by two along each
     coordinate until they fit, with mean and covariance kept: those are touches that the pad hardly locates.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
-    parts = [_merged(components, lattice, slice(a, b)) for a, b in zip(bounds[:-1], bounds[1:], strict=True)]
+    parts = [_merged(components, slice(a, b)) for a, b in pairwise(bounds)]
     most, d = max(len(weight) for weight, _, _ in parts), components.mean.shape[1]
     weight = np.zeros((n_touches, most))
     mean = np.zeros((n_touches, most, d))
@@ -129,15 +129,15 @@ def many_parts(components: Components, n_touches: int, lattice: Lattice) -> Many
         mean[t, : len(share)] = centre[order]
         mean[t, len(share) :] = centre[order[0]]
         covariance[t, : len(share)] = spread[order]
-    return ManyParts(weight, mean, _WIDER * np.linalg.cholesky(covariance))
+    return ManyParts(weight, mean, np.asarray(_WIDER * np.linalg.cholesky(covariance)))
 
 
-def _merged(components: Components, lattice: Lattice, part: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _merged(components: Components, part: slice) -> tuple[FloatArray, FloatArray, FloatArray]:
     log_weight = components.log_weight[part]
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
     mean, covariance = components.mean[part], components.covariance[part]
-    place = lattice.place[components.node[part]]
+    place = components.place[part]
     while len(weight) > _MOST_PARTS:
         place, group = np.unique(place // 2, axis=0, return_inverse=True)
         group = np.asarray(group).ravel()
@@ -152,19 +152,14 @@ def _merged(components: Components, lattice: Lattice, part: slice) -> tuple[Floa
     return weight, mean, covariance
 
 
-def count_places(components: Components, n_touches: int, lattice: Lattice) -> IntArray:
+def count_places(components: Components, n_touches: int) -> IntArray:
     """Number of separate places that each touch's posterior names, (t,).
 
     Nodes are flooded from the highest weight down: a place begins at a node without a higher neighbour, and ends where
     it meets a higher one before the weight has fallen to half of its own peak.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
-    return np.array(
-        [
-            _places(components.log_weight[a:b], lattice.place[components.node[a:b]])
-            for a, b in zip(bounds[:-1], bounds[1:], strict=True)
-        ]
-    )
+    return np.array([_places(components.log_weight[a:b], components.place[a:b]) for a, b in pairwise(bounds)])
 
 
 def _places(log_weight: FloatArray, place: IntArray) -> int:

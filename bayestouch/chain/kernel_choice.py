@@ -1,0 +1,73 @@
+"""Kernels by name, with priors from what is stated of a pad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bayestouch.chain.kernels import (
+    ConstantKernel,
+    GaussianKernel,
+    HalfSpaceKernel,
+    Kernel,
+    LayerKernel,
+    length_prior,
+)
+from bayestouch.errors import InputError
+from bayestouch.parameters import LogNormal, Normal, Uniform
+from bayestouch.sensor import Sensor
+
+# Rubber of which nothing is stated, as on a finger.
+_UNSTATED_POISSON = Normal(0.47, 0.03, 0.0, 0.4999)
+
+# Sensors lie on the base, or their housings reach some way into the layer.
+_UNSTATED_DEPTH = Uniform(0.3, 1.0)
+
+
+def kernel_names(dimensions: int) -> tuple[str, ...]:
+    """Kernels that a pad of 1 or 2 dimensions may have."""
+    line = ("layer-line", "half-space-line") if dimensions == 1 else ()
+    return ("layer", "half-space", *line, "gaussian", "constant")
+
+
+def kernel_for(name: str, sensor: Sensor, pitch_mm: float) -> Kernel:
+    """Kernel by name with priors from what is stated of the sensor.
+
+    Parameters
+    ----------
+    name : str
+        One of `kernel_names`.
+    sensor : Sensor
+        A pad, with thickness, depth and Poisson's ratio where they are known.
+    pitch_mm : float
+        Distance between neighbouring elements.
+
+    Raises
+    ------
+    InputError
+        There is no such kernel.
+    """
+    thickness = getattr(sensor.body, "thickness_mm", None)
+    depth = getattr(sensor.body, "depth_mm", None)
+    sigma = sensor.rubber.poisson_ratio
+    line = name.endswith("-line")
+    stated = depth or thickness
+    makers: dict[str, Callable[[], Kernel]] = {
+        "gaussian": lambda: GaussianKernel(pitch_mm),
+        "constant": ConstantKernel,
+        "half-space": lambda: HalfSpaceKernel(
+            pitch_mm, length_prior(0.8 * pitch_mm) if stated is None else LogNormal(stated, np.log(1.2)), line
+        ),
+        "layer": lambda: LayerKernel(
+            pitch_mm,
+            length_prior(pitch_mm) if thickness is None else LogNormal(thickness, np.log(1.2)),
+            _UNSTATED_DEPTH if depth is None or thickness is None else Normal(depth / thickness, 0.05, 0.1, 1.0),
+            _UNSTATED_POISSON if sigma is None else Normal(sigma, 0.02, 0.0, 0.4999),
+            line,
+        ),
+    }
+    maker = makers.get(name.removesuffix("-line"))
+    if maker is None or (line and name not in kernel_names(1)):
+        raise InputError(f"expected a kernel among {', '.join(kernel_names(1))}, got {name!r}")
+    return maker()

@@ -1,0 +1,156 @@
+"""A calibrated pad as tables over location: what each element reads per unit load, and how well that is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Locations interpolated at once: 2^15 of them with three tables of eight elements are 6 MB, which stays in cache.
+_CHUNK = 1 << 15
+
+
+@dataclass(frozen=True, eq=False)
+class PadMap:
+    """Tables of a pad on a regular grid, interpolated by cubic splines; m elements, D coordinates.
+
+    reading_e = offset_e + P sensitivity_e(location). What the calibration leaves open of it has the variance
+    ``offset_variance + 2 P covariance + P² variance``; elements are taken as independent (only the few shared
+    parameters of the kernel tie them).
+
+    Attributes
+    ----------
+    origin, step : (D,) arrays
+        First grid point and spacing, mm.
+    low, high : (D,) arrays
+        Region that was calibrated, mm; the grid goes beyond it by some steps.
+    offset, offset_variance : (m,) arrays
+        Reading without touch, and its variance.
+    sensitivity : (*grid, m) array
+        Reading per unit load.
+    variance, covariance : (*grid, m) arrays
+        Variance of the sensitivity, and its covariance with the offset.
+    """
+
+    origin: FloatArray
+    step: FloatArray
+    low: FloatArray
+    high: FloatArray
+    offset: FloatArray
+    offset_variance: FloatArray
+    sensitivity: FloatArray
+    variance: FloatArray
+    covariance: FloatArray
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.offset)
+
+    @property
+    def dimensions(self) -> int:
+        """Number of coordinates."""
+        return len(self.origin)
+
+    def exact(self) -> PadMap:
+        """The same map as if it were known without error (plug-in)."""
+        none = np.zeros_like(self.variance)
+        return replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
+
+    def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
+        """Whether locations (..., D) are in the region that was calibrated, (...)."""
+        place = np.asarray(location)
+        return np.asarray(((place >= self.low) & (place <= self.high)).all(axis=-1))
+
+    def at(self, location: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sensitivity, its variance and its covariance with the offset at locations (..., D); three (..., m) arrays."""
+        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
+        m = self.n_elements
+        return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
+
+    def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Sensitivity (..., m) and its derivative over location (..., D, m), per mm, at locations (..., D)."""
+        m, axes = self.n_elements, range(self.dimensions)
+        parts = _interpolate(self._coefficients[..., :m], self._index(location), (None, *axes))
+        return parts[0], np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
+
+    def reading_variance(self, variance: FloatArray, covariance: FloatArray, load: FloatArray) -> FloatArray:
+        """Variance that the calibration leaves to readings (..., m) under `load` (...), of tables from `at`."""
+        p = load[..., None]
+        return np.asarray(np.maximum(self.offset_variance + p * (2 * covariance + p * variance), 0.0))
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Everything by name, for a file."""
+        return {f"map_{name}": np.asarray(getattr(self, name)) for name in _NAMES}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
+        """Map from what `arrays` gave."""
+        return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in _NAMES})
+
+    def _index(self, location: FloatArray) -> FloatArray:
+        # Beyond the grid the last value holds: such locations are outside the prior, but must not fail.
+        last = np.array(self.sensitivity.shape[:-1]) - 1
+        return np.clip((np.asarray(location) - self.origin) / self.step, 0.0, last)
+
+    @cached_property
+    def _coefficients(self) -> FloatArray:
+        """Spline coefficients of the three tables side by side, one more than the grid on every side."""
+        from scipy.ndimage import spline_filter1d
+
+        table = np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1)
+        for axis in range(self.dimensions):
+            table = spline_filter1d(table, order=3, axis=axis, mode="mirror")
+        width = [(1, 2)] * self.dimensions + [(0, 0)]
+        return np.ascontiguousarray(np.pad(table, width, mode="reflect"))
+
+
+_NAMES = (
+    "origin",
+    "step",
+    "low",
+    "high",
+    "offset",
+    "offset_variance",
+    "sensitivity",
+    "variance",
+    "covariance",
+)
+
+
+def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:
+    """Cubic B-spline sums at grid positions (..., D), or their derivative over one coordinate; (..., f) arrays."""
+    shape, dimensions = index.shape[:-1], index.shape[-1]
+    flat = index.reshape(-1, dimensions)
+    table = coefficients.reshape(-1, coefficients.shape[-1])
+    strides = np.cumprod([1, *coefficients.shape[-2:0:-1]])[::-1]
+    out = [np.zeros((len(flat), table.shape[1])) for _ in derivatives]
+    for first in range(0, len(flat), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        cell = flat[part].astype(np.int64)
+        weights = _weights(flat[part] - cell)
+        corner = cell @ strides
+        for taps in product(range(4), repeat=dimensions):
+            # The pad of one coefficient in front makes tap 0 the one before the cell.
+            values = table[corner + int(np.dot(taps, strides))]
+            for total, over in zip(out, derivatives, strict=True):
+                weight = np.ones(len(cell))
+                for axis, tap in enumerate(taps):
+                    weight = weight * weights[1 if axis == over else 0][tap][:, axis]
+                total[part] += weight[:, None] * values
+    return [total.reshape(*shape, -1) for total in out]
+
+
+def _weights(t: FloatArray) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Weights of the four cubic B-splines at a share t of a cell, and their derivatives."""
+    s = 1 - t
+    values = (s**3 / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t**3 / 6)
+    slopes = (-s * s / 2, t * (1.5 * t - 2), s * (2 - 1.5 * s), t * t / 2)
+    return values, slopes

@@ -1,0 +1,220 @@
+"""Posteriors of touches on a pad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bayestouch
+from bayestouch.calibration.pad_readings import PadReadings, pad_readings
+from bayestouch.chain.pad import COORDINATES
+from bayestouch.errors import InputError
+from bayestouch.inference.pad_components import components_of
+from bayestouch.inference.pad_lattice import Lattice, lattice_for
+from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
+from bayestouch.inference.pad_reader import PadReader, PadTouches
+from bayestouch.parameters import Normal, Parameter, Uniform
+from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.sampling import BlockDraws, Demands, sample_blocks
+from bayestouch.touches import Touches
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+CHAINS = 4
+
+# Touches of which the parts of the posteriors are held in memory: at most 2,000 parts of 150 B each, 150 MB for all.
+_TOUCHES = 512
+
+# Touches drawn together, of about the same number of parts.
+_BLOCK = 128
+
+# Fewer effective draws than this share of all, or than 400, call for another round.
+_LEAST_SHARE = 0.4
+
+# Draws of each touch that the level of its reference is found from, and that its readings are predicted with.
+_THINNED = 200
+
+
+def infer_pad(
+    touches: Touches,
+    calibration: Calibration,
+    *,
+    plug_in: bool = False,
+    use_load: bool = True,
+    draws: int = 1000,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+) -> TouchPosteriors:
+    """Posteriors of location and load of touches on a pad.
+
+    Parameters
+    ----------
+    touches : Touches
+        Touches to be read; reference locations are kept for comparison only.
+    calibration : Calibration
+        Of the pad.
+    plug_in : bool
+        Take the calibration as exact; by default what it leaves open adds to the variance of the readings.
+    use_load : bool
+        Use measured loads; without, loads are as uncertain as they varied in the calibration.
+    draws : int
+        Draws of each touch in all.
+    seed : int
+    progress : callable, optional
+        Called with the share done, 0 to 1.
+
+    Returns
+    -------
+    TouchPosteriors
+        ``sample_stats["modes"]`` is the number of separate places that a posterior names, and ``"reference_level"``
+        the probability of the smallest region (of highest density) that contains the reference location, NaN where
+        it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the posterior mean of
+        the readings.
+
+    Raises
+    ------
+    InputError
+        The touches do not fit the calibration.
+    """
+    reader = PadReader.from_calibration(calibration, plug_in=plug_in)
+    if touches.n_elements != reader.map.n_elements:
+        raise InputError(f"expected readings of {reader.map.n_elements} elements, got {touches.n_elements}")
+    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+    readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
+    if not use_load:
+        readings = readings.without_load()
+    known = reader.touches(readings)
+    lattice = lattice_for(reader)
+    names = (*COORDINATES[: reader.map.dimensions], "P")
+    n, t = -(-draws // CHAINS), readings.n_touches
+    posterior = {name: np.empty((CHAINS, n, t)) for name in names}
+    stats = {name: np.empty(t) for name in _STATS}
+    predicted, sd = np.empty(known.readings.shape), np.empty(known.readings.shape)
+    done = 0
+    for index, parts, modes in _blocks(reader, known, lattice):
+        result = sample_blocks(
+            lambda x, blocks: reader.log_density(known, x, blocks),
+            parts,
+            walkers=CHAINS,
+            draws=n,
+            seed=seed,
+            blocks=index,
+            demands=Demands(ess_bulk=min(400.0, _LEAST_SHARE * CHAINS * n)),
+        )
+        for axis, name in enumerate(names):
+            posterior[name][:, :, index] = result.draws[..., axis]
+        for name, values in _grades(result).items():
+            stats[name][index] = values
+        stats["modes"][index] = modes
+        thinned = _thinned(result.draws)
+        stats["reference_level"][index] = _levels(parts, thinned, readings.location[index])
+        predicted[index], sd[index] = _predicted(reader, known.select(index), thinned)
+        done += len(index)
+        if progress is not None:
+            progress(done / t)
+    return TouchPosteriors(
+        sensor=calibration.sensor,
+        parameters=_parameters(reader, calibration),
+        posterior=posterior,
+        sample_stats=stats,
+        reference={**_by_axis(readings.location), "P": readings.load},
+        rows=TouchRows(
+            touch=readings.touch,
+            location=_by_axis(readings.location),
+            radius_mm=readings.radius_mm,
+            load=readings.load,
+            observed=readings.readings,
+            predicted=predicted,
+            sd=sd,
+            counts=known.counts,
+        ),
+        settings={
+            "body": "pad",
+            "kernel": calibration.settings["kernel"],
+            "samples": reader.samples,
+            "plug_in": float(plug_in),
+            "use_load": float(use_load),
+            "seed": float(seed),
+            "version": bayestouch.__version__,
+        },
+        notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings)))),
+    )
+
+
+_STATS = ("ess_bulk", "rhat", "acceptance", "pareto_k", "second_round", "modes", "reference_level")
+
+
+def _blocks(reader: PadReader, known: PadTouches, lattice: Lattice) -> Iterator[tuple[IntArray, ManyParts, IntArray]]:
+    """Touches to be drawn together: which, their proposals, and how many places each names."""
+    for first in range(0, known.n_touches, _TOUCHES):
+        index = np.arange(first, min(first + _TOUCHES, known.n_touches))
+        components = components_of(reader, known.select(index), lattice)
+        modes = count_places(components, len(index))
+        parts = many_parts(components, len(index))
+        order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
+        for start in range(0, len(order), _BLOCK):
+            some = np.sort(order[start : start + _BLOCK])
+            yield index[some], parts.select(some), modes[some]
+
+
+def _grades(result: BlockDraws) -> dict[str, FloatArray]:
+    return {
+        "ess_bulk": result.worst_ess,
+        "rhat": result.worst_rhat,
+        "acceptance": result.acceptance,
+        "pareto_k": result.pareto_k,
+        "second_round": result.second_round.astype(float),
+    }
+
+
+def _thinned(draws: FloatArray) -> FloatArray:
+    """Some of the draws (chain, draw, t, d) of all chains together, (t, n, d)."""
+    joined = np.moveaxis(draws, 2, 0).reshape(draws.shape[2], -1, draws.shape[3])
+    return joined[:, :: max(1, joined.shape[1] // _THINNED)]
+
+
+def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> FloatArray:
+    """Share of draws at which the location's density is higher than at the reference (t, D), shape (t,)."""
+    location = parts.without_last()
+    with np.errstate(invalid="ignore"):
+        known = location.log_density(reference[:, None])
+        level = (location.log_density(draws[..., :-1]) > known).mean(axis=1)
+    return np.where(np.isfinite(reference).all(axis=1), level, np.nan)
+
+
+def _predicted(reader: PadReader, known: PadTouches, draws: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Posterior mean of the readings, (t, m), and the standard deviation of a reading about it."""
+    signal, variance = reader.predict(draws[..., :-1], draws[..., -1], known.counts[:, None])
+    spread = np.sqrt(variance.mean(axis=1) + signal.var(axis=1))
+    return reader.map.offset + signal.mean(axis=1), np.where(known.counts > 0, spread, np.inf)
+
+
+def _by_axis(location: FloatArray) -> dict[str, FloatArray]:
+    return {name: location[:, axis] for axis, name in enumerate(COORDINATES[: location.shape[1]])}
+
+
+def _parameters(reader: PadReader, calibration: Calibration) -> tuple[Parameter, ...]:
+    low, high = reader.map.low, reader.map.high
+    load_unit = str(calibration.settings["load_unit"])
+    where = [
+        Parameter(name, name, name, "mm", Uniform(float(low[k]), float(high[k])), "contact location")
+        for k, name in enumerate(COORDINATES[: len(low)])
+    ]
+    about = "load" if reader.load_measured else "load over that of the calibration"
+    prior = Normal(reader.load, reader.load_sd, 0.0)
+    return (*where, Parameter("P", "P", "P", "N" if load_unit == "N" else "", prior, about))
+
+
+def _notes(reader: PadReader, readings: PadReadings) -> list[str]:
+    measured = np.isfinite(readings.load)
+    if measured.any() and not reader.load_measured:
+        return ["loads are measured but were not in the calibration: they are not used"]
+    if reader.load_measured and not measured.all():
+        return [
+            f"{int((~measured).sum())} touches have no measured load: their prior is that of the calibration's loads, "
+            f"{reader.load:.3g} ± {reader.load_sd:.2g} N"
+        ]
+    return []

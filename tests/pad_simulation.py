@@ -1,0 +1,102 @@
+"""Small simulated pads for the tests of pads: a kernel, a load that varies, noise, and the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.chain.kernels import GaussianKernel, Kernel
+from bayestouch.chain.pad import PadChain
+from bayestouch.dataset import DataSet
+from bayestouch.sensor import Pad, Sensor
+from bayestouch.touches import Touches, touches_from
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedPad:
+    """A pad as it is, with its noise.
+
+    Attributes
+    ----------
+    chain : PadChain
+        The truth, in the stage's coordinates.
+    nominal : (m, D) array
+        Positions that the maker states.
+    floor, share : float
+        Noise of a reading, and what of it is in proportion to the signal.
+    load_spread : float
+        Standard deviation of the loads, which nobody measures, about 1.
+    """
+
+    chain: PadChain
+    nominal: np.ndarray
+    floor: float = 0.005
+    share: float = 0.01
+    load_spread: float = 0.02
+
+    @property
+    def sensor(self) -> Sensor:
+        """As built."""
+        columns = [tuple(column) for column in self.nominal.T]
+        return Sensor(name="simulated pad", body=Pad(*columns), reading_unit="kPa", source={"note": "simulated"})
+
+    def touch(
+        self,
+        location: np.ndarray,
+        rng: np.random.Generator,
+        *,
+        load: np.ndarray | None = None,
+        measured: bool = False,
+        exponent: float = 1.0,
+        samples: int = 1,
+        creep: float = 0.0,
+    ) -> Touches:
+        """Readings of touches at `location` (t, D), `samples` of each; the last ones lower by the share `creep`."""
+        n = len(location)
+        if load is None:
+            load = 1 + self.load_spread * rng.standard_normal(n)
+        signal = self.chain.predict(location, load**exponent) - self.chain.offset
+        rows = np.repeat(np.arange(n), samples)
+        fade = 1 - creep * np.tile(np.linspace(0, 1, samples) if samples > 1 else [0.0], n)
+        clean = signal[rows] * fade[:, None]
+        sd = np.hypot(self.floor, self.share * clean)
+        columns = dict(zip(("x_mm", "y_mm"), location[rows].T, strict=False))
+        if measured:
+            columns["load"] = load[rows]
+        return touches_from(
+            rows,
+            self.chain.offset + clean + sd * rng.standard_normal(clean.shape),
+            sample=np.tile(np.arange(samples), n),
+            **columns,
+        )
+
+    def dataset(self, calibration: Touches, touches: Touches | None = None) -> DataSet:
+        """A data set of it."""
+        return DataSet(self.sensor, calibration, calibration if touches is None else touches)
+
+
+def line(kernel: Kernel | None = None, values: tuple[float, ...] = (2.5,), **changes: float) -> SimulatedPad:
+    """Four elements 6 mm apart; the stage's origin is 10 mm off and elements are off their places."""
+    nominal = np.array([0.0, 6.0, 12.0, 18.0])[:, None]
+    true = nominal + 10 + np.array([0.3, -0.2, 0.1, 0.4])[:, None]
+    gain, offset = np.array([10.0, 12.0, 14.0, 16.0]), np.array([0.5, -0.2, 0.0, 0.1])
+    chain = PadChain(kernel or GaussianKernel(6.0), np.array(values), gain, offset, true)
+    settings = {"floor": 0.05, "share": 0.01, "load_spread": 0.02} | changes
+    return SimulatedPad(chain, nominal, **settings)
+
+
+def square(kernel: Kernel | None = None, values: tuple[float, ...] = (2.5,), **changes: float) -> SimulatedPad:
+    """Two by two elements 6 mm apart in the plane, the stage's origin off by (8, 5) mm."""
+    nominal = np.array([[0.0, 0.0], [6.0, 0.0], [0.0, 6.0], [6.0, 6.0]])
+    true = nominal + np.array([8.0, 5.0]) + np.array([[0.2, 0.1], [-0.3, 0.2], [0.1, -0.2], [0.0, 0.3]])
+    chain = PadChain(
+        kernel or GaussianKernel(6.0), np.array(values), np.array([1.0, 1.2, 0.8, 1.1]), 0.01 * np.arange(4), true
+    )
+    return SimulatedPad(chain, nominal, **changes)
+
+
+def grid(low: float, high: float, n: int, dimensions: int) -> np.ndarray:
+    """Regular locations in a box, (n**dimensions, dimensions)."""
+    axis = np.linspace(low, high, n)
+    return np.stack(np.meshgrid(*[axis] * dimensions, indexing="ij"), axis=-1).reshape(-1, dimensions)

@@ -1,0 +1,252 @@
+"""Posteriors of touches on simulated pads: against dense quadrature, and against the truth."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pad_simulation import SimulatedPad, grid, line, square
+from scipy.integrate import dblquad
+
+from bayestouch.calibration.pad import calibrate_pad
+from bayestouch.calibration.pad_readings import pad_readings
+from bayestouch.errors import InputError
+from bayestouch.inference.pad import infer_pad
+from bayestouch.inference.pad_components import components_of
+from bayestouch.inference.pad_lattice import lattice_for
+from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
+from bayestouch.inference.pad_reader import PadReader, PadTouches
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.sampling import BlockStreams
+from bayestouch.touches import Touches
+
+
+@pytest.fixture(scope="module")
+def line_pad() -> tuple[SimulatedPad, Calibration]:
+    pad = line()
+    touches = pad.touch(np.linspace(6, 34, 57)[:, None], np.random.default_rng(0))
+    return pad, calibrate_pad(pad.dataset(touches), kernel="gaussian", empirical=False, draws=8)
+
+
+@pytest.fixture(scope="module")
+def square_pad() -> tuple[SimulatedPad, Calibration]:
+    pad = square()
+    touches = pad.touch(grid(3, 19, 17, 2), np.random.default_rng(0))
+    return pad, calibrate_pad(pad.dataset(touches), kernel="gaussian", empirical=True, draws=8)
+
+
+def known(reader: PadReader, touches: Touches) -> PadTouches:
+    return reader.touches(pad_readings(touches, reader.map.dimensions, reader.samples))
+
+
+def quadrature(
+    reader: PadReader, touches: PadTouches, index: int, low: np.ndarray, high: np.ndarray, n: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean and standard deviation of location and load by the midpoint rule in a box."""
+    step = (high - low) / n
+    axes = [a + (np.arange(n) + 0.5) * h for a, h in zip(low, step, strict=True)]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(1, -1, len(axes))
+    log_density = reader.log_density(touches, points, np.array([index]))[0]
+    weight = np.exp(log_density - log_density.max())
+    weight /= weight.sum()
+    mean = weight @ points[0]
+    return mean, np.sqrt(weight @ (points[0] - mean) ** 2)
+
+
+def box(posterior: TouchPosteriors, t: int, reader: PadReader) -> tuple[np.ndarray, np.ndarray]:
+    """A box around all draws and half as much again, within the prior."""
+    draws = np.stack([posterior.posterior[name][..., t].ravel() for name in posterior.posterior], axis=1)
+    middle, half = (draws.max(axis=0) + draws.min(axis=0)) / 2, 0.75 * np.ptp(draws, axis=0)
+    low, high = middle - half, middle + half
+    low[:-1], high[:-1] = np.maximum(low[:-1], reader.map.low), np.minimum(high[:-1], reader.map.high)
+    return low, high
+
+
+def check_against_quadrature(
+    pad: SimulatedPad, calibration: Calibration, location: np.ndarray, n: int, seed: int
+) -> TouchPosteriors:
+    touches = pad.touch(location, np.random.default_rng(seed))
+    posterior = infer_pad(touches, calibration, draws=4000, seed=1)
+    reader = PadReader.from_calibration(calibration)
+    for t in range(len(location)):
+        mean, sd = quadrature(reader, known(reader, touches), t, *box(posterior, t, reader), n)
+        for k, name in enumerate(posterior.posterior):
+            # Standard errors of mean and sd from the effective draws; of the sd with room for tails heavier than a
+            # normal's (kurtosis up to 6), and 1 % for the midpoint rule.
+            error = 1 / np.sqrt(posterior.sample_stats["ess_bulk"][t])
+            assert posterior.mean(name)[t] == pytest.approx(mean[k], abs=(4 * error + 0.01) * sd[k])
+            assert posterior.sd(name)[t] == pytest.approx(sd[k], rel=4 * error * np.sqrt(5 / 4) + 0.01)
+    return posterior
+
+
+def test_line_against_quadrature(line_pad: tuple[SimulatedPad, Calibration]) -> None:
+    # Above an element, between two, at the array's end, and beyond it where hardly anything is read.
+    location = np.array([10.3, 13.0, 19.1, 8.0, 31.0, 33.5])[:, None]
+    check_against_quadrature(*line_pad, location, 600, 0)
+
+
+def test_plane_against_quadrature(square_pad: tuple[SimulatedPad, Calibration]) -> None:
+    # Above an element (by symmetry of its bell, located by the others), in the middle, at an edge, in a corner.
+    location = np.array([[8.2, 5.1], [11.0, 8.0], [11.0, 14.0], [17.5, 17.0], [3.5, 3.5]])
+    check_against_quadrature(*square_pad, location, 90, 0)
+
+
+def test_one_element_names_two_places() -> None:
+    pad = line()
+    pad = replace(
+        pad,
+        chain=replace(
+            pad.chain, gain=pad.chain.gain[1:2], offset=pad.chain.offset[1:2], position=pad.chain.position[1:2]
+        ),
+        nominal=pad.nominal[1:2],
+    )
+    touches = pad.touch(np.linspace(8, 24, 65)[:, None], np.random.default_rng(0))
+    calibration = calibrate_pad(pad.dataset(touches), kernel="gaussian", empirical=False, draws=8)
+    touch = np.array([[12.0], [19.5], [15.8]])
+    posterior = check_against_quadrature(pad, calibration, touch, 800, 1)
+    np.testing.assert_array_equal(posterior.sample_stats["modes"], [2, 2, 1])
+    # The truth at 12.0 and its mirror at 2 * 15.8 - 12.0 are equally likely; half to the Monte Carlo error.
+    left = (posterior.posterior["x"][..., 0] < 15.8).mean()
+    assert left == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(posterior.sample_stats["ess_bulk"][0]))
+
+
+@pytest.mark.parametrize("which", ["line", "square"])
+def test_posteriors_cover_the_truth(which: str, request: pytest.FixtureRequest) -> None:
+    pad, calibration = request.getfixturevalue(f"{which}_pad")
+    rng = np.random.default_rng(9)
+    n, dimensions = (400, 1) if which == "line" else (150, 2)
+    map_ = PadReader.from_calibration(calibration).map
+    location = rng.uniform(map_.low, map_.high, (n, dimensions))
+    posterior = infer_pad(pad.touch(location, rng), calibration, draws=400, seed=0)
+    level = posterior.sample_stats["reference_level"]
+    for share in (0.5, 0.9):
+        # 4 binomial standard errors, and what one calibration is off by for all touches alike, at most as much again.
+        assert np.mean(level <= share) == pytest.approx(share, abs=5 * np.sqrt(share * (1 - share) / n))
+    assert (posterior.sample_stats["ess_bulk"] > 160).mean() > 0.95
+
+
+def test_true_loads_are_covered() -> None:
+    pad, rng = line(), np.random.default_rng(3)
+    location = np.repeat(np.linspace(6, 34, 29), 3)[:, None]
+    calibration = calibrate_pad(
+        pad.dataset(pad.touch(location, rng, load=rng.uniform(1, 4, len(location)), measured=True)),
+        kernel="gaussian",
+        empirical=False,
+        draws=8,
+    )
+    load = rng.uniform(1, 4, 300)
+    place = rng.uniform(9, 29, (300, 1))
+    touches = pad.touch(place, rng, load=load, measured=True)
+    with_force = infer_pad(touches, calibration, draws=400)
+    without = infer_pad(touches, calibration, draws=400, use_load=False)
+    assert np.median(without.sd("P")) > 1.5 * np.median(with_force.sd("P"))
+    for posterior in (with_force, without):
+        low, high = posterior.interval("P", 0.9)
+        assert np.mean((low < load) & (load < high)) == pytest.approx(0.9, abs=5 * np.sqrt(0.09 / 300))
+    assert any("300 touches have no measured load" in note for note in without.notes)
+
+
+def test_plug_in_is_narrower(line_pad: tuple[SimulatedPad, Calibration]) -> None:
+    pad, _ = line_pad
+    few = pad.touch(np.linspace(8, 30, 12)[:, None], np.random.default_rng(1))
+    calibration = calibrate_pad(pad.dataset(few), kernel="gaussian", empirical=False, draws=8)
+    touches = pad.touch(np.linspace(9, 29, 40)[:, None], np.random.default_rng(2))
+    full, plugged = (infer_pad(touches, calibration, plug_in=each, draws=800) for each in (False, True))
+    ratio = full.sd("x") / plugged.sd("x")
+    # An sd of 800 draws is good to 3 %; the median over 40 touches far better.
+    assert np.median(ratio) > 1.05
+
+
+def test_repeats_narrow_a_posterior() -> None:
+    pad = line(share=0.0, load_spread=0.0)
+    location = np.linspace(6, 34, 57)[:, None]
+    calibration = calibrate_pad(
+        pad.dataset(pad.touch(location, np.random.default_rng(0), samples=2)),
+        kernel="gaussian",
+        empirical=False,
+        draws=8,
+    )
+    place = np.full((40, 1), 13.0)
+    single = infer_pad(pad.touch(place, np.random.default_rng(1)), calibration, draws=400, plug_in=True)
+    many = infer_pad(pad.touch(place, np.random.default_rng(1), samples=9), calibration, draws=400, plug_in=True)
+    # A third of the noise; a part of it may have been taken for discrepancy, which stays.
+    assert 0.3 < np.median(many.sd("x")) / np.median(single.sd("x")) < 0.6
+
+
+def test_touches_that_say_nothing_give_the_prior_back(square_pad: tuple[SimulatedPad, Calibration]) -> None:
+    pad, calibration = square_pad
+    touches = pad.touch(np.full((3, 2), 11.0), np.random.default_rng(0))
+    readings = np.full_like(touches.readings, np.nan)
+    readings[1] = touches.readings[1]
+    posterior = infer_pad(touches.with_(readings=readings), calibration, draws=1000)
+    reader = PadReader.from_calibration(calibration)
+    for axis, name in enumerate(("x", "y")):
+        width = reader.map.high[axis] - reader.map.low[axis]
+        draws = posterior.posterior[name][..., 0]
+        # Uniform: sd is the width over sqrt(12); 1,000 draws of acceptance 0.7 give it to 5 %.
+        assert draws.std() == pytest.approx(width / np.sqrt(12), rel=0.15)
+        assert draws.min() >= reader.map.low[axis] and draws.max() <= reader.map.high[axis]
+    assert posterior.sd("x")[1] < 0.5
+    assert np.isinf(posterior.rows.sd[0]).all()
+
+
+def test_parts_are_a_density_and_draws_follow_it() -> None:
+    rng = np.random.default_rng(0)
+    root = np.tril(rng.normal(size=(1, 3, 2, 2)))
+    root[..., 0, 0], root[..., 1, 1] = 0.5, 0.8
+    parts = ManyParts(np.array([[0.5, 0.3, 0.2]]), 2 * rng.normal(size=(1, 3, 2)), root)
+
+    def density(y: float, x: float) -> float:
+        return float(np.exp(parts.log_density(np.array([[[x, y]]]))[0, 0]))
+
+    # Student-t with 6 degrees of freedom: 1e-5 of it lies beyond 20 of its widths.
+    total, _ = dblquad(density, -20, 20, -20, 20, epsabs=1e-4)
+    assert total == pytest.approx(1, abs=1e-3)
+    x, log_density = parts.draw(BlockStreams(0, [0]), 40000)
+    np.testing.assert_allclose(log_density, parts.log_density(x), rtol=1e-12)
+    mean = np.einsum("k,kd->d", parts.weight[0], parts.mean[0])
+    # 4 standard errors of the mean of 40,000 draws.
+    assert np.all(np.abs(x[0].mean(axis=0) - mean) < 4 * x[0].std(axis=0) / 200)
+    below, _ = dblquad(density, -20, mean[0], -20, 20, epsabs=1e-4)
+    assert (x[0, :, 0] < mean[0]).mean() == pytest.approx(below, abs=4 * 0.5 / 200 + 1e-3)
+
+
+def test_parts_serve_as_the_posterior(square_pad: tuple[SimulatedPad, Calibration]) -> None:
+    # They need not, for the sampler corrects them; but it is quick only where most draws are accepted.
+    pad, calibration = square_pad
+    rng = np.random.default_rng(5)
+    posterior = infer_pad(pad.touch(rng.uniform(4, 18, (100, 2)), rng), calibration, draws=200)
+    assert np.median(posterior.sample_stats["acceptance"]) > 0.6
+    assert (posterior.sample_stats["acceptance"] > 0.3).mean() > 0.9
+
+
+def test_many_parts_keep_mean_and_spread(square_pad: tuple[SimulatedPad, Calibration]) -> None:
+    pad, calibration = square_pad
+    reader = PadReader.from_calibration(calibration)
+    touches = known(reader, pad.touch(np.array([[18.9, 18.9], [11.0, 8.0]]), np.random.default_rng(0)))
+    components = components_of(reader, touches, lattice_for(reader))
+    parts = many_parts(components, 2)
+    for t in range(2):
+        here = components.touch == t
+        weight = np.exp(components.log_weight[here] - components.log_weight[here].max())
+        weight /= weight.sum()
+        np.testing.assert_allclose(parts.weight[t] @ parts.mean[t], weight @ components.mean[here], rtol=1e-9)
+    assert count_places(components, 2)[1] == 1
+
+
+def test_draws_depend_on_seed_and_place_alone(line_pad: tuple[SimulatedPad, Calibration]) -> None:
+    pad, calibration = line_pad
+    touches = pad.touch(np.linspace(9, 29, 20)[:, None], np.random.default_rng(2))
+    first, second = (infer_pad(touches, calibration, draws=100, seed=4) for _ in range(2))
+    other = infer_pad(touches, calibration, draws=100, seed=5)
+    np.testing.assert_array_equal(first.posterior["x"], second.posterior["x"])
+    assert not np.array_equal(first.posterior["x"], other.posterior["x"])
+
+
+def test_wrong_number_of_elements_is_said(line_pad: tuple[SimulatedPad, Calibration]) -> None:
+    _, calibration = line_pad
+    with pytest.raises(InputError, match="expected readings of 4 elements, got 3"):
+        infer_pad(
+            line().touch(np.array([[12.0]]), np.random.default_rng(0)).with_(readings=np.zeros((1, 3))), calibration
+        )
