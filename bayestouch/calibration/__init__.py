@@ -68,4 +68,4 @@ def calibrate(
         raise InputError("contact and e_map are options of fingers; this sensor is a pad (its option is the kernel)")
     from bayestouch.calibration.pad import calibrate_pad
 
-    return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed)
+    return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)

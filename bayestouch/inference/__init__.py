@@ -79,8 +79,10 @@ def infer(
             workers=workers,
             progress=progress,
         )
-    if each_sample:
-        raise InputError("each_sample is an option of fingers; a pad is read touch by touch")
+    if each_sample or method != "emcee":
+        raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
     from bayestouch.inference.pad import infer_pad
 
-    return infer_pad(touches, calibration, plug_in=plug_in, use_load=use_load, draws=draws, seed=seed)
+    return infer_pad(
+        touches, calibration, plug_in=plug_in, use_load=use_load, draws=draws, seed=seed, progress=progress
+    )
