@@ -77,6 +77,12 @@ def test_true_kernel_wins(known_line: tuple[SimulatedPad, PadProblem]) -> None:
     assert max(scores, key=lambda name: scores[name]) == "gaussian"
 
 
+def test_no_map_where_the_kernel_is_right() -> None:
+    pad = line()
+    touches = pad.touch(np.linspace(6, 32, 53)[:, None], np.random.default_rng(0))
+    assert calibrate_pad(pad.dataset(touches), draws=8).settings["empirical_map"] == "no"
+
+
 def test_map_finds_what_the_kernel_misses() -> None:
     pad = line(BumpyKernel(6.0), load_spread=0.005, floor=0.02, share=0.002)
     rng = np.random.default_rng(1)

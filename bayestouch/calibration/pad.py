@@ -17,6 +17,9 @@ from bayestouch.results import Calibration
 from bayestouch.sensor import Pad
 from bayestouch.splits import with_calibration
 
+# Log predictive density that a model must gain to be preferred to a simpler one: a factor of twenty.
+_WORTH_A_MAP = 3.0
+
 
 def calibrate_pad(
     dataset: DataSet,
@@ -31,9 +34,9 @@ def calibrate_pad(
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
     Three models compete by the log predictive density of each calibration reading left out of the fit: the best
-    kernel alone, that kernel with an empirical map, and an empirical map about a constant. The posterior of the
-    parameters is the normal (Laplace) approximation at the mode; with a map, it is what is known of the kernel beside
-    the map.
+    kernel alone, that kernel with an empirical map, and an empirical map about a constant; a simpler one holds its
+    place unless it is clearly worse. The posterior of the parameters is the normal (Laplace) approximation at the
+    mode; with a map, it is what is known of the kernel beside the map.
 
     Parameters
     ----------
@@ -115,4 +118,9 @@ def choose_model(
             models["map alone"] = alone
             rivals.append(alone)
         told(0.8)
-    return max(rivals, key=lambda model: model.score), models
+    # The simplest comes first, and holds its place against one that is hardly better.
+    chosen = rivals[0]
+    for rival in rivals[1:]:
+        if rival.score > chosen.score + _WORTH_A_MAP:
+            chosen = rival
+    return chosen, models

@@ -38,7 +38,7 @@ class PadPriors:
     position_sd : float
         How far an element may be from there, mm.
     moved : str
-        What was done to the nominal positions, one sentence.
+        What was done to the nominal positions, one sentence; empty if nothing to speak of.
     """
 
     amplitude: FloatArray
@@ -145,7 +145,9 @@ def pad_priors(
             offset_sd=(1.0 if rest_subtracted else 3.0) * amplitude * typical,
             position=nominal + shift,
             position_sd=_POSITION_SD_MM,
-            moved=f"element positions are moved by {named} to where readings peak: the stage's origin is not known",
+            moved=f"element positions are moved by {named} to where readings peak: the stage's origin is not known"
+            if np.abs(shift).max() >= 0.05
+            else "",
         ),
         tuple(notes),
     )

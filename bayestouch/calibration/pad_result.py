@@ -164,10 +164,10 @@ def _model_notes(problem: PadProblem, model: PadModel, name: str, rivals: dict[s
             f"{other} {rival.score - model.score:+.0f}" for other, rival in rivals.items() if other != name
         )
         notes.append(
-            f"of the models tried, {name} predicts calibration readings left out best (log predictive density "
-            f"of the others against it: {scores})"
+            f"of the models tried, {name} is chosen, by how well calibration readings left out are predicted "
+            f"(log predictive density of the others against it: {scores})"
         )
-    if model.kernel.parameters:
+    if model.kernel.parameters and problem.priors.moved:
         notes.append(problem.priors.moved)
     for parameter, value in zip(model.kernel.parameters, model.fit.chain.values, strict=True):
         low, high = parameter.prior.support
