@@ -16,7 +16,7 @@ from bayestouch.progress import progress_bar
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 CONTACTS = click.Choice(["layer", "hertz", "approximate frictionless"])
-KERNELS = click.Choice(["auto", "layer", "half-space", "gaussian"])
+KERNELS = click.Choice(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"])
 
 
 def _common(command: Command) -> Command:

@@ -32,7 +32,7 @@ def calibrate(
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
         E map of a finger: that of the elastic model (default), or identified directly about it.
-    kernel : {"auto", "layer", "half-space", "gaussian"}, optional
+    kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     draws : int
         Posterior draws to keep.
