@@ -31,7 +31,7 @@ _TOUCHES = 64
 _LOAD_BIN = 0.1
 
 # Nodes looked at closely for one touch; more are thinned, for such a touch is hardly located at all.
-_MOST_PAIRS = 2000
+_MOST_PAIRS = 1000
 
 # Pairs of touch and node refined at once: 8 elements and 3 coordinates make 20 MB.
 _PAIRS = 1 << 15
