@@ -85,11 +85,7 @@ def average(touches: Touches) -> TouchMeans:
     rows = np.flatnonzero(touches.in_contact)
     ids, group = groups(touches.touch[rows])
     n = len(ids)
-    reads = (
-        np.ones(len(rows))
-        if touches.reads is None
-        else np.where(np.isnan(touches.reads), 1, touches.reads)[rows]
-    )
+    reads = np.ones(len(rows)) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)[rows]
     values = touches.readings[rows]
     sd = np.full(values.shape, np.nan) if touches.readings_sd is None else touches.readings_sd[rows]
     known_reads = touches.reads is not None and ~np.isnan(touches.reads[rows])
@@ -122,17 +118,13 @@ def average(touches: Touches) -> TouchMeans:
         indenter_radius_mm=_one_indenter(touches.indenter_radius_mm[rows], ids, group),
         depth_mm=mean(touches.depth_mm),
         time_s=mean(touches.time_s),
-        angle_deg=None
-        if touches.angle_deg is None
-        else _mean_angle(touches.angle_deg[rows], group, n, reads),
+        angle_deg=None if touches.angle_deg is None else _mean_angle(touches.angle_deg[rows], group, n, reads),
         x_mm=None if touches.x_mm is None else mean(touches.x_mm),
         y_mm=None if touches.y_mm is None else mean(touches.y_mm),
     )
 
 
-def grouped_mean(
-    values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None
-) -> FloatArray:
+def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None) -> FloatArray:
     """Mean of the values that are not NaN in each of n groups; NaN for a group without any. Shape (n,).
 
     Deviations from the group's first value are averaged, so that equal values give that value exactly,
@@ -166,7 +158,5 @@ def _one_indenter(radius: FloatArray, ids: IntArray, group: IntArray) -> FloatAr
     wrong = np.flatnonzero(~np.isnan(radius) & (radius != first[group]))
     if len(wrong):
         two = f"{first[group[wrong[0]]]:g} and {radius[wrong[0]]:g} mm"
-        raise InputError(
-            f"touch {ids[group[wrong[0]]]} is made with two indenters, {two}", column="indenter_radius_mm"
-        )
+        raise InputError(f"touch {ids[group[wrong[0]]]} is made with two indenters, {two}", column="indenter_radius_mm")
     return first

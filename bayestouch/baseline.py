@@ -54,16 +54,10 @@ def correct(touches: Touches, rest: npt.ArrayLike | None = None) -> Touches:
     if general is None and rest is not None:
         general = np.asarray(rest, dtype=np.float64)
         if general.shape != (touches.n_elements,):
-            raise InputError(
-                f"expected a rest reading of {touches.n_elements} elements, got shape {general.shape}"
-            )
-        return _subtracted(
-            touches, np.tile(general, (touches.n_rows, 1)), "the rest reading given was subtracted"
-        )
+            raise InputError(f"expected a rest reading of {touches.n_elements} elements, got shape {general.shape}")
+        return _subtracted(touches, np.tile(general, (touches.n_rows, 1)), "the rest reading given was subtracted")
     if general is None:
-        return touches.with_(
-            notes=(*touches.notes, "no reading without contact: readings are taken as they are")
-        )
+        return touches.with_(notes=(*touches.notes, "no reading without contact: readings are taken as they are"))
     ids, group = groups(touches.touch)
     away = ~touches.in_contact
     weights = _weights(touches)[away]
@@ -95,8 +89,4 @@ def _subtracted(touches: Touches, offset: FloatArray, note: str) -> Touches:
 
 
 def _weights(touches: Touches) -> FloatArray:
-    return (
-        np.ones(touches.n_rows)
-        if touches.reads is None
-        else np.where(np.isnan(touches.reads), 1, touches.reads)
-    )
+    return np.ones(touches.n_rows) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)

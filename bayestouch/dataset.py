@@ -112,9 +112,7 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
             target = folder / f"{name}.{format}"
             writers[target] = touches_writer(touches, target, dataset.sensor)
     write_together(writers)
-    _remove(
-        [folder / f"{name}.{f}" for name in tables for f in _FORMATS if folder / f"{name}.{f}" not in writers]
-    )
+    _remove([folder / f"{name}.{f}" for name in tables for f in _FORMATS if folder / f"{name}.{f}" not in writers])
 
 
 def _table(folder: Path, name: str) -> Path | None:

@@ -32,9 +32,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
         yield temporary
         temporary.replace(target)
     except InputError as error:
-        raise InputError(
-            error.message, file=error.file or target, row=error.row, column=error.column
-        ) from None
+        raise InputError(error.message, file=error.file or target, row=error.row, column=error.column) from None
     except OSError as error:
         raise InputError(f"cannot be written: {error.strerror or error}", file=target) from error
     finally:

@@ -70,9 +70,7 @@ def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> 
     try:
         table = pa.table(
             {
-                name: pa.array(values.tolist(), type=pa.string())
-                if values.dtype.kind == "O"
-                else pa.array(values)
+                name: pa.array(values.tolist(), type=pa.string()) if values.dtype.kind == "O" else pa.array(values)
                 for name, values in columns.items()
             }
         )
@@ -86,8 +84,6 @@ def _pyarrow(file: Path | None) -> tuple[Any, Any]:
         import pyarrow
         import pyarrow.parquet
     except ImportError:
-        message = (
-            "Parquet needs pyarrow, which is not installed: pip install 'bayestouch[parquet]', or use CSV"
-        )
+        message = "Parquet needs pyarrow, which is not installed: pip install 'bayestouch[parquet]', or use CSV"
         raise InputError(message, file=file) from None
     return pyarrow, pyarrow.parquet

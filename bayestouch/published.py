@@ -161,9 +161,7 @@ def _table_numbers() -> Iterator[PublishedNumber]:
         for (name, unit), row in rows.items():
             for column, cell in zip(("Min", "Avg", "Max"), row.split()[-3:], strict=True):
                 where = f"Table {table}, row {name}, column {column}"
-                yield PublishedNumber(
-                    f"table_{table}.{name}.{column.lower()}", float(cell), unit, where, row, cell
-                )
+                yield PublishedNumber(f"table_{table}.{name}.{column.lower()}", float(cell), unit, where, row, cell)
     for row in _TABLE_3.strip().splitlines():
         cells = row.split()
         for (name, title), cell in zip(_TABLE_3_COLUMNS.items(), cells, strict=True):

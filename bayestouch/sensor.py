@@ -96,9 +96,7 @@ class Finger:
         object.__setattr__(self, "core_radius_mm", core)
         object.__setattr__(self, "outer_radius_mm", outer)
         object.__setattr__(self, "sensing_radius_mm", sensing)
-        object.__setattr__(
-            self, "element_angles_deg", _numbers(self.element_angles_deg, "element_angles_deg")
-        )
+        object.__setattr__(self, "element_angles_deg", _numbers(self.element_angles_deg, "element_angles_deg"))
 
     @property
     def n_elements(self) -> int:
@@ -140,9 +138,7 @@ class Pad:
         x = _numbers(self.element_x_mm, "element_x_mm")
         y = None if self.element_y_mm is None else _numbers(self.element_y_mm, "element_y_mm")
         if y is not None and len(y) != len(x):
-            raise InputError(
-                f"expected {len(x)} values as in element_x_mm, got {len(y)}", column="element_y_mm"
-            )
+            raise InputError(f"expected {len(x)} values as in element_x_mm, got {len(y)}", column="element_y_mm")
         thickness = None if self.thickness_mm is None else _positive(self.thickness_mm, "thickness_mm")
         depth = None if self.depth_mm is None else _positive(self.depth_mm, "depth_mm")
         if thickness is not None and depth is not None and depth > thickness:
@@ -187,9 +183,7 @@ class Rubber:
 
     def __post_init__(self) -> None:
         if self.shear_modulus_MPa is not None:
-            object.__setattr__(
-                self, "shear_modulus_MPa", _positive(self.shear_modulus_MPa, "shear_modulus_MPa")
-            )
+            object.__setattr__(self, "shear_modulus_MPa", _positive(self.shear_modulus_MPa, "shear_modulus_MPa"))
         if self.poisson_ratio is not None:
             ratio = _number(self.poisson_ratio, "poisson_ratio")
             if not 0 <= ratio <= 0.5:

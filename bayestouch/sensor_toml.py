@@ -53,9 +53,7 @@ def read_sensor(path: str | Path) -> Sensor:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         row = data[: error.start].count(b"\n") + 1
-        raise InputError(
-            f"expected UTF-8 text, got the byte {data[error.start]:#04x}", file=file, row=row
-        ) from None
+        raise InputError(f"expected UTF-8 text, got the byte {data[error.start]:#04x}", file=file, row=row) from None
     sensor = sensor_from_toml(text, file=file, default_name=file.resolve().parent.name)
     return replace(sensor, notes=(*notes, *sensor.notes))
 
@@ -138,9 +136,7 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
         if key not in geometry:
             hint = ', or body = "pad" at the top' if "element_x_mm" in tables.get("geometry", {}) else ""
             needed = ", ".join(_REQUIRED[kind])
-            raise InputError(
-                f"missing; a {kind} needs {needed} under [geometry]{hint}", column=f"geometry.{key}"
-            )
+            raise InputError(f"missing; a {kind} needs {needed} under [geometry]{hint}", column=f"geometry.{key}")
     rubber = _take(tables, "rubber", _RUBBER)
     force = _take(tables, "force_sensor", (_NOISE[kind],))
     other = _NOISE["pad" if kind == "finger" else "finger"]
@@ -191,9 +187,7 @@ def _leaves(tables: Mapping[str, Any]) -> list[str]:
     return [
         leaf
         for name, value in tables.items()
-        for leaf in (
-            [f"{name}.{key}" for key in value] if name in known and isinstance(value, dict) else [name]
-        )
+        for leaf in ([f"{name}.{key}" for key in value] if name in known and isinstance(value, dict) else [name])
     ]
 
 

@@ -128,11 +128,7 @@ def _lines(values: FloatArray) -> IntArray:
     """Number the distinct positions along one coordinate in their order."""
     distinct, inverse = np.unique(values, return_inverse=True)
     new = np.diff(distinct) > _SAME * np.ptp(distinct) if len(distinct) > 1 else np.zeros(0, dtype=bool)
-    return (
-        np.asarray(np.r_[0, np.cumsum(new)][inverse], dtype=np.int64)
-        if len(values)
-        else np.zeros(0, np.int64)
-    )
+    return np.asarray(np.r_[0, np.cumsum(new)][inverse], dtype=np.int64) if len(values) else np.zeros(0, np.int64)
 
 
 def _cells(values: FloatArray, side: float) -> IntArray:

@@ -84,9 +84,7 @@ def read_csv(path: str | Path, schema: Schema) -> RawTable:
     with reading(path) as file:
         size = file.stat().st_size
         if size > MAX_BYTES:
-            raise InputError(
-                f"expected a table of at most {MAX_BYTES} bytes, got {size}: split it", file=file
-            )
+            raise InputError(f"expected a table of at most {MAX_BYTES} bytes, got {size}: split it", file=file)
         notes = list(_byte_notes(file))
         try:
             with file.open(encoding="utf-8-sig", newline="") as stream:
@@ -154,9 +152,7 @@ def check_names(cells: Sequence[str], file: Path, row: int) -> tuple[str, ...]:
     names = tuple(cell.strip() or f"column_{i}" for i, cell in enumerate(cells, start=1))
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise InputError(
-                "expected every column once, got this name twice", file=file, row=row, column=name
-            )
+            raise InputError("expected every column once, got this name twice", file=file, row=row, column=name)
     return names
 
 
@@ -192,9 +188,7 @@ def _chain(first: str, rest: Iterator[str]) -> Iterator[str]:
     yield from rest
 
 
-def _records(
-    lines: Iterator[str], separator: str, file: Path, skipped: int
-) -> Iterator[tuple[int, list[str]]]:
+def _records(lines: Iterator[str], separator: str, file: Path, skipped: int) -> Iterator[tuple[int, list[str]]]:
     """Cells of each record with the line on which it begins; lines with nothing on them are passed over."""
     last = skipped
     reader = csv.reader(lines, delimiter=separator, strict=True)

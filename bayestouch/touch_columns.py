@@ -54,9 +54,7 @@ def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
     body = sensor.body
     if "touch" not in names:
         found = few(names)
-        raise InputError(
-            f"expected a header with this column, found {found}", file=file, row=row, column="touch"
-        )
+        raise InputError(f"expected a header with this column, found {found}", file=file, row=row, column="touch")
     for other in LOAD_COLUMNS - {body.load_column}:
         if other in names and body.load_column not in names:
             expected = f"expected {body.load_column} ({body.load_unit}) on a {body.kind}"
@@ -110,9 +108,7 @@ def _elements(header: Header, sensor: Sensor) -> tuple[str, ...]:
     return tuple(found[number] for number in sorted(found))
 
 
-def check_values(
-    columns: Mapping[str, FloatArray], *, file: str | Path, line: npt.ArrayLike | None = None
-) -> None:
+def check_values(columns: Mapping[str, FloatArray], *, file: str | Path, line: npt.ArrayLike | None = None) -> None:
     """Check every known column of a table, rows against each other included.
 
     Parameters
@@ -151,15 +147,11 @@ def _check_samples(columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int6
     if again.any():
         at = int(np.flatnonzero(again)[np.argmin(order[1:][again])])
         first, second = order[at], order[at + 1]
-        message = (
-            f"touch {touch[second]:.0f} has sample {sample[second]:.0f} twice, before in row {lines[first]}"
-        )
+        message = f"touch {touch[second]:.0f} has sample {sample[second]:.0f} twice, before in row {lines[first]}"
         raise InputError(message, file=file, row=int(lines[second]), column="sample")
 
 
-def _check_indenters(
-    columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int64], file: str | Path
-) -> None:
+def _check_indenters(columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int64], file: str | Path) -> None:
     if "indenter_radius_mm" not in columns:
         return
     known = np.flatnonzero(~np.isnan(columns["indenter_radius_mm"]))
@@ -167,9 +159,7 @@ def _check_indenters(
     _, first, inverse = np.unique(touch, return_index=True, return_inverse=True)
     if len(other := np.flatnonzero(radius != radius[first][inverse])):
         at = int(other[0])
-        message = (
-            f"touch {touch[at]:.0f} is made with one indenter: expected {radius[first][inverse][at]:g} mm"
-        )
+        message = f"touch {touch[at]:.0f} is made with one indenter: expected {radius[first][inverse][at]:g} mm"
         message += f" as in row {lines[known[first[inverse[at]]]]}, got {radius[at]:g}"
         raise InputError(message, file=file, row=int(lines[known[at]]), column="indenter_radius_mm")
 

@@ -216,11 +216,7 @@ def numbered(touch: IntArray) -> IntArray:
     """Number rows 0, 1, 2 … within each touch, in the order of the rows. Shape (n,)."""
     order = np.argsort(touch, kind="stable")
     sorted_ids = touch[order]
-    first = (
-        np.flatnonzero(np.r_[True, sorted_ids[1:] != sorted_ids[:-1]])
-        if len(touch)
-        else np.array([], dtype=int)
-    )
+    first = np.flatnonzero(np.r_[True, sorted_ids[1:] != sorted_ids[:-1]]) if len(touch) else np.array([], dtype=int)
     lengths = np.diff(np.r_[first, len(touch)])
     result = np.empty(len(touch), dtype=np.int64)
     result[order] = np.arange(len(touch)) - np.repeat(first, lengths)

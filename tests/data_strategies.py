@@ -64,15 +64,11 @@ def touches_for(draw: st.DrawFn, sensor: Sensor) -> Touches:
     pairs = st.tuples(st.integers(-(2**53) + 1, 2**53 - 1), st.integers(0, 2**53 - 1))
     ids = draw(st.lists(pairs, min_size=n, max_size=n, unique=True))
     touch = np.array([pair[0] for pair in ids])
-    radius_of = {
-        t: draw(st.sampled_from([0.0, np.inf, np.nan, 3.9, 1e-300])) for t in dict.fromkeys(touch.tolist())
-    }
+    radius_of = {t: draw(st.sampled_from([0.0, np.inf, np.nan, 3.9, 1e-300])) for t in dict.fromkeys(touch.tolist())}
     readings = np.stack([column(finite_or_missing) for _ in range(m)], axis=1)
     readings[0, 0] = draw(finite)  # a table without any reading is refused
     maybe = st.booleans()
-    names = st.sampled_from(
-        ["temperature", "note", "load_N", "angle_deg", "y_mm", "e99_sd", 'a,"b', "a;b;c;d;e"]
-    )
+    names = st.sampled_from(["temperature", "note", "load_N", "angle_deg", "y_mm", "e99_sd", 'a,"b', "a;b;c;d;e"])
     taken = {sensor.body.load_column, *sensor.body.location_columns}
     located = draw(maybe)
     return touches_from(
@@ -84,9 +80,7 @@ def touches_for(draw: st.DrawFn, sensor: Sensor) -> Touches:
         load=column(finite_or_missing),
         depth_mm=column(st.one_of(st.floats(0, 1e300), st.just(np.nan))),
         contact=column(st.sampled_from([0.0, 1.0, np.nan])),
-        readings_sd=np.abs(np.stack([column(finite_or_missing) for _ in range(m)], axis=1))
-        if draw(maybe)
-        else None,
+        readings_sd=np.abs(np.stack([column(finite_or_missing) for _ in range(m)], axis=1)) if draw(maybe) else None,
         reads=column(st.sampled_from([1.0, 7.0, np.nan, 2.0**40])) if draw(maybe) else None,
         extra={
             name: np.array([draw(text) for _ in range(n)], dtype=object)

@@ -100,9 +100,7 @@ def test_a_value_that_its_column_cannot_hold(
 
 
 def test_two_indenters_in_a_touch(write: Callable[..., Path]) -> None:
-    table = (
-        "touch,sample,x_mm,indenter_radius_mm,e01,e02\n3,0,1,,2,3\n3,1,1,2,2,3\n4,0,1,1,2,3\n3,2,1,inf,2,3\n"
-    )
+    table = "touch,sample,x_mm,indenter_radius_mm,e01,e02\n3,0,1,,2,3\n3,1,1,2,2,3\n4,0,1,1,2,3\n3,2,1,inf,2,3\n"
     expected = "touch 3 is made with one indenter: expected 2 mm as in row 3, got inf"
     assert error(write(table)) == f"touches.csv, row 5, column indenter_radius_mm: {expected}"
 
@@ -189,19 +187,14 @@ def test_no_reading_at_all(write: Callable[..., Path]) -> None:
 
 def test_bytes_that_are_no_utf8(write: Callable[..., Path]) -> None:
     path = write(
-        GOOD.replace("e02\n", "e02,note\n")
-        .replace("20\n", "20,\n")
-        .replace("21\n", "21,5 µm\n")
-        .encode("latin-1")
+        GOOD.replace("e02\n", "e02,note\n").replace("20\n", "20,\n").replace("21\n", "21,5 µm\n").encode("latin-1")
     )
     assert error(path) == "touches.csv, row 3: expected UTF-8 text, got the byte 0xb5"
     assert error(write(GOOD.encode("utf-16"))) == "touches.csv, row 1: expected UTF-8 text, got the byte 0xff"
 
 
 def test_a_file_of_zeros(write: Callable[..., Path]) -> None:
-    assert error(write(b"\0" * 1000)).startswith(
-        "touches.csv, row 1, column touch: expected a header with this column"
-    )
+    assert error(write(b"\0" * 1000)).startswith("touches.csv, row 1, column touch: expected a header with this column")
 
 
 def test_a_line_without_end(write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,13 +203,9 @@ def test_a_line_without_end(write: Callable[..., Path], monkeypatch: pytest.Monk
     assert error(write("1" * 1001)) == "touches.csv, row 1: expected a line of at most 1000 characters"
 
 
-def test_a_file_too_large_to_be_a_touch_table(
-    write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_file_too_large_to_be_a_touch_table(write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("bayestouch.tables.MAX_BYTES", 10)
-    assert (
-        error(write(GOOD)) == f"touches.csv: expected a table of at most 10 bytes, got {len(GOOD)}: split it"
-    )
+    assert error(write(GOOD)) == f"touches.csv: expected a table of at most 10 bytes, got {len(GOOD)}: split it"
 
 
 def test_a_header_of_thousands_of_long_names_still_gives_a_short_line(write: Callable[..., Path]) -> None:
@@ -299,9 +288,7 @@ def test_parquet_that_is_none(write: Callable[..., Path]) -> None:
         ({"e03": [1.0, 2.0]}, f"row 1: {TWO}, found 3"),
     ],
 )
-def test_bad_values_in_parquet(
-    write: Callable[..., Path], changes: dict[str, list[object]], message: str
-) -> None:
+def test_bad_values_in_parquet(write: Callable[..., Path], changes: dict[str, list[object]], message: str) -> None:
     pa = pytest.importorskip("pyarrow")
     pq = pytest.importorskip("pyarrow.parquet")
     path = write(GOOD)

@@ -31,9 +31,7 @@ def corner():
 def test_wedge_transform_is_that_of_its_pressure():
     for z in (0.0, 0.3, 4.0, 40.0):
         # arccosh(1/t) by t = 1/cosh u: integrable, smooth
-        direct = quad(
-            lambda u, z=z: u * np.cos(z / np.cosh(u)) * np.sinh(u) / np.cosh(u) ** 2, 0, 60, limit=400
-        )[0]
+        direct = quad(lambda u, z=z: u * np.cos(z / np.cosh(u)) * np.sinh(u) / np.cosh(u) ** 2, 0, 60, limit=400)[0]
         assert wedge_transform(z) == pytest.approx(2 / np.pi * direct, abs=1e-9)
 
 

@@ -20,9 +20,7 @@ LOAD = 0.2  # N/mm
 
 def integrated(function, half_arc):
     """∫ f dθ over the contact; θ = β sin ψ takes the square roots out of the edges."""
-    return quad(lambda psi: function(half_arc * np.sin(psi)) * half_arc * np.cos(psi), -np.pi / 2, np.pi / 2)[
-        0
-    ]
+    return quad(lambda psi: function(half_arc * np.sin(psi)) * half_arc * np.cos(psi), -np.pi / 2, np.pi / 2)[0]
 
 
 @pytest.mark.parametrize("radius", [0.5, 3.9, 12.3, 25.25, np.inf])

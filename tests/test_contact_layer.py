@@ -25,9 +25,7 @@ def layer():
 
 def displacement(modes, body):
     core, outer, sigma = body
-    return surface_displacement_response(
-        modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=sigma
-    )
+    return surface_displacement_response(modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=sigma)
 
 
 @pytest.mark.parametrize(
@@ -41,9 +39,7 @@ def test_physics_table(layer, modulus, half_widths, centre_pressures):
     """Every half-width and centre pressure of the physics page to the last digit (finite elements: 5e-4)."""
     kappa = 0.2 * composite_radius(RADII, 12.7) / modulus
     np.testing.assert_allclose(layer.half_width(kappa), half_widths, rtol=0, atol=5.1e-5)
-    np.testing.assert_allclose(
-        layer.centre_pressure(kappa, load_N_per_mm=0.2), centre_pressures, rtol=0, atol=5.1e-6
-    )
+    np.testing.assert_allclose(layer.centre_pressure(kappa, load_N_per_mm=0.2), centre_pressures, rtol=0, atol=5.1e-6)
 
 
 @pytest.mark.parametrize("body", [PAPER, SHALLOW, (9.4, 12.7, 0.5), (9.4, 12.7, 0.3)])
@@ -88,9 +84,7 @@ def solved(body, beta, terms, modes=4000):
 def slope_residual(body, beta, coefficients, modes=4000):
     """Largest error of the slope relative to its value at the edge, between the collocation places too."""
     t = np.linspace(0.003, 0.9999, 400)
-    built = (
-        SurfaceCompliance.for_body(*body, modes=modes).slope([beta], t, len(coefficients))[0] @ coefficients
-    )
+    built = SurfaceCompliance.for_body(*body, modes=modes).slope([beta], t, len(coefficients))[0] @ coefficients
     return np.max(np.abs(built / beta - t)), np.sqrt(np.mean((built / beta - t) ** 2))
 
 
@@ -228,9 +222,7 @@ def test_bessel_recurrence_and_transforms():
     psi = (np.arange(400) + 0.5) * np.pi / 400
     for argument in (0.0, 3.3, 60.0):
         weighted = pressure_shapes(np.cos(psi), 10) * (np.cos(argument * np.cos(psi)) * np.sin(psi))[:, None]
-        np.testing.assert_allclose(
-            shape_transforms(argument, 10), weighted.sum(axis=0) * np.pi / 400, atol=1e-12
-        )
+        np.testing.assert_allclose(shape_transforms(argument, 10), weighted.sum(axis=0) * np.pi / 400, atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -107,8 +107,7 @@ def test_weight_of_the_zero_rows(layer):
     beta = float(layer.half_angle(FLAT_KAPPA))
     built = SlopeMap.for_contact(80, half_angle_rad=beta, **BODY)
     loads = [
-        built.load_over_modulus(built.pressure(built.contact_angles, outside_weight=w)) * 12.7 / FLAT_KAPPA
-        - 1
+        built.load_over_modulus(built.pressure(built.contact_angles, outside_weight=w)) * 12.7 / FLAT_KAPPA - 1
         for w in (0.3, 1.0, 3.0)
     ]
     assert loads[0] > 0.03

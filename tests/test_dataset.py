@@ -49,11 +49,7 @@ def datasets(draw: st.DrawFn) -> DataSet:
     body = sensor.body
 
     def located(table: Touches) -> Touches:
-        absent = {
-            name: np.full(table.n_rows, np.nan)
-            for name in body.location_columns
-            if getattr(table, name) is None
-        }
+        absent = {name: np.full(table.n_rows, np.nan) for name in body.location_columns if getattr(table, name) is None}
         return table.with_(**absent)
 
     return (
@@ -112,9 +108,7 @@ def test_every_column_of_a_finger(tmp_path: Path) -> None:
 
 def test_a_pad_in_the_plane(tmp_path: Path) -> None:
     sensor = PAD + "element_y_mm = [0, 0]\n"
-    path = folder(
-        tmp_path / "d", sensor, touches="touch,x_mm,y_mm,load_N,e01,e02\n0,1,2,3,4,5\n1,2,3,4,5,6\n"
-    )
+    path = folder(tmp_path / "d", sensor, touches="touch,x_mm,y_mm,load_N,e01,e02\n0,1,2,3,4,5\n1,2,3,4,5,6\n")
     touches = load_dataset(path).touches
     assert touches.x_mm is not None and touches.x_mm.tolist() == [1.0, 2.0]
     assert touches.y_mm is not None and touches.y_mm.tolist() == [2.0, 3.0]
@@ -122,16 +116,12 @@ def test_a_pad_in_the_plane(tmp_path: Path) -> None:
 
 
 def test_y_on_a_line_is_a_further_column(tmp_path: Path) -> None:
-    touches = load_dataset(
-        folder(tmp_path / "d", touches="touch,x_mm,y_mm,e01,e02\n0,1,2,4,5\n1,2,3,5,6\n")
-    ).touches
+    touches = load_dataset(folder(tmp_path / "d", touches="touch,x_mm,y_mm,e01,e02\n0,1,2,4,5\n1,2,3,5,6\n")).touches
     assert touches.y_mm is None and touches.extra["y_mm"].tolist() == ["2", "3"]
 
 
 def test_rows_of_a_touch_are_numbered_where_sample_is_absent(tmp_path: Path) -> None:
-    touches = load_dataset(
-        folder(tmp_path / "d", touches="touch,x_mm,e01,e02\n4,1,4,5\n2,2,5,6\n4,1,6,7\n")
-    ).touches
+    touches = load_dataset(folder(tmp_path / "d", touches="touch,x_mm,e01,e02\n4,1,4,5\n2,2,5,6\n4,1,6,7\n")).touches
     assert touches.sample.tolist() == [0, 0, 1]
     assert "touches.csv: no column sample, rows of the same touch are numbered in order" in touches.notes
 
@@ -144,9 +134,7 @@ def test_touches_to_be_read_need_no_location_where_there_is_a_calibration(tmp_pa
     )
     dataset = load_dataset(path)
     assert dataset.touches.x_mm is None and "touches.csv: no reference location" in dataset.notes
-    with pytest.raises(
-        InputError, match=r"touches.csv, row 1, column x_mm: missing: the reference location on a pad$"
-    ):
+    with pytest.raises(InputError, match=r"touches.csv, row 1, column x_mm: missing: the reference location on a pad$"):
         read_touches(path / "touches.csv", dataset.sensor, location=True)
 
 
@@ -212,9 +200,7 @@ def test_a_failed_save_changes_nothing(tmp_path: Path) -> None:
         assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
-def test_a_table_that_breaks_off_while_written_is_not_there(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_table_that_breaks_off_while_written_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full_disk(*_: object) -> list[str]:
         raise OSError(28, "No space left on device")
 
@@ -276,6 +262,4 @@ def test_practice_data_load(shared_folder: Path, letter: str) -> None:
     assert set(np.unique(dataset.calibration.indenter_radius_mm)) == {0.0, np.inf}
     exam = shared_folder / "practice" / "truth" / f"finger-{letter}" / "exam.csv"
     if exam.is_file():
-        assert (
-            read_touches(exam, dataset.sensor, location=True).averaged().counts.tolist() == [[5] * 16] * 240
-        )
+        assert read_touches(exam, dataset.sensor, location=True).averaged().counts.tolist() == [[5] * 16] * 240

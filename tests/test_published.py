@@ -73,9 +73,7 @@ def test_the_examples_of_the_docstring() -> None:
 
 
 def test_counts() -> None:
-    per_table = {
-        table: sum(item.where.startswith(f"Table {table}, row") for item in NUMBERS) for table in "1234"
-    }
+    per_table = {table: sum(item.where.startswith(f"Table {table}, row") for item in NUMBERS) for table in "1234"}
     assert per_table == {"1": 4 * 3, "2": 3, "3": 9 * 5, "4": 6 * 3}
 
 
@@ -163,21 +161,17 @@ def value(key: str) -> float:
 # one line a claim of NOTES: what the note says, computed here from the printed numbers
 CLAIMS = {
     "0.64 %": math.hypot(value("noise.force_sensor"), value("noise.averaged_readings")),
-    "3.4 times": value("fit_error.model")
-    / math.hypot(value("noise.force_sensor"), value("noise.averaged_readings")),
+    "3.4 times": value("fit_error.model") / math.hypot(value("noise.force_sensor"), value("noise.averaged_readings")),
     "13.23 against": math.hypot(value("table_4.model.location.P"), value("table_4.model.noise.P")),
     "1.274 against": math.hypot(value("table_4.model.location.R"), value("table_4.model.noise.R")),
     "0.976 against": math.hypot(value("table_4.empirical.location.R"), value("table_4.empirical.noise.R")),
     "0.053 mm": math.radians(value("table_4.model.total.theta_c")) * value("outer_radius"),
-    "29 of 1.52 mm": value("spacing")
-    / (math.radians(value("table_4.model.total.theta_c")) * value("outer_radius")),
-    "37 at r_s": value("spacing")
-    / (math.radians(value("table_4.model.total.theta_c")) * value("sensing_radius")),
+    "29 of 1.52 mm": value("spacing") / (math.radians(value("table_4.model.total.theta_c")) * value("outer_radius")),
+    "37 at r_s": value("spacing") / (math.radians(value("table_4.model.total.theta_c")) * value("sensing_radius")),
     "factor of 0.58": value("table_4.model.noise.theta_c") / value("table_4.model.total.theta_c"),
     "6.6 %": 100 * value("table_4.model.total.P") / value("touches.load"),
     "5.9 %": 100 * value("table_4.empirical.total.P") / value("touches.load"),
-    "1.4 standard deviations": value("radius_error.distinguishable")
-    / (math.sqrt(2) * value("radius_error.noise")),
+    "1.4 standard deviations": value("radius_error.distinguishable") / (math.sqrt(2) * value("radius_error.noise")),
     "83 %": 100
     * math.erf(value("radius_error.distinguishable") / (math.sqrt(2) * value("radius_error.noise")) / 2**0.5),
     "2.1 mm": 1.959964 * math.sqrt(2) * value("radius_error.noise"),

@@ -91,9 +91,7 @@ def test_a_sensor_without_a_name_is_called_after_its_folder(tmp_path) -> None:
 
 
 def test_unknown_keys_are_kept_said_and_written_back() -> None:
-    sensor = sensor_from_toml(
-        FINGER.replace("[rubber]", "[rubber]\nbatch = 7") + "\n[circuit]\nboard = 'B'\n"
-    )
+    sensor = sensor_from_toml(FINGER.replace("[rubber]", "[rubber]\nbatch = 7") + "\n[circuit]\nboard = 'B'\n")
     assert sensor.extra == {"rubber": {"batch": 7}, "circuit": {"board": "B"}}
     assert set(sensor.notes) == {
         "sensor.toml: rubber.batch is not known here, kept and not used",
@@ -209,9 +207,7 @@ def test_what_is_no_toml(old: str, new: str, message: str) -> None:
 
 
 def test_a_table_that_is_none() -> None:
-    with pytest.raises(
-        InputError, match=r"^sensor.toml, row 1, column rubber: expected a table \[rubber\], got 3$"
-    ):
+    with pytest.raises(InputError, match=r"^sensor.toml, row 1, column rubber: expected a table \[rubber\], got 3$"):
         sensor_from_toml('rubber = 3\nbody = "pad"\n[geometry]\nelement_x_mm = [0]\n')
 
 

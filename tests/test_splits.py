@@ -120,8 +120,7 @@ def test_a_data_set_without_calibration_gets_one_and_says_how() -> None:
     assert split.touches.touch.tolist() == [1, 3, 4]
     assert split.notes == (
         "before",
-        "no calibration table: touches in every other position calibrate (3 touches), "
-        "the others are read (3)",
+        "no calibration table: touches in every other position calibrate (3 touches), the others are read (3)",
     )
     assert with_calibration(split) is split
 

@@ -129,9 +129,7 @@ class CircleContact:
         end = self.half_angles[-1]
         quarter = np.arcsin(np.minimum(LARGEST_PART_OF_CIRCLE / ratio, np.sin(min(end, np.pi / 2))))
         if np.any((self._load(quarter, ratio) < load) & (quarter > end * (1 - 1e-12))):
-            raise InputError(
-                f"a contact is wider than the table's half-angle of {end:g} rad: too soft or too heavy"
-            )
+            raise InputError(f"a contact is wider than the table's half-angle of {end:g} rad: too soft or too heavy")
         low, high = np.zeros_like(quarter), quarter
         for _ in range(50):  # bisection: to 1e-15 of the quarter circle
             middle = (low + high) / 2
@@ -143,9 +141,7 @@ class CircleContact:
         """Half-width a of the contact in mm along the finger's surface; parameters of `half_angle`."""
         return self.outer_radius_mm * self.half_angle(load_over_modulus_mm, indenter_radius_mm)
 
-    def spectrum(
-        self, load_over_modulus_mm: ArrayLike, indenter_radius_mm: ArrayLike, modes: ArrayLike
-    ) -> FloatArray:
+    def spectrum(self, load_over_modulus_mm: ArrayLike, indenter_radius_mm: ArrayLike, modes: ArrayLike) -> FloatArray:
         """Spectrum ``q_k``; parameters of `half_angle`, shape ``broadcast + (n_modes,)``."""
         beta, shape = self._shape(load_over_modulus_mm, indenter_radius_mm)
         transforms = shape_transforms(beta[..., np.newaxis] * np.asarray(modes, dtype=float), shape.shape[-1])

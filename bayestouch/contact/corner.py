@@ -143,9 +143,7 @@ class CornerContact:
         load = _checked_load(load_over_modulus_mm)
         if np.any(load > self.loads_mm[-1]):
             largest = self.loads_mm[-1]
-            raise InputError(
-                f"load over modulus is {np.max(load):g} mm, more than the table's {largest:g} mm"
-            )
+            raise InputError(f"load over modulus is {np.max(load):g} mm, more than the table's {largest:g} mm")
         half_plane = self._half_plane_angle(load)
         return np.asarray(half_plane * self._angle_spline(table_coordinate(half_plane)))
 

@@ -70,9 +70,7 @@ def indenter_radius(composite_radius_mm: ArrayLike, outer_radius_mm: float) -> F
 
 def half_width(kappa: ArrayLike, poisson_ratio: ArrayLike) -> FloatArray:
     """Half-width ``a = √(2 κ (1-σ)/π)`` in mm of a Hertz contact, ``κ = P R/μ`` in mm²; broadcasts."""
-    return np.asarray(
-        np.sqrt(2 * checked_kappa(kappa) * (1 - np.asarray(poisson_ratio, dtype=float)) / np.pi)
-    )
+    return np.asarray(np.sqrt(2 * checked_kappa(kappa) * (1 - np.asarray(poisson_ratio, dtype=float)) / np.pi))
 
 
 def elliptic_spectrum(half_angle: ArrayLike, modes: ArrayLike) -> FloatArray:

@@ -29,17 +29,13 @@ class Round:
 
     def __post_init__(self) -> None:
         if not 0 < self.radius_mm < np.inf:
-            raise InputError(
-                f"radius of a round indenter must be above zero and finite, got {self.radius_mm:g} mm"
-            )
+            raise InputError(f"radius of a round indenter must be above zero and finite, got {self.radius_mm:g} mm")
 
     def composite_radius(self, outer_radius_mm: float) -> float:
         """R in mm, ``1/R = 1/r_b + 1/r_c``."""
         return float(composite_radius(self.radius_mm, outer_radius_mm))
 
-    def profile_slope(
-        self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola"
-    ) -> FloatArray:
+    def profile_slope(self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola") -> FloatArray:
         """Slope at arc length `s_mm`: ``s/R``, or that of the true circles; shape of `s_mm`."""
         return _round_slope(s_mm, self.composite_radius(outer_radius_mm), outer_radius_mm, profile)
 
@@ -54,9 +50,7 @@ class Flat:
         """R in mm, which is ``r_b``."""
         return outer_radius_mm
 
-    def profile_slope(
-        self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola"
-    ) -> FloatArray:
+    def profile_slope(self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola") -> FloatArray:
         """Slope at arc length `s_mm`: ``s/r_b``, or that of the true finger circle; shape of `s_mm`."""
         return _round_slope(s_mm, outer_radius_mm, outer_radius_mm, profile)
 
@@ -88,9 +82,7 @@ class Corner:
         """R of the tip, 0 mm."""
         return 0.0
 
-    def profile_slope(
-        self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola"
-    ) -> FloatArray:
+    def profile_slope(self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola") -> FloatArray:
         """Slope ``m sign(s) + s/r_b``, or that of straight faces over the true circle; shape of `s_mm`."""
         s = np.asarray(s_mm, dtype=float)
         m = self.face_slope * np.sign(s)
@@ -110,9 +102,7 @@ class KnifeEdge:
         """R, 0 mm."""
         return 0.0
 
-    def profile_slope(
-        self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola"
-    ) -> FloatArray:
+    def profile_slope(self, s_mm: ArrayLike, outer_radius_mm: float, profile: Profile = "parabola") -> FloatArray:
         """Infinite, with the sign of `s_mm`; zero in the middle."""
         s = np.asarray(s_mm, dtype=float)
         return np.asarray(np.where(s == 0, 0.0, np.copysign(np.inf, s)))
@@ -128,9 +118,7 @@ def indenter_from_radius(indenter_radius_mm: float) -> Indenter:
     return Flat() if indenter_radius_mm == np.inf else Round(indenter_radius_mm)
 
 
-def _round_slope(
-    s_mm: ArrayLike, composite_mm: float, outer_radius_mm: float, profile: Profile
-) -> FloatArray:
+def _round_slope(s_mm: ArrayLike, composite_mm: float, outer_radius_mm: float, profile: Profile) -> FloatArray:
     s = np.asarray(s_mm, dtype=float)
     if profile == "parabola":
         return np.asarray(s / composite_mm)

@@ -169,9 +169,7 @@ class LayerContact:
         """
         beta, shape = self._shape(kappa)
         if not np.all(beta > 0):
-            raise InputError(
-                "a knife edge has no finite pressure; load times composite radius must be above zero"
-            )
+            raise InputError("a knife edge has no finite pressure; load times composite radius must be above zero")
         shapes = pressure_shapes(np.asarray(theta, dtype=float) / beta[..., np.newaxis], shape.shape[-1])
         mean = np.asarray(load_N_per_mm, dtype=float) / (self.outer_radius_mm * beta)
         return np.asarray(mean[..., np.newaxis] * (shapes @ shape[..., np.newaxis])[..., 0])

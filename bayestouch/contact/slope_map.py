@@ -111,9 +111,7 @@ class SlopeMap:
         """Singular values of the stacked map, largest first; weight 0 for those of S alone."""
         return np.asarray(np.linalg.svd(self._stacked(outside_weight), compute_uv=False))
 
-    def pressure(
-        self, slope: ArrayLike, *, outside_weight: float = 1.0, relative_cutoff: float = 1e-6
-    ) -> FloatArray:
+    def pressure(self, slope: ArrayLike, *, outside_weight: float = 1.0, relative_cutoff: float = 1e-6) -> FloatArray:
         """Pressure coefficients p of a contact with given slopes: the truncated singular value inverse.
 
         Parameters
@@ -204,9 +202,7 @@ def contact_from_load(
     from scipy.optimize import brentq
 
     if not 0 < load_over_modulus_mm < np.inf:
-        raise InputError(
-            f"load over shear modulus must be above zero and finite, got {load_over_modulus_mm:g}"
-        )
+        raise InputError(f"load over shear modulus must be above zero and finite, got {load_over_modulus_mm:g}")
 
     def solved(half_angle: float) -> tuple[SlopeMap, FloatArray]:
         built = SlopeMap.for_contact(

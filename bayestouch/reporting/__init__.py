@@ -1,0 +1,80 @@
+"""Report: what can be trusted, and where."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bayestouch.dataset import DataSet
+from bayestouch.progress import Progress
+
+__all__ = ["Report", "report"]
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """A written report.
+
+    Attributes
+    ----------
+    path : Path
+        Its folder: ``index.html``, ``report.json``, ``figures``, ``calibration.nc``, ``posterior.nc``.
+    numbers : mapping
+        What ``report.json`` holds: every number of the page.
+    figures : tuple of Path
+        The figures' files.
+    """
+
+    path: Path
+    numbers: Mapping[str, Any]
+    figures: tuple[Path, ...]
+
+    def __str__(self) -> str:
+        return " ".join(self.numbers["answer"]["sentences"])
+
+
+def report(
+    dataset: DataSet | None,
+    output: str | Path,
+    *,
+    seed: int = 0,
+    draws: int = 1024,
+    plug_in: bool = False,
+    progress: Progress | None = None,
+) -> Report:
+    """Calibrate, read all touches, and write a reliability report.
+
+    Parameters
+    ----------
+    dataset : DataSet or None
+        Sensor and touches. None reports on the simulated finger that comes with the package, together with the
+        paper's tables.
+    output : str or Path
+        Folder to write; made if need be. A report in it is replaced when the new one is complete.
+    seed : int
+        Seed of every random number; the same data, version and seed give the same report.
+    draws : int
+        Draws a touch.
+    plug_in : bool
+        Take the calibration as exact.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.calibrate` and `bayestouch.infer`, or the folder cannot be written to.
+    """
+    from bayestouch.reporting.evidence import gather
+    from bayestouch.reporting.files import new_folder
+    from bayestouch.reporting.writing import write_report
+
+    output = Path(output)
+    with new_folder(output) as folder:
+        evidence = gather(dataset, seed=seed, draws=draws, plug_in=plug_in, progress=progress)
+        numbers = write_report(evidence, folder)
+    if progress is not None:
+        progress(1.0)
+    return Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))

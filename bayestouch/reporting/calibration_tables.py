@@ -1,0 +1,160 @@
+"""The calibration in tables: parameters beside their priors, element by element, models that competed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.parameters import Parameter
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.paper_fits import PaperFits
+from bayestouch.reporting.peak_table import error_and_noise, finger_peaks, pad_peaks
+from bayestouch.results import Calibration
+
+FloatArray = NDArray[np.float64]
+
+_SCORE, _ERROR = "log_score_", "error_percent_peak_"
+_LINEARITY = ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")
+_STATISTICS = {
+    "lack_of_fit": "lack of fit (residual over pure-error mean square)",
+    "error_percent_peak": "error, % of peak, mean over elements",
+    "noise_percent_peak": "noise of one reading, % of peak, mean over elements",
+    "ess_bulk": "bulk effective sample size, worst parameter",
+    "rhat": "R-hat, worst parameter",
+    "load_exponent": "exponent n of the load in readings ∝ Pⁿ (1 if linear)",
+    "error_percent_peak_linear": "error with the load as it is (n = 1), % of peak",
+    "error_percent_peak_power": "error with that exponent, % of peak",
+    "load_trend_share": "share of the errors' variance that a trend in the load explains",
+    "load_spread": "spread of unmeasured loads, share of their mean",
+    "log_score": "log predictive density of readings left out",
+    "map_length_mm": "correlation length of the empirical map, mm",
+    "map_size_everywhere": "size of the empirical map, share of the signal's peak",
+    "map_size_of_kernel": "size of the empirical map, share of the kernel",
+}
+# Symbol, unit and meaning of what a calibration holds beside its parameters.
+_DERIVED = {
+    "gain": ("1/G", "{unit} per unit strain", "reading per unit of compressive strain"),
+    "noise_sd": ("", "{unit}", "noise of one raw reading"),
+    "discrepancy_sd": ("", "{unit}", "what the model misses beyond noise"),
+}
+
+
+def about_calibration(evidence: Evidence, paper: PaperFits | None) -> dict[str, Any]:
+    """Everything the report shows of the calibration; `paper` on a finger."""
+    calibration = evidence.calibration
+    statistics = {name: float(value) for name, value in calibration.statistics.items()}
+    return {
+        "touches": len(calibration.rows.touch),
+        "settings": [{"name": _words(name), "value": value} for name, value in calibration.settings.items()],
+        "statistics": statistic_rows(statistics),
+        "models": model_rows(statistics),
+        "linearity": {name: statistics.get(name) for name in _LINEARITY},
+        "lack_of_fit": statistics.get("lack_of_fit"),
+        "parameters": parameter_rows(evidence),
+        "elements": element_table(calibration),
+        "peak": pad_peaks(calibration) if paper is None else finger_peaks(evidence, paper),
+    }
+
+
+def _words(name: str) -> str:
+    return _STATISTICS.get(name, name.replace("_", " "))
+
+
+def model_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Models that competed on a pad, the best first: score of readings left out, and their error in % of the peak."""
+    rows = []
+    for key in _scores(statistics):
+        model = key.removeprefix(_SCORE)
+        rows.append(
+            {
+                "model": model.replace("_", " "),
+                "map": model == "map_alone" or model.endswith("_with_map"),
+                "log_score": statistics[key],
+                "error_percent_peak": statistics.get(f"{_ERROR}{model}"),
+            }
+        )
+    return sorted(rows, key=lambda row: -float(row["log_score"]))
+
+
+def _scores(statistics: Mapping[str, float]) -> list[str]:
+    return [name for name in statistics if name.startswith(_SCORE)]
+
+
+def statistic_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
+    """Everything else that the calibration tells of itself."""
+    told = {f"{start}{key.removeprefix(_SCORE)}" for key in _scores(statistics) for start in (_SCORE, _ERROR)}
+    return [{"name": _words(name), "value": value} for name, value in statistics.items() if name not in told]
+
+
+def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
+    """Symbol, unit, prior and meaning of anything in the calibration's posterior."""
+    known: Mapping[str, Parameter] = {parameter.name: parameter for parameter in calibration.parameters}
+    if name in known:
+        parameter = known[name]
+        return parameter.symbol, parameter.unit, str(parameter.prior), parameter.description
+    symbol, unit, meaning = _DERIVED.get(name, ("", "", _words(name)))
+    reading = calibration.sensor.reading_unit or "reading"
+    return symbol or _words(name), unit.format(unit=reading), "", meaning
+
+
+def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:
+    """Posterior beside prior, one row a parameter; by element the least, mean and largest posterior mean."""
+    rows = []
+    calibration = evidence.calibration
+    for name, draws in calibration.posterior.items():
+        symbol, unit, prior, meaning = describe(calibration, name)
+        mean, sd = draws.mean(axis=(0, 1)), draws.std(axis=(0, 1))
+        true = evidence.truth.get(name)
+        rows.append(
+            {
+                "name": name,
+                "symbol": symbol,
+                "unit": unit,
+                "meaning": meaning,
+                "prior": prior or None,
+                "by_element": bool(mean.ndim),
+                "mean": float(np.mean(mean)),
+                "sd": float(np.sqrt(np.mean(sd**2))),
+                "minimum": float(np.min(mean)) if mean.ndim else None,
+                "maximum": float(np.max(mean)) if mean.ndim else None,
+                "inside_90_percent": None if true is None else _inside(draws, true),
+                "true_mean": None if true is None else float(np.mean(true)),
+            }
+        )
+    return rows
+
+
+def _inside(draws: FloatArray, true: Any) -> float:
+    """Share in % of true values inside the central 90 % interval."""
+    low, high = np.quantile(draws, [0.05, 0.95], axis=(0, 1))
+    value = np.asarray(true, dtype=float)
+    return float(100 * np.mean((value >= low) & (value <= high)))
+
+
+def element_table(calibration: Calibration) -> dict[str, Any]:
+    """Posterior mean and standard deviation of every parameter that elements have of their own."""
+    m = calibration.sensor.n_elements
+    own = {name: draws for name, draws in calibration.posterior.items() if draws.shape[2:] == (m,)}
+    columns = []
+    for name in own:
+        symbol, unit, _, _ = describe(calibration, name)
+        columns.append({"name": name, "symbol": symbol, "unit": unit})
+    error, noise = error_and_noise(calibration)
+    rows = []
+    for element in range(m):
+        values = [
+            {"mean": float(draws[..., element].mean()), "sd": float(draws[..., element].std())}
+            for draws in own.values()
+        ]
+        rows.append(
+            {
+                "element": f"e{element + 1:02d}",
+                "values": values,
+                "error_percent_peak": float(error[element]),
+                "noise_percent_peak": float(noise[element]),
+            }
+        )
+    return {"columns": columns, "rows": rows}

@@ -1,0 +1,166 @@
+"""Corner plots: the posterior of single touches, and of one element's calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.reporting.calibration_tables import describe
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.locations import axes_of, inside_array
+from bayestouch.reporting.pictures import BLUE, RED, Picture, drawing, rendered
+from bayestouch.reporting.text import number
+
+FloatArray = NDArray[np.float64]
+
+# Draws in a corner plot: more only make its file larger.
+_CORNER_DRAWS = 2000
+_OF_ELEMENT = ("r_s", "theta_s", "x_s", "y_s", "x", "y", "response", "gain", "sigma", "mu")
+
+
+def corner_png(values: FloatArray, labels: Sequence[str], truths: Sequence[float | None] | None = None) -> bytes:
+    """Corner plot of draws (n, k); columns that do not vary are left out."""
+    from matplotlib.figure import Figure
+
+    corner = _corner_library()
+    varies = np.ptp(values, axis=0) > 0
+    values, labels = values[:, varies], [label for label, keep in zip(labels, varies, strict=True) if keep]
+    marks = None if truths is None else [truth for truth, keep in zip(truths, varies, strict=True) if keep]
+    step = max(1, len(values) // _CORNER_DRAWS)
+    with drawing():
+        side = 2.1 + 1.35 * values.shape[1]
+        figure = Figure(figsize=(side, side))
+        corner.corner(
+            values[::step],
+            labels=labels,
+            truths=marks,
+            fig=figure,
+            color=BLUE,
+            truth_color=RED,
+            quantiles=[0.05, 0.5, 0.95],
+            max_n_ticks=3,
+            label_kwargs={"fontsize": 10},
+            labelpad=0.05,
+            bins=24,
+            smooth=0.8,
+            data_kwargs={"ms": 1.5, "alpha": 0.2},
+        )
+        return rendered(figure, "png", tight=True)
+
+
+def _corner_library() -> Any:
+    """The module `corner`. It loads arviz where that is installed, which fails where the home folder cannot be written
+    to; it is then loaded without."""
+    import sys
+
+    try:
+        import corner
+    except OSError:
+        sys.modules["arviz"] = None  # type: ignore[assignment]  # the import system's way to say: not there
+        try:
+            import corner
+        finally:
+            del sys.modules["arviz"]
+    return corner
+
+
+def corner_columns(names: Sequence[str], draws: Mapping[str, FloatArray], index: int) -> FloatArray:
+    """Draws of one touch or element as columns (n, k); a parameter without that axis is shared."""
+    columns = []
+    for name in names:
+        values = draws[name]
+        columns.append(values[..., index].ravel() if values.ndim == 3 else values.ravel())
+    return np.stack(columns, axis=1)
+
+
+def touch_corners(evidence: Evidence) -> Iterator[Picture]:
+    """A typical touch, and on a pad the most uncertain one."""
+    posteriors = evidence.posteriors
+    chosen = _typical_touch(evidence), _hardest_touch(evidence)
+    labels = {parameter.name: parameter.label for parameter in posteriors.parameters}
+    names = [name for name in labels if name in posteriors.posterior]
+    for which, touch in zip(("typical", "hardest"), chosen, strict=True):
+        if touch is None:
+            continue
+        reference = [float(posteriors.reference[n][touch]) if n in posteriors.reference else np.nan for n in names]
+        marks = [value if np.isfinite(value) else None for value in reference]
+        values = corner_columns(names, posteriors.posterior, touch)
+        told = ", ".join(
+            f"{name} {number(float(values[:, i].mean()))} ± {number(float(values[:, i].std()), 2)}"
+            for i, name in enumerate(names)
+        )
+        yield Picture(
+            f"corner_{which}_touch",
+            "trust",
+            f"Posterior of a {which} touch (touch {posteriors.rows.touch[touch]})"
+            if which == "typical"
+            else f"Posterior of the most uncertain touch (touch {posteriors.rows.touch[touch]})",
+            "Each panel shows draws of one or two parameters; dashed lines are 5, 50 and 95 %, red the reference (for "
+            "the load the force sensor's reading).",
+            f"Corner plot of a {which} touch: {told}.",
+            corner_png(values, [labels[name] for name in names], marks),
+            "png",
+        )
+
+
+def _typical_touch(evidence: Evidence) -> int:
+    """On a finger the touch nearest the middle by a tip near 12.3 mm; on a pad the one of median spread inside."""
+    posteriors = evidence.posteriors
+    if evidence.is_finger:
+        radius = posteriors.rows.radius_mm
+        tip = np.where((radius > 0) & np.isfinite(radius), np.abs(radius - 12.3), np.inf)
+        near = tip == tip.min()
+        angle = posteriors.mean("theta_c")
+        return int(np.where(near, np.abs(angle - np.median(angle)), np.inf).argmin())
+    spread = _spread(evidence)
+    inside = inside_array(evidence)
+    inside = inside if inside.any() else np.ones(len(spread), dtype=bool)
+    return int(np.where(inside, np.abs(spread - np.median(spread[inside])), np.inf).argmin())
+
+
+def _hardest_touch(evidence: Evidence) -> int | None:
+    """On a pad the touch with the widest posterior."""
+    return None if evidence.is_finger else int(_spread(evidence).argmax())
+
+
+def _spread(evidence: Evidence) -> FloatArray:
+    posteriors = evidence.posteriors
+    return np.asarray(np.sqrt(sum(posteriors.sd(axis) ** 2 for axis in axes_of(posteriors))))
+
+
+def element_corner(evidence: Evidence) -> Iterator[Picture]:
+    """Calibration of the element in the middle."""
+    calibration = evidence.calibration
+    element = calibration.sensor.n_elements // 2
+    m = calibration.sensor.n_elements
+    latex = {parameter.name: parameter.label for parameter in calibration.parameters}
+    draws = calibration.posterior
+    names = [n for n in _OF_ELEMENT if n in draws and (draws[n].ndim == 2 or draws[n].shape[2:] == (m,))]
+    names += [n for n in draws if draws[n].ndim == 2 and n not in names][: max(0, 7 - len(names))]
+    if len(names) < 2:
+        return
+    labels = []
+    for name in names:
+        symbol, unit, _, _ = describe(calibration, name)
+        label = latex.get(name, f"{symbol} ({unit})" if unit else symbol)
+        labels.append(label.replace(" (", "\n(", 1))  # long units would run into each other
+    true = [evidence.truth.get(name) for name in names]
+    marks = [None if t is None else float(np.atleast_1d(t)[element] if np.ndim(t) else t) for t in true]
+    values = corner_columns(names, draws, element)
+    correlation = np.asarray(np.corrcoef(values.T))
+    np.fill_diagonal(correlation, 0)
+    i, j = np.unravel_index(int(np.nanargmax(np.abs(correlation))), correlation.shape)
+    yield Picture(
+        "corner_element",
+        "calibration",
+        f"Calibration posterior of element e{element + 1:02d}",
+        "Parameters that lie along a ridge are not known one by one, only together; the chain uses them together."
+        + (" Red: true values of the simulation." if any(mark is not None for mark in marks) else ""),
+        f"Corner plot of {', '.join(names)} of one element; the strongest correlation is "
+        f"{number(float(correlation[i, j]), 2)} between {names[i]} and {names[j]}.",
+        corner_png(values, labels, marks if any(mark is not None for mark in marks) else None),
+        "png",
+    )

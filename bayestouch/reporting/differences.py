@@ -1,0 +1,79 @@
+"""Differences between estimates and references, and how they are summed up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.contact import composite_radius
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.results import TouchPosteriors
+
+FloatArray = NDArray[np.float64]
+
+
+def turned(degrees: ArrayLike) -> FloatArray:
+    """Angle differences brought to between -180° and 180°."""
+    return np.asarray((np.asarray(degrees, dtype=float) + 180) % 360 - 180)
+
+
+def estimate_errors(posteriors: TouchPosteriors, name: str) -> FloatArray:
+    """Posterior mean minus reference of each touch, (t,); NaN without a reference."""
+    error = posteriors.mean(name) - posteriors.reference[name]
+    return turned(error) if name == "theta_c" else np.asarray(error)
+
+
+def load_errors(evidence: Evidence) -> FloatArray:
+    """Load read without the force sensor less the force sensor's reading, (t,); NaN where it has none."""
+    measured = evidence.posteriors.rows.load
+    if evidence.without_load is None:
+        return np.full(len(measured), np.nan)
+    return np.asarray(evidence.without_load.mean("P") - measured)
+
+
+def error_summary(error: ArrayLike) -> dict[str, Any]:
+    """Number, mean, standard deviation, root mean square, and median and 90 % of the absolute error; NaN left out."""
+    values = np.asarray(error, dtype=float)
+    values = values[np.isfinite(values)]
+    if not values.size:
+        return {"n": 0, **dict.fromkeys(("bias", "sd", "rms", "median_abs", "abs_90"))}
+    return {
+        "n": int(values.size),
+        "bias": float(values.mean()),
+        "sd": float(values.std(ddof=1)) if values.size > 1 else None,
+        "rms": float(np.sqrt(np.mean(values**2))),
+        "median_abs": float(np.median(np.abs(values))),
+        "abs_90": float(np.quantile(np.abs(values), 0.9)),
+    }
+
+
+def indenter_name(radius_mm: float) -> str:
+    """Name of an indenter by its radius r_c in mm."""
+    if np.isnan(radius_mm):
+        return "unknown"
+    if radius_mm == 0:
+        return "knife edge"
+    return "flat" if np.isinf(radius_mm) else f"{radius_mm:.4g} mm"
+
+
+def known_indenters(radius_mm: FloatArray) -> FloatArray:
+    """Distinct reference radii, ascending: 0 a knife edge, inf a flat."""
+    return np.unique(radius_mm[~np.isnan(radius_mm)])
+
+
+def reference_composite_radius(radius_mm: ArrayLike, outer_radius_mm: float) -> FloatArray:
+    """Composite radius R (mm) of reference radii r_c; NaN stays NaN."""
+    radius = np.asarray(radius_mm, dtype=float)
+    known = ~np.isnan(radius)
+    return np.where(known, composite_radius(np.where(known, radius, 0.0), outer_radius_mm), np.nan)
+
+
+def three(values: ArrayLike) -> dict[str, Any]:
+    """Minimum, mean and maximum, NaN left out: the paper's way to sum up elements."""
+    some = np.asarray(values, dtype=float)
+    some = some[np.isfinite(some)]
+    if not some.size:
+        return {"minimum": None, "average": None, "maximum": None}
+    return {"minimum": float(some.min()), "average": float(some.mean()), "maximum": float(some.max())}

@@ -1,0 +1,133 @@
+"""What a report rests on: the data set, its calibration, and the touches read with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bayestouch.averages import TouchMeans
+from bayestouch.dataset import DataSet
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.sensor import Finger, Sensor
+from bayestouch.splits import with_calibration
+
+Progress = Callable[[float], None]
+
+# Of the time that a run takes, and so of its progress bar.
+_CALIBRATED, _READ = 0.4, 0.7
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Everything that is known when a report is written.
+
+    Attributes
+    ----------
+    dataset : DataSet
+        Sensor and touches, with the calibration touches that were used.
+    calibration : Calibration
+    posteriors : TouchPosteriors
+        The touches, read with the force sensor where there is one.
+    without_load : TouchPosteriors or None
+        The same touches read without the force sensor, so that its readings can serve as a reference; None where
+        no load was measured.
+    embedded : bool
+        Whether this is the simulated finger of the package, reported with the paper's tables.
+    truth : mapping
+        True values of calibration parameters by name, where the data are simulated by this run.
+    seed, draws, plug_in
+        Options of the run.
+    """
+
+    dataset: DataSet
+    calibration: Calibration
+    posteriors: TouchPosteriors
+    without_load: TouchPosteriors | None
+    embedded: bool
+    truth: Mapping[str, Any]
+    seed: int
+    draws: int
+    plug_in: bool
+
+    @property
+    def sensor(self) -> Sensor:
+        """The sensor reported on."""
+        return self.dataset.sensor
+
+    @property
+    def is_finger(self) -> bool:
+        """Whether the body is a finger (else a pad)."""
+        return isinstance(self.sensor.body, Finger)
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the data say of themselves that they are simulated."""
+        return any("simulated" in str(text).lower() for text in self.sensor.source.values())
+
+    def means(self, *, each_sample: bool = False) -> TouchMeans:
+        """Touches to be read, averaged as the inference does; or every sample in contact as a touch of its own."""
+        touches = self.dataset.touches.baseline_corrected(self.calibration.extra.get("rest_reading"))
+        if not each_sample:
+            return touches.averaged()
+        contact = touches.select(touches.in_contact)
+        one_each = np.arange(contact.n_rows), np.zeros(contact.n_rows, dtype=np.int64)
+        return contact.with_(touch=one_each[0], sample=one_each[1]).averaged()
+
+
+def gather(
+    dataset: DataSet | None, *, seed: int, draws: int, plug_in: bool, progress: Progress | None = None
+) -> Evidence:
+    """Calibrate and read the touches.
+
+    Parameters
+    ----------
+    dataset : DataSet or None
+        None for the embedded simulated finger.
+    seed, draws, plug_in
+        As in `bayestouch.infer`.
+    progress : callable, optional
+        Called with the fraction of the whole report that is done.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.calibrate` and `bayestouch.infer`.
+    """
+    from bayestouch.calibration import calibrate
+    from bayestouch.inference import infer
+
+    embedded, truth = dataset is None, {}
+    if dataset is None:
+        from bayestouch.simulation import embedded_dataset
+
+        simulated = embedded_dataset()
+        dataset, truth = simulated.dataset, dict(simulated.truth)
+    advance = progress or _ignore
+    dataset = with_calibration(dataset)
+    calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
+    advance(_CALIBRATED)
+    half = 0.5 * (_READ - _CALIBRATED)
+
+    def read(use_load: bool, start: float) -> TouchPosteriors:
+        return infer(
+            dataset.touches,
+            calibration,
+            plug_in=plug_in,
+            use_load=use_load,
+            draws=draws,
+            seed=seed,
+            progress=lambda done: advance(start + half * done),
+        )
+
+    posteriors = read(True, _CALIBRATED)
+    measured = np.isfinite(posteriors.rows.load).any()
+    without_load = read(False, _CALIBRATED + half) if measured else None
+    advance(_READ)
+    return Evidence(dataset, calibration, posteriors, without_load, embedded, truth, seed, draws, plug_in)
+
+
+def _ignore(fraction: float) -> None:
+    """Progress that nobody asked for."""

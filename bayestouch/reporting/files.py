@@ -1,0 +1,85 @@
+"""Writing a report so that a folder never holds half of one."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import uuid
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from bayestouch.errors import InputError
+
+PAGE, NUMBERS = "index.html", "report.json"
+
+
+@contextmanager
+def new_folder(output: Path) -> Iterator[Path]:
+    """A temporary folder beside `output`, moved onto it when the block ends well and removed if it does not.
+
+    Where `output` exists its files are replaced one by one by complete ones, the page last; files of other names
+    stay, but for figures that the report before had and this one has not.
+
+    Raises
+    ------
+    InputError
+        `output` is a file, or its folder cannot be written to.
+    """
+    if output.exists() and not output.is_dir():
+        raise InputError("expected the name of a folder to write, this is a file", file=output)
+    temporary = output.absolute().parent / f".{output.absolute().name}.{uuid.uuid4().hex}.tmp"
+    try:
+        temporary.mkdir(parents=True)
+    except OSError as error:
+        raise InputError(f"cannot be written: {error.strerror or error}", file=output) from error
+    try:
+        yield temporary
+        try:
+            _move(temporary, output)
+        except OSError as error:
+            raise InputError(f"cannot be written: {error.strerror or error}", file=output) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _move(new: Path, output: Path) -> None:
+    if not output.exists():
+        new.rename(output)
+        return
+    stale = _figures_of(output) - _figures_of(new)
+    files = sorted(path.relative_to(new) for path in new.rglob("*") if path.is_file())
+    files.sort(key=lambda file: (file.name == PAGE, file.name == NUMBERS))
+    for file in files:
+        (output / file).parent.mkdir(parents=True, exist_ok=True)
+        (new / file).replace(output / file)
+    for name in stale:
+        with suppress(OSError):
+            (output / "figures" / Path(name).name).unlink()
+
+
+def _figures_of(folder: Path) -> set[str]:
+    """Figures that the report in a folder says it has; none where there is no report."""
+    try:
+        figures = json.loads((folder / NUMBERS).read_text("utf-8"))["figures"]
+        return {str(figure["file"]) for figure in figures}
+    except (OSError, ValueError, KeyError, TypeError):
+        return set()
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write UTF-8 text with Unix line ends."""
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_numbers(path: Path, numbers: Mapping[str, Any]) -> None:
+    """Write strict JSON: no NaN, no Infinity."""
+    write_text(path, json.dumps(numbers, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def write_pictures(folder: Path, pictures: Sequence[Any]) -> None:
+    """Write every figure to its place in the folder."""
+    (folder / "figures").mkdir(exist_ok=True)
+    for picture in pictures:
+        (folder / picture.file).write_bytes(picture.content)

@@ -1,0 +1,25 @@
+"""All figures of a report, in the order of the page."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.reporting.calibration_pictures import calibration_pictures
+from bayestouch.reporting.corner_pictures import element_corner, touch_corners
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.finger_pictures import finger_pictures
+from bayestouch.reporting.pad_pictures import pad_pictures
+from bayestouch.reporting.pictures import Picture
+from bayestouch.reporting.trust_pictures import trust_pictures
+
+
+def all_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+    """Every figure that the data give."""
+    estimates = finger_pictures(evidence, numbers) if evidence.is_finger else pad_pictures(evidence)
+    return (
+        *calibration_pictures(evidence),
+        *element_corner(evidence),
+        *estimates,
+        *trust_pictures(evidence),
+        *touch_corners(evidence),
+    )

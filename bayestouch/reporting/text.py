@@ -1,0 +1,67 @@
+"""Numbers as text, the same in sentences and in tables."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+
+def number(value: Any, digits: int = 3) -> str:
+    """A number with so many significant digits, a true minus sign and no exponent where it can be read without.
+
+    None and what is not finite become a dash; text stays as it is.
+    """
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, str):
+        return value
+    if value is None or not math.isfinite(value):
+        return "–"
+    if float(value).is_integer() and abs(value) < 1e6:
+        return f"{int(value):d}".replace("-", "−")
+    magnitude = math.floor(math.log10(abs(value)))
+    if not -4 <= magnitude < 6:
+        return f"{value:.{digits - 1}e}".replace("-", "−")
+    return fixed(value, max(digits - 1 - magnitude, 0))
+
+
+def exact(value: Any) -> str:
+    """A number that was stated or printed, without digits that were not."""
+    return number(value) if isinstance(value, str) or value is None else f"{value:.6g}".replace("-", "−")
+
+
+def fixed(value: Any, decimals: int) -> str:
+    """A number with so many decimals; no minus sign on a zero."""
+    if value is None or not math.isfinite(value):
+        return "–"
+    text = f"{value:.{decimals}f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
+
+
+def percent(value: Any) -> str:
+    """A percentage: whole from ten up, else with one decimal."""
+    return fixed(value, 0 if value is not None and abs(value) >= 10 else 1)
+
+
+def plus_minus(mean: Any, sd: Any) -> str:
+    """Mean ± standard deviation, the latter with two significant digits and the mean to the same decimals."""
+    if mean is None or not math.isfinite(mean):
+        return "–"
+    if sd is None or not math.isfinite(sd) or sd <= 0:
+        return number(mean, 4)
+    decimals = min(max(1 - math.floor(math.log10(sd)), 0), 8)
+    if abs(mean) >= 1e6 or decimals >= 7:
+        return f"{number(mean, 4)} ± {number(sd, 2)}"
+    return f"{fixed(mean, decimals)} ± {fixed(sd, decimals)}"
+
+
+def plural(count: int, noun: str) -> str:
+    """``1 touch``, ``2 touches``."""
+    if count == 1:
+        return f"1 {noun}"
+    return f"{count} {noun}{'es' if noun.endswith(('ch', 'sh', 's', 'x')) else 's'}"
+
+
+def listed(parts: list[str]) -> str:
+    """``a``, ``a and b``, ``a, b and c``."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

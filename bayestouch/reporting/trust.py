@@ -1,0 +1,148 @@
+"""Whether the posteriors can be taken at their word: convergence of the chains, coverage of the intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.reporting.differences import turned
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.sampling import Demands
+from bayestouch.sensor import Finger
+
+FloatArray = NDArray[np.float64]
+
+LEVELS = (50, 80, 90, 95)
+# What every touch is asked for: whether much or little of it is good, and its label.
+_GRADES = {
+    "ess_bulk": (1, "bulk effective sample size"),
+    "rhat": (-1, "R-hat over independent chains"),
+    "acceptance": (1, "acceptance of the sampler's proposals"),
+    "pareto_k": (-1, "Pareto k of posterior over proposal"),
+}
+
+
+def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
+    """How good the draws are: worst and median of every grade, and how many touches miss its target."""
+    demands = Demands()
+    n = len(posteriors.rows.touch)
+    rows, missed = [], np.zeros(n, dtype=bool)
+    for name, (sign, label) in _GRADES.items():
+        if name not in posteriors.sample_stats:
+            continue
+        values = np.asarray(posteriors.sample_stats[name], dtype=float)
+        given = np.isfinite(values)
+        target = float(getattr(demands, name))
+        # A proposal's grade is not there where ensembles were used; any other that is missing is not a pass.
+        misses = np.where(given, sign * values < sign * target, name != "pareto_k")
+        if name in ("ess_bulk", "rhat"):
+            missed |= misses
+        rows.append(
+            {
+                "name": name,
+                "label": label,
+                "target": target,
+                "demand": f"at {'least' if sign > 0 else 'most'} {target:g}",
+                "worst": float(sign * np.min(sign * values[given])) if given.any() else None,
+                "median": float(np.median(values[given])) if given.any() else None,
+                "missed": int(misses.sum()),
+            }
+        )
+    return {
+        "touches": n,
+        "missed": int(missed.sum()),
+        "second_round": _second_rounds(posteriors),
+        "grades": rows,
+    }
+
+
+def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:
+    """Grades of the calibration's draws, worst parameter, and whether they meet the demands; None if not sampled."""
+    found = {name: calibration.statistics.get(name) for name in ("ess_bulk", "rhat", "acceptance")}
+    ess, rhat = found["ess_bulk"], found["rhat"]
+    if ess is None or rhat is None:
+        return None
+    demands = Demands()
+    return {**found, "met": bool(ess >= demands.ess_bulk and rhat <= demands.rhat)}
+
+
+def _second_rounds(posteriors: TouchPosteriors) -> int | None:
+    """Touches that the first proposal did not serve."""
+    stats = posteriors.sample_stats
+    if "round" in stats:
+        return int(np.sum(np.asarray(stats["round"]) > 1))
+    return int(np.sum(stats["second_round"])) if "second_round" in stats else None
+
+
+def reference_ranks(evidence: Evidence) -> Iterator[tuple[str, str, FloatArray]]:
+    """Share of the draws below the reference for each parameter: name, unit, (t,) with NaN where there is none.
+
+    Uniform where the posterior is calibrated. R is ranked for round tips only: edge and flat are the ends of what
+    the prior allows, and no central interval contains an end. The load is ranked among draws of the force
+    sensor's reading, from posteriors that did not see it.
+    """
+    posteriors = evidence.posteriors
+    units = {parameter.name: parameter.unit for parameter in posteriors.parameters}
+    for name in ("theta_c", "x", "y", "R"):
+        if name not in posteriors.posterior or name not in posteriors.reference:
+            continue
+        draws, reference = posteriors.posterior[name], posteriors.reference[name]
+        difference = turned(draws - reference) if name == "theta_c" else draws - reference
+        rank = _ranks(difference, reference)
+        if name == "R":
+            radius = posteriors.rows.radius_mm
+            rank = np.where((radius > 0) & np.isfinite(radius), rank, np.nan)
+        yield name, units[name], rank
+    unseen = evidence.without_load
+    if unseen is not None and "P" in unseen.posterior:
+        measured = posteriors.rows.load
+        reads = np.maximum(unseen.rows.counts.max(axis=1), 1)
+        sd = evidence.calibration.noise.force_sd / np.sqrt(reads)
+        noise = np.random.default_rng(evidence.seed).standard_normal(unseen.posterior["P"].shape)
+        draws = unseen.posterior["P"] + np.where(np.isfinite(sd), sd, 0.0) * noise
+        yield "P", units["P"], _ranks(draws - measured, measured)
+
+
+def _ranks(difference: FloatArray, reference: FloatArray) -> FloatArray:
+    return np.where(np.isfinite(reference), (difference < 0).mean(axis=(0, 1)), np.nan)
+
+
+def coverage(evidence: Evidence) -> list[dict[str, Any]]:
+    """How often central intervals hold the reference, in %, by parameter and nominal level.
+
+    On a pad also regions of highest density of the location, which fit a posterior with several modes.
+    """
+    rows = []
+    for name, unit, rank in reference_ranks(evidence):
+        known = rank[np.isfinite(rank)]
+        if known.size:
+            inside = {str(level): float(100 * np.mean(np.abs(known - 0.5) <= level / 200)) for level in LEVELS}
+            rows.append(_coverage_row(name, unit, known.size, inside))
+    level = evidence.posteriors.sample_stats.get("reference_level")
+    if level is not None and np.isfinite(level).any():
+        known = np.asarray(level)[np.isfinite(level)]
+        inside = {str(step): float(100 * np.mean(known <= step / 100)) for step in LEVELS}
+        rows.append(_coverage_row("region", "mm", known.size, inside))
+    return rows
+
+
+def _coverage_row(name: str, unit: str, n: int, inside: dict[str, float]) -> dict[str, Any]:
+    standard_error = 100 * float(np.sqrt(0.9 * 0.1 / n))
+    return {"parameter": name, "unit": unit, "touches": int(n), "percent_inside": inside, "se_90": standard_error}
+
+
+def element_spacing(evidence: Evidence) -> tuple[float, str] | None:
+    """Typical distance of neighbouring elements: degree on a finger, mm on a pad; None for one element."""
+    body = evidence.sensor.body
+    if body.n_elements < 2:
+        return None
+    if isinstance(body, Finger):
+        return float(np.median(np.diff(np.sort(body.element_angles_deg)))), "degree"
+    from bayestouch.chain.pad import element_pitch
+
+    columns = [np.asarray(c) for c in (body.element_x_mm, body.element_y_mm) if c is not None]
+    return element_pitch(np.stack(columns, axis=1), float(max(np.ptp(c) for c in columns))), "mm"

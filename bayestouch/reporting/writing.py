@@ -1,0 +1,25 @@
+"""Evidence to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from bayestouch.reporting.assemble import all_numbers
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
+from bayestouch.reporting.page import render
+from bayestouch.reporting.picture_list import all_pictures
+
+
+def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
+    """Write every file of a report into an existing folder; returns what ``report.json`` holds."""
+    numbers = all_numbers(evidence)
+    pictures = all_pictures(evidence, numbers)
+    numbers["figures"] = [picture.described for picture in pictures]
+    write_pictures(folder, pictures)
+    evidence.calibration.save(folder / "calibration.nc")
+    evidence.posteriors.save(folder / "posterior.nc")
+    write_numbers(folder / NUMBERS, numbers)
+    write_text(folder / PAGE, render(numbers, pictures))
+    return numbers

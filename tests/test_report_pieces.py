@@ -1,0 +1,393 @@
+"""Pieces of the report that can be held against a known answer."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import bayestouch
+from bayestouch.contact import composite_radius
+from bayestouch.errors import InputError
+from bayestouch.parameters import Parameter, Uniform
+from bayestouch.reporting.about import about_data
+from bayestouch.reporting.answer import _verdict, answer
+from bayestouch.reporting.assemble import strict
+from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
+from bayestouch.reporting.differences import error_summary, indenter_name, turned
+from bayestouch.reporting.error_split import _touch_of_sample
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.files import new_folder, write_numbers
+from bayestouch.reporting.point_fits import fit_points, model_finger
+from bayestouch.reporting.radii import _told_from_ends, radius_limits
+from bayestouch.reporting.text import exact, fixed, listed, number, percent, plural, plus_minus
+from bayestouch.reporting.trust import convergence, coverage
+from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.simplex import fit_touch
+from bayestouch.simulation import FingerDesign, simulate
+from bayestouch.touches import touches_from
+
+DESIGN = FingerDesign(
+    n_elements=6,
+    calibration_span_deg=40.0,
+    edge_step_deg=5.0,
+    flat_step_deg=20.0,
+    touch_radii_mm=(3.9,),
+    touch_span_deg=2.0,
+    samples_per_touch=2,
+)
+
+
+@pytest.fixture(scope="module")
+def calibration() -> Calibration:
+    return bayestouch.calibrate(simulate(DESIGN, seed=2).dataset, draws=64)
+
+
+def posteriors_of(calibration: Calibration, radius: NDArray[np.float64], seed: int) -> TouchPosteriors:
+    """Posteriors that are right by construction: reference and draws come from the same normal distribution."""
+    rng = np.random.default_rng(seed)
+    t, m = len(radius), calibration.sensor.n_elements
+    centre = {"R": np.full(t, 6.0), "theta_c": np.full(t, 5.0), "P": np.full(t, 200.0)}
+    sd = {"R": 0.5, "theta_c": 0.1, "P": 4.0}
+    draws = {name: centre[name] + sd[name] * rng.standard_normal((4, 250, t)) for name in centre}
+    reference = {name: centre[name] + sd[name] * rng.standard_normal(t) for name in centre}
+    blank = np.zeros((t, m))
+    # The force sensor adds its own noise to the load, which its draws do not know of.
+    load = reference["P"] + calibration.noise.force_sd * rng.standard_normal(t)
+    rows = TouchRows(
+        np.arange(t), {"theta_c": reference["theta_c"]}, radius, load, blank, blank, blank + 1, np.ones((t, m), int)
+    )
+    parameters = tuple(Parameter(n, n, n, "mm", Uniform(0, 1)) for n in centre)
+    return TouchPosteriors(calibration.sensor, parameters, draws, {}, reference, rows, {})
+
+
+def evidence_of(calibration: Calibration, posteriors: TouchPosteriors) -> Evidence:
+    dataset = simulate(DESIGN, seed=2).dataset
+    return Evidence(dataset, calibration, posteriors, posteriors, False, {}, seed=1, draws=64, plug_in=False)
+
+
+@pytest.mark.parametrize(
+    ("value", "digits", "text"),
+    [
+        (0.0, 3, "0"),
+        (12.7, 3, "12.7"),
+        (0.046, 2, "0.046"),
+        (-0.4612, 2, "−0.46"),
+        (1234.5, 3, "1234"),
+        (1e-7, 3, "1.00e−07"),
+        (3.0, 3, "3"),
+        (float("nan"), 3, "–"),
+        (None, 3, "–"),
+        ("counts", 3, "counts"),
+    ],
+)
+def test_numbers_as_text(value: Any, digits: int, text: str) -> None:
+    assert number(value, digits) == text
+
+
+def test_other_text() -> None:
+    assert plus_minus(9.962, 0.0141) == "9.962 ± 0.014"
+    assert plus_minus(12437.2, 171.0) == "12437 ± 171"
+    assert plus_minus(1.0, 0.0) == "1"
+    assert plus_minus(None, 1.0) == "–"
+    assert (percent(9.96), percent(86.4), percent(0.04)) == ("10.0", "86", "0.0")
+    assert (fixed(-0.001, 1), fixed(-0.26, 1)) == ("0.0", "−0.3")
+    assert (exact(0.15), exact(-66.0), exact(None)) == ("0.15", "−66", "–")
+    assert (plural(1, "touch"), plural(3, "touch"), plural(2, "row")) == ("1 touch", "3 touches", "2 rows")
+    assert listed(["a"]) == "a" and listed(["a", "b", "c"]) == "a, b and c"
+    assert [indenter_name(r) for r in (0.0, 12.3, np.inf, np.nan)] == ["knife edge", "12.3 mm", "flat", "unknown"]
+
+
+def test_error_summary() -> None:
+    summary = error_summary([1.0, -1.0, 3.0, np.nan, -np.inf])
+    assert summary["n"] == 3
+    assert summary["bias"] == 1.0
+    assert summary["sd"] == pytest.approx(2.0)
+    assert summary["rms"] == pytest.approx(np.sqrt(11 / 3))
+    assert summary["median_abs"] == 1.0
+    assert error_summary([np.nan]) == {"n": 0, **dict.fromkeys(("bias", "sd", "rms", "median_abs", "abs_90"))}
+    assert turned([359.0, -181.0, 0.5]) == pytest.approx([-1.0, 179.0, 0.5])
+
+
+def test_strict_json_has_no_infinity(tmp_path: Path) -> None:
+    value = {"a": np.float64(np.inf), "b": [np.nan, 1], "c": np.arange(2), "d": np.bool_(True), "e": (np.int64(3),)}
+    assert strict(value) == {"a": None, "b": [None, 1], "c": [0, 1], "d": True, "e": [3]}
+    write_numbers(tmp_path / "report.json", strict(value))
+    with pytest.raises(ValueError, match="JSON"):
+        write_numbers(tmp_path / "bad.json", {"a": float("nan")})
+
+
+def test_coverage_of_right_posteriors_is_nominal(calibration: Calibration) -> None:
+    n = 2000
+    radius = np.r_[np.full(n - 200, 12.3), np.zeros(100), np.full(100, np.inf)]
+    rows = {row["parameter"]: row for row in coverage(evidence_of(calibration, posteriors_of(calibration, radius, 5)))}
+    assert rows["theta_c"]["touches"] == rows["P"]["touches"] == n
+    assert rows["R"]["touches"] == n - 200  # edges and flats are left out
+    for row in rows.values():
+        assert row["se_90"] == pytest.approx(100 * np.sqrt(0.09 / row["touches"]))
+        for level, inside in row["percent_inside"].items():
+            share = int(level) / 100
+            # Four standard errors of a share of n touches.
+            assert abs(inside / 100 - share) < 4 * np.sqrt(share * (1 - share) / row["touches"])
+
+
+def test_coverage_of_the_load_counts_the_force_sensors_noise(calibration: Calibration) -> None:
+    """Posteriors far narrower than the force sensor's noise must not look overconfident."""
+    posteriors = posteriors_of(calibration, np.full(2000, 12.3), 6)
+    narrow = {**posteriors.posterior, "P": np.full((4, 250, 2000), 200.0)}
+    load = 200 + calibration.noise.force_sd * np.random.default_rng(7).standard_normal(2000)
+    exact_load = replace(posteriors, posterior=narrow, rows=replace(posteriors.rows, load=load))
+    rows = {row["parameter"]: row for row in coverage(evidence_of(calibration, exact_load))}
+    assert abs(rows["P"]["percent_inside"]["90"] - 90) < 400 * np.sqrt(0.09 / 2000)
+
+
+def test_convergence_counts_touches_that_miss(calibration: Calibration) -> None:
+    stats = {
+        "ess_bulk": np.array([500.0, 300.0, np.nan]),
+        "rhat": np.array([1.0, 1.0, 1.5]),
+        "pareto_k": np.array([0.1, np.nan, 0.2]),
+        "round": np.array([1.0, 2.0, 3.0]),
+    }
+    found = convergence(replace(posteriors_of(calibration, np.full(3, 12.3), 0), sample_stats=stats))
+    grades = {row["name"]: row for row in found["grades"]}
+    assert (found["touches"], found["missed"], found["second_round"]) == (3, 2, 2)
+    assert (grades["ess_bulk"]["missed"], grades["ess_bulk"]["worst"]) == (2, 300.0)
+    assert (grades["rhat"]["missed"], grades["rhat"]["worst"]) == (1, 1.5)
+    assert grades["pareto_k"]["missed"] == 0
+
+
+def limits(edge: list[float | None], flat: list[float | None]) -> dict[str, Any]:
+    tips = [1.0, 3.0, 9.0]
+    return radius_limits(
+        [
+            {"r_c_mm": r, "told_from_edge_percent": a, "told_from_flat_percent": b}
+            for r, a, b in zip([0.0, *tips, np.inf], [None, *edge, None], [None, *flat, None], strict=True)
+        ]
+    )
+
+
+def test_radius_limits_hold_for_every_tip_beyond() -> None:
+    found = limits([80.0, 96.0, 100.0], [100.0, 99.0, 40.0])
+    assert (found["told_from_edge_r_c_mm"], found["told_from_flat_r_c_mm"]) == (3.0, 3.0)
+    # A tip that fails between two that pass ends the range on its far side.
+    assert limits([100.0, 90.0, 100.0], [100.0, 90.0, 100.0])["told_from_edge_r_c_mm"] == 9.0
+    assert limits([100.0, 90.0, 100.0], [100.0, 90.0, 100.0])["told_from_flat_r_c_mm"] == 1.0
+    nothing = limits([100.0, 100.0, 94.0], [0.0, 0.0, 0.0])
+    assert nothing["told_from_edge_r_c_mm"] is None and nothing["told_from_edge_tried"]
+    assert not limits([None] * 3, [None] * 3)["told_from_flat_tried"]
+
+
+def test_told_from_ends() -> None:
+    radius = np.repeat([0.0, 3.0, np.inf], 100)
+    mean = np.r_[np.linspace(0, 1, 100), np.linspace(0.9, 2.0, 100), np.linspace(11, 12, 100)]
+    edge, flat = _told_from_ends(mean, radius)
+    # The 95 % quantile of the edges is 0.95: of 0.9 … 2.0 in 100 steps, 95 lie above it.
+    assert edge == {3.0: pytest.approx(95.0)}
+    assert flat == {3.0: 100.0}
+    assert _told_from_ends(mean[100:], radius[100:])[0] == {}
+
+
+@pytest.mark.parametrize(
+    ("inside", "touches", "words"),
+    [
+        (90.5, 2000, "taken at their word"),
+        (87.0, 2000, "somewhat too small"),
+        (70.0, 2000, "are too small"),
+        (97.0, 2000, "can be relied on"),
+        (81.0, 30, "as far as 30 touches can tell"),
+        (0.0, 1, "1 touch cannot tell"),
+    ],
+)
+def test_verdict_on_coverage(inside: float, touches: int, words: str) -> None:
+    se = 100 * np.sqrt(0.09 / touches)
+    row = {"parameter": "R", "touches": touches, "percent_inside": {"90": inside}, "se_90": se}
+    assert words in _verdict([row])
+
+
+def test_one_bad_parameter_is_not_hidden_by_good_ones() -> None:
+    rows = [
+        {"parameter": name, "touches": 1000, "percent_inside": {"90": inside}, "se_90": 0.95}
+        for name, inside in (("theta_c", 91.0), ("R", 60.0), ("P", 99.0))
+    ]
+    assert "are too small" in _verdict(rows)
+
+
+def minimal_pad_numbers(**changes: Any) -> dict[str, Any]:
+    grades = {"missed": 0, "touches": 3, "grades": []}
+    linearity = dict.fromkeys(
+        ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")
+    )
+    return {
+        "data": {"body": "pad", "simulated": False},
+        "estimates": {"errors": [], "posterior_sd_mm": 0.2, "load": {"n": 0}, "spacing_mm": None},
+        "trust": {"coverage": [], "convergence": grades, "calibration_convergence": None},
+        "calibration": {"lack_of_fit": None, "linearity": linearity},
+        **changes,
+    }
+
+
+def test_answer_tells_what_went_wrong() -> None:
+    assert len(answer(minimal_pad_numbers())["sentences"]) == 1
+    bent = {"load_exponent": 0.63, "error_percent_peak_linear": 7.7, "error_percent_peak_power": 4.2}
+    text = " ".join(
+        answer(
+            minimal_pad_numbers(
+                calibration={"lack_of_fit": 4.2, "linearity": bent},
+                trust={
+                    "coverage": [],
+                    "convergence": {"missed": 2, "touches": 3, "grades": []},
+                    "calibration_convergence": {"met": False, "ess_bulk": 42.0, "rhat": 1.09},
+                },
+            )
+        )["sentences"]
+    )
+    for words in ("lack of fit 4.2", "power 0.63", "effective sample size 42", "at 2 of 3 touches"):
+        assert words in text
+    straight = {**bent, "load_exponent": 1.01}
+    assert "Linearity" not in str(answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": straight})))
+
+
+def test_models_are_told_apart_from_statistics() -> None:
+    statistics = {
+        "touches": 30.0,
+        "log_score": -1.0,
+        "log_score_layer": -5.0,
+        "error_percent_peak_layer": 2.0,
+        "log_score_layer_with_map": -1.0,
+        "error_percent_peak_layer_with_map": 1.0,
+        "error_percent_peak_power": 4.0,
+    }
+    assert [(row["model"], row["map"]) for row in model_rows(statistics)] == [
+        ("layer with map", True),
+        ("layer", False),
+    ]
+    assert [row["value"] for row in statistic_rows(statistics)] == [30.0, -1.0, 4.0]
+
+
+@pytest.mark.parametrize("contact", ["layer", "hertz"])
+def test_point_fits_recover_noise_free_touches(calibration: Calibration, contact: str) -> None:
+    finger = model_finger(calibration, contact)
+    radius = composite_radius([1.59, 3.9, 12.3, 25.25], finger.outer_radius_mm)
+    angle, load = np.array([-8.0, 3.0, 0.5, 11.0]), np.array([180.0, 200.0, 220.0, 190.0])
+    readings = finger.predict(radius, np.radians(angle), load)
+    means = touches_from(np.arange(4), readings, load=load, angle_deg=angle).averaged()
+    found = fit_points(means, calibration, finger)
+    # The search ends when a step gains less than 1e-4 in log density, 0.015 standard deviations; those of a reading
+    # at 1.7 % noise are 1 mm, 0.15 degree and 5 N/m (Table 4).
+    np.testing.assert_allclose(found.R, radius, rtol=0, atol=0.015)
+    np.testing.assert_allclose(found.theta_c, angle, rtol=0, atol=0.0025)
+    np.testing.assert_allclose(found.P, load, rtol=0, atol=0.08)
+    np.testing.assert_allclose(found.r_c, [1.59, 3.9, 12.3, 25.25], rtol=0.02)
+
+
+def test_point_fits_are_those_of_the_papers_simplex(calibration: Calibration) -> None:
+    """All elements alike, so that weighing by noise and by gain (the paper's strain error) is the same."""
+    gain = calibration.mode["gain"]
+    alike = replace(
+        calibration,
+        noise=replace(calibration.noise, tactile_sd=0.002 * gain, discrepancy_sd=np.zeros(len(gain))),
+    )
+    finger = model_finger(alike, "layer")
+    rng = np.random.default_rng(3)
+    clean = finger.predict(np.array([3.0, 6.0]), np.radians([2.0, -7.0]), np.array([200.0, 190.0]))
+    readings = clean + 0.001 * gain * rng.standard_normal(clean.shape)
+    means = touches_from(np.arange(2), readings).averaged()
+    found = fit_points(means, alike, finger)
+    for i, row in enumerate(readings):
+        paper = fit_touch(finger, row)
+        # Tolerances: 0.03 of the standard deviations that this noise gives (some 0.1 mm, 0.02 degree, 0.8 N/m).
+        assert found.R[i] == pytest.approx(paper.composite_radius_mm, abs=0.01)
+        assert found.theta_c[i] == pytest.approx(paper.angle_deg, abs=0.002)
+        assert found.P[i] == pytest.approx(paper.load, abs=0.1)
+
+
+def test_samples_find_their_touch() -> None:
+    table = touches_from([7, 3, 7, 5, 3], np.arange(10.0).reshape(5, 2))
+    means = table.averaged()
+    assert means.touch[_touch_of_sample(means, table.touch)].tolist() == [7, 3, 7, 5, 3]
+
+
+def test_notes_are_sentences_and_indenters_counted(calibration: Calibration) -> None:
+    evidence = evidence_of(calibration, posteriors_of(calibration, np.full(3, 12.3), 0))
+    dataset = replace(evidence.dataset, notes=("touches.csv: no load measured", "one touch only", "One touch only."))
+    touches = dataset.touches.with_(indenter_radius_mm=np.full(dataset.touches.n_rows, np.nan))
+    data = about_data(replace(evidence, dataset=replace(dataset, touches=touches)))
+    assert data["notes"][:2] == ["touches.csv: no load measured.", "One touch only."]
+    assert len(data["notes"]) == len(set(data["notes"]))
+    assert data["touches_by_indenter"] == [
+        {"indenter": "knife edge", "to_calibrate": 17, "to_be_read": 0},
+        {"indenter": "flat", "to_calibrate": 5, "to_be_read": 0},
+        {"indenter": "unknown", "to_calibrate": 0, "to_be_read": 5},
+    ]
+
+
+def write_old_report(folder: Path) -> None:
+    (folder / "figures").mkdir(parents=True)
+    for name in ("kept.svg", "stale.svg", "own.svg"):
+        (folder / "figures" / name).write_text("old")
+    listed_figures = [{"file": "figures/kept.svg"}, {"file": "figures/stale.svg"}]
+    (folder / "report.json").write_text(json.dumps({"figures": listed_figures}))
+    (folder / "notes.txt").write_text("mine")
+
+
+def test_folder_is_replaced_file_by_file(tmp_path: Path) -> None:
+    output = tmp_path / "report"
+    write_old_report(output)
+    with new_folder(output) as folder:
+        (folder / "figures").mkdir()
+        (folder / "figures" / "kept.svg").write_text("new")
+        (folder / "report.json").write_text(json.dumps({"figures": [{"file": "figures/kept.svg"}]}))
+        assert (output / "figures" / "kept.svg").read_text() == "old"
+    assert (output / "figures" / "kept.svg").read_text() == "new"
+    # The user's own files stay, also among the figures; only figures that the old report listed are removed.
+    assert {path.name for path in output.rglob("*") if path.is_file()} == {
+        "kept.svg",
+        "own.svg",
+        "report.json",
+        "notes.txt",
+    }
+    assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+
+def test_failure_leaves_the_old_report_alone(tmp_path: Path) -> None:
+    output = tmp_path / "report"
+    write_old_report(output)
+    before = {path: path.read_bytes() for path in output.rglob("*") if path.is_file()}
+    with pytest.raises(RuntimeError, match="half way"), new_folder(output) as folder:
+        (folder / "report.json").write_text("half")
+        raise RuntimeError("half way")
+    assert before == {path: path.read_bytes() for path in output.rglob("*") if path.is_file()}
+    assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+
+def test_output_that_cannot_be_written_is_told_before_the_work(tmp_path: Path) -> None:
+    taken = tmp_path / "taken"
+    taken.write_text("a file")
+    data = simulate(DESIGN, seed=2).dataset
+    with pytest.raises(InputError, match="taken: expected the name of a folder"):
+        bayestouch.report(data, taken)
+    with pytest.raises(InputError, match="cannot be written"):
+        bayestouch.report(data, taken / "report")
+    assert taken.read_text() == "a file"
+
+
+def test_corner_plots_without_a_home_folder(tmp_path: Path) -> None:
+    """arviz, which corner loads, wants to write to the user's cache; where it cannot, corner plots are made without."""
+    (tmp_path / "home").write_text("a file, so that nothing can be written below")
+    program = (
+        "import numpy as np; from bayestouch.reporting.corner_pictures import corner_png; "
+        "print(corner_png(np.random.default_rng(0).standard_normal((200, 2)), ['a', 'b'])[1:4].decode())"
+    )
+    # matplotlib has a place of its own, and says so on standard error where it lacks one.
+    environment = {**os.environ, "HOME": str(tmp_path / "home"), "MPLCONFIGDIR": str(tmp_path)}
+    environment = {key: value for key, value in environment.items() if not key.startswith("XDG_")}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=False)
+    assert done.stdout == "PNG\n", done.stderr
