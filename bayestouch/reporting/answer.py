@@ -231,7 +231,12 @@ def _linearity(found: dict[str, Any]) -> list[str]:
     if exponent is None or linear is None or abs(exponent - 1) < _NOT_LINEAR or linear < 1.1 * power:
         return []
     return [
-        f"Linearity does not hold: readings grow as the load to the power {number(exponent, 2)}, and the linear model "
-        f"misses readings left out of its calibration by {number(linear, 2)} % of the peak where that power misses "
+        f"Linearity does not hold: what readings have beyond an offset grows as {_power(exponent)}, and the linear "
+        f"model misses readings left out of its calibration by {number(linear, 2)} % of the peak where that law misses "
         f"them by {number(power, 2)} %."
     ]
+
+
+def _power(exponent: float) -> str:
+    """A law of the load in words; a power near zero with an offset is the logarithm."""
+    return "the logarithm of the load" if exponent < 0.05 else f"the load to the power {number(exponent, 2)}"
