@@ -1,0 +1,39 @@
+"""What an effect is, and the list of them; their formulas are in `rig`, `elements`, `readout`, `errors`, `unlisted`.
+
+An effect has one value. It acts on the recording before the finger is pressed (pose, load, contact, width of the
+elements), on the signals, or as an error. `name` is the catalogue's name of what it is physically; `form` says which
+formula stands in for the catalogue's.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .finger import Recording
+
+Apply = Callable[[Recording, float, np.random.Generator], Recording]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect.
+
+    `when` is "before" or "after" the finger is pressed, or "error"; `start` is a value of common size, `largest` one
+    that a person would see by eye before calibrating anything.
+    """
+
+    name: str
+    form: str
+    when: str
+    start: float
+    largest: float
+    apply: Apply
+    listed: bool = True
+
+    @property
+    def key(self) -> str:
+        """Name and form."""
+        return f"{self.name}: {self.form}"

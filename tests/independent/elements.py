@@ -1,0 +1,66 @@
+"""Effects of the body and of the elements."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.signal import lfilter
+
+from .effects import Effect
+from .finger import Recording
+
+
+def turn_deg(r: Recording) -> np.ndarray:
+    """Angle from each element to each touch, -180 to 180 degrees, (t, m)."""
+    return np.asarray((r.commanded[:, None] - r.finger.angle + 180) % 360 - 180)
+
+
+def raised_cosine_spot(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """All elements answer more to touches within 18° of a place."""
+    away = np.abs(r.commanded - rng.uniform(-15, 15)) / 18
+    bump = np.where(away < 1, (1 + np.cos(np.pi * np.minimum(away, 1))) / 2, 0.0)
+    return replace(r, signal=r.signal * (1 + value * bump[r.touch])[:, None])
+
+
+def gaussian_spot(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """The same as a narrow Gaussian, sd 5°, and less answer."""
+    bump = np.exp(-0.5 * ((r.commanded - rng.uniform(-15, 15)) / 5) ** 2)
+    return replace(r, signal=r.signal * (1 - value * bump[r.touch])[:, None])
+
+
+def triangular_aperture(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """Elements weigh the strain with a triangle of half-width `value` mm."""
+    return replace(r, press=replace(r.press, aperture=value))
+
+
+def unequal_crosstalk(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """More from the one side than from the other, and a quarter from the second neighbours."""
+    sides = rng.permutation([0.75, 1.25])
+    leak = np.zeros_like(r.signal)
+    for reach, share in ((1, 1.0), (2, 0.25)):
+        leak[:, reach:] += share * sides[0] * r.signal[:, :-reach]
+        leak[:, :-reach] += share * sides[1] * r.signal[:, reach:]
+    return replace(r, signal=r.signal + value * leak)
+
+
+def recursive_lag(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """The multiplexer's capacitor settles exponentially, and so keeps something of all channels before."""
+    scan = lfilter([1 - value], [1, -value], r.signal.ravel())
+    return replace(r, signal=np.asarray(scan).reshape(r.signal.shape))
+
+
+def lorentzian_proximity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """The probe's body is felt through the air, at any load, over 25° and far tails."""
+    near = 1 / (1 + (turn_deg(r) / 25) ** 2)
+    return replace(r, signal=r.signal + value * r.peak * near[r.touch])
+
+
+EFFECTS = (
+    Effect("soft_spot", "raised cosine", "after", 0.1, 2.0, raised_cosine_spot),
+    Effect("soft_spot", "narrow Gaussian", "after", 0.1, 0.9, gaussian_spot),
+    Effect("aperture", "triangle", "before", 2.0, 3.0, triangular_aperture),
+    Effect("crosstalk", "unequal, second neighbours", "after", 0.05, 0.5, unequal_crosstalk),
+    Effect("channel_lag", "recursive", "after", 0.03, 0.6, recursive_lag),
+    Effect("proximity", "Lorentzian", "after", 0.02, 0.5, lorentzian_proximity),
+)
