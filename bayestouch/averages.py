@@ -33,6 +33,11 @@ class TouchMeans:
         Means over the rows that have them (load in N/m or N); NaN where none has.
     angle_deg, x_mm, y_mm : array, shape (t,), or None
         Mean location (angles across ±180° are averaged around the circle).
+    load_reads : array, shape (t,), or None
+        Number of raw reads behind each mean load; 0 where none has one.
+    load_error_variance, load_error_dof : float
+        Variance of ONE read of the load within touches, and its degrees of freedom; NaN and 0 where no load of a touch
+        was read twice, or where those of every touch are equal (then one load was written into all its rows).
     """
 
     touch: IntArray
@@ -47,6 +52,9 @@ class TouchMeans:
     angle_deg: FloatArray | None
     x_mm: FloatArray | None
     y_mm: FloatArray | None
+    load_reads: FloatArray | None = None
+    load_error_variance: float = np.nan
+    load_error_dof: float = 0.0
 
     @property
     def n_touches(self) -> int:
@@ -108,6 +116,7 @@ def average(touches: Touches) -> TouchMeans:
     def mean(column: FloatArray) -> FloatArray:
         return grouped_mean(column[rows], group, n, reads)
 
+    load_reads, load_variance, load_dof = _load_error(touches.load[rows], group, n, reads)
     return TouchMeans(
         touch=ids,
         readings=means,
@@ -121,7 +130,20 @@ def average(touches: Touches) -> TouchMeans:
         angle_deg=None if touches.angle_deg is None else _mean_angle(touches.angle_deg[rows], group, n, reads),
         x_mm=None if touches.x_mm is None else mean(touches.x_mm),
         y_mm=None if touches.y_mm is None else mean(touches.y_mm),
+        load_reads=load_reads,
+        load_error_variance=load_variance,
+        load_error_dof=load_dof,
     )
+
+
+def _load_error(load: FloatArray, group: IntArray, n: int, reads: FloatArray) -> tuple[FloatArray, float, float]:
+    """Reads behind each mean load, and variance of one read within touches with its degrees of freedom."""
+    some = ~np.isnan(load)
+    count = np.asarray(np.bincount(group[some], weights=reads[some], minlength=n), dtype=np.float64)
+    deviation = (load - grouped_mean(load, group, n, reads)[group])[some]
+    squares = float(np.sum(reads[some] * deviation**2))
+    dof = float(some.sum() - len(np.unique(group[some])))
+    return (count, squares / dof, dof) if dof > 0 and squares > 0 else (count, np.nan, 0.0)
 
 
 def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None) -> FloatArray:

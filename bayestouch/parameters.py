@@ -155,3 +155,48 @@ class Parameter:
     def label(self) -> str:
         """LaTeX label with unit, for an axis."""
         return f"${self.latex}$" + (f" ({self.unit})" if self.unit else "")
+
+
+# A prior of which less than this share lies inside the bounds contradicts them.
+LEAST_MASS = 1e-3
+
+
+def truncated(prior: Prior, low: float, high: float) -> Prior:
+    """The prior cut off outside `low` and `high`.
+
+    Raises
+    ------
+    InputError
+        Next to nothing of it lies between them, or it is of a kind that cannot be cut off.
+    """
+    ends = prior.support
+    if ends[0] >= low and ends[1] <= high:
+        return prior
+    inside = max(ends[0], low), min(ends[1], high)
+    message = f"nothing of the prior ({prior}) lies between {low:g} and {high:g}"
+    if isinstance(prior, Uniform):
+        if inside[1] - inside[0] < LEAST_MASS * (prior.high - prior.low):
+            raise InputError(message)
+        return Uniform(*inside)
+    if isinstance(prior, Normal):
+        share = np.diff(ndtr((np.array([*inside]) - prior.mean) / prior.sd))[0] / prior._mass
+        if not inside[0] < inside[1] or share < LEAST_MASS:
+            raise InputError(message)
+        return Normal(prior.mean, prior.sd, *inside)
+    raise InputError(f"the prior ({prior}) reaches beyond {low:g} to {high:g}: give a normal or uniform one")
+
+
+def moved(prior: Prior, factor: float, shift: float) -> Prior:
+    """Prior of ``factor x + shift``, where x has this prior and the factor is positive.
+
+    Raises
+    ------
+    InputError
+        It is neither normal nor uniform.
+    """
+    if isinstance(prior, Uniform):
+        return Uniform(factor * prior.low + shift, factor * prior.high + shift)
+    if isinstance(prior, Normal):
+        mean, low, high = (factor * value + shift for value in (prior.mean, prior.low, prior.high))
+        return Normal(mean, factor * prior.sd, low, high)
+    raise InputError(f"expected a normal or uniform prior, got {prior}")

@@ -82,7 +82,7 @@ def calibrated(folder: Path) -> Finger:
     dataset = load_dataset(folder)
     means = dataset.calibration.baseline_corrected().averaged()
     priors, _ = FingerPriors.of(dataset.sensor)
-    fit, _ = fit_finger(means, dataset.sensor.body, priors, dataset.sensor.force_noise_sd)
+    fit, _ = fit_finger(means, dataset.sensor.body, priors)
     empirical = fit_empirical(fit)
     known, chain = fit.likelihood.known, fit.chain
     touched = dataset.touches.baseline_corrected().averaged()
@@ -106,7 +106,7 @@ def calibrated(folder: Path) -> Finger:
             "Bayesian": empirical.calibration.noise,
         },
         covariances={
-            "model": lambda r, a, p: reading_covariance(calibration_jacobian(chain, r, a, p), fit.laplace.covariance),
+            "model": lambda r, a, p: reading_covariance(calibration_jacobian(chain, r, a, p), fit.covariance),
             "least sq.": None,
             "Bayesian": empirical.calibration.reading_covariance,
         },

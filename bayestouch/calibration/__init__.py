@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger, Pad
@@ -18,6 +21,7 @@ def calibrate(
     contact: str | None = None,
     e_map: str | None = None,
     kernel: str | None = None,
+    priors: Mapping[str, Prior] | None = None,
     draws: int = 1000,
     seed: int = 0,
     progress: Progress | None = None,
@@ -34,6 +38,11 @@ def calibrate(
         E map of a finger: that of the elastic model (default), or identified directly about it.
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
+    priors : mapping of str to Prior, optional
+        Priors of a finger's parameters in place of the default ones, by name: ``sigma``, ``mu`` (MPa), ``r_s`` (mm),
+        ``theta_s`` (departure from the angle as built, degree), ``response`` (its size, reading per N/m),
+        ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
+        ``force_noise_sd`` (N/m). See `bayestouch.parameters` for the kinds.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -48,7 +57,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, or the touches cannot identify the parameters.
+        If an option does not fit the body, a prior contradicts what is possible or how the finger was built, or the
+        touches cannot identify the parameters.
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
@@ -61,11 +71,19 @@ def calibrate(
         if e_map not in (None, "model", "empirical"):
             raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
         return calibrate_finger(
-            dataset, contact=contact or "layer", e_map=e_map or "model", draws=draws, seed=seed, progress=progress
+            dataset,
+            contact=contact or "layer",
+            e_map=e_map or "model",
+            stated=priors,
+            draws=draws,
+            seed=seed,
+            progress=progress,
         )
     assert isinstance(dataset.sensor.body, Pad)
-    if contact is not None or e_map is not None:
-        raise InputError("contact and e_map are options of fingers; this sensor is a pad (its option is the kernel)")
+    if contact is not None or e_map is not None or priors:
+        raise InputError(
+            "contact, e_map and priors are options of fingers; this sensor is a pad (its option is the kernel)"
+        )
     from bayestouch.calibration.pad import calibrate_pad
 
     return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)

@@ -161,7 +161,7 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
     m, p = mean.shape
     if not family:
         return [Prior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
-    centre, spread = fit.likelihood.priors.flat(fit.likelihood.finger, elastic.response)
+    prior = fit.likelihood.prior
     ones = np.ones(m)
     steps = {
         "response": STEP_RESPONSE * np.abs(elastic.response),
@@ -172,9 +172,11 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
     for i, (name, step) in enumerate(steps.items()):
         here = np.asarray(getattr(elastic, name))
         up, down = (elastic_e_matrix(elastic.with_(**{name: here + sign * step}), n_coefficients) for sign in (1, -1))
-        width = spread[i * m : (i + 1) * m]
-        tangents[:, :, i] = (up - down) * (width / (2 * step))[:, None]
-        start[:, i] = (centre[i * m : (i + 1) * m] - here) / width
+        # The prior of a response is of its logarithm.
+        unit, value = (here, np.log(np.abs(here))) if name == "response" else (ones, here)
+        centre, width = (values[i * m : (i + 1) * m] for values in (prior.mean, prior.spread))
+        tangents[:, :, i] = (up - down) * (width * unit / (2 * step))[:, None]
+        start[:, i] = (centre - value) / width
     return [Prior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
 
 
@@ -201,7 +203,8 @@ def _known_sd(fit: FingerFit) -> FloatArray:
     touches = fit.likelihood.known
     counts = np.where(fit.likelihood.missing, 0, touches.counts)
     bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
-    by_load = fit.predicted * (touches.load_sd / touches.load)[:, None]
+    _, _, slope = fit.likelihood.predicted(fit.laplace.mode)
+    by_load = slope * fit.likelihood.errors(fit.vector).load_sd[:, None]
     return np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
 
 

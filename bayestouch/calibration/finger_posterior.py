@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -9,24 +10,19 @@ from numpy.typing import NDArray
 
 import bayestouch
 from bayestouch.calibration.finger import FingerFit, fit_finger
-from bayestouch.calibration.finger_density import FingerDensity
+from bayestouch.calibration.finger_noise import noise_of, public_noise
 from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.calibration.finger_sampling import sample_fit
+from bayestouch.calibration.finger_touches import KnownTouches
 from bayestouch.chain.finger import FingerChain
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
-from bayestouch.fit import LaplaceFit
+from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchRows
-from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
 from bayestouch.sensor import Finger
 
 FloatArray = NDArray[np.float64]
-
-# A force sensor whose noise is not stated is taken to be off by this share of the load.
-UNSTATED_FORCE_NOISE = 0.005
-CHAINS = 4
-# Tails a little heavier than normal: in some fifty dimensions much heavier ones would hardly ever be accepted.
-PROPOSAL_DOF = 100.0
 
 
 def calibrate_finger(
@@ -36,30 +32,34 @@ def calibrate_finger(
     e_map: str = "model",
     draws: int,
     seed: int,
+    stated: Mapping[str, Prior] | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
     The mode and the normal (Laplace) approximation around it come first; emcee then draws from the exact posterior
-    with proposals from that normal. Sensor noise is held at its estimate from repeats.
+    of the chain's parameters and of all noise together, with proposals from that normal.
     """
     sensor, table = dataset.sensor, dataset.calibration
     finger = sensor.body
     assert isinstance(finger, Finger) and table is not None
     priors, notes = FingerPriors.of(sensor)
+    priors = priors.with_stated(stated or {}, finger)
     rest = table.rest_reading()
     corrected = table.baseline_corrected()
     means = corrected.averaged()
     if means.n_touches == 0:
-        raise InputError("calibration: no touch is in contact", file=_file(dataset))
-    force_sd = sensor.force_noise_sd
-    if force_sd is None:
-        force_sd = UNSTATED_FORCE_NOISE * float(np.nanmean(means.load)) if np.isfinite(means.load).any() else np.nan
-        notes += (f"The force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the load is assumed.",)
-    fit, used = fit_finger(means, finger, priors, force_sd, contact=contact)
-    density = FingerDensity.of(fit.likelihood, fit.laplace, fit.sd)
-    drawn = sample_density(density, fit.laplace, draws, seed, progress)
+        raise InputError(
+            "no calibration touch is in contact (contact, depth or load is 0 in every row), so that nothing of the "
+            "sensor is identifiable: give touches with a load",
+            file=_file(dataset),
+        )
+    fit, used = fit_finger(means, finger, priors, contact=contact)
+    drawn = sample_fit(fit, draws, seed, progress)
     vectors = drawn.draws[:, :, 0]
+    touches, layout_ = fit.likelihood.known, fit.likelihood.layout
+    noise = noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1]))
+    notes += _noise_notes(touches, priors)
     known = means.touch[used]
     location = means.angle_deg
     assert location is not None
@@ -74,17 +74,19 @@ def calibrate_finger(
         counts=means.counts[used],
     )
     if not used.all():
-        notes += (f"{int((~used).sum())} calibration touches without known indenter or location were left out.",)
+        notes += (
+            f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",
+        )
     new_notes = tuple(dict.fromkeys((*dataset.notes, *table.notes, *corrected.notes, *notes)))
     typical = float(np.nanmean(rows.load))
     calibration = Calibration(
         sensor=sensor,
-        parameters=priors.parameters(finger, sensor.reading_unit),
+        parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
         mode=_public_mode(fit),
-        posterior=_public_draws(fit, vectors, means.pure_error_dof, seed),
-        covariance=np.cov(vectors.reshape(-1, vectors.shape[-1]).T),
+        posterior=public_draws(fit, vectors),
+        covariance=np.cov(_linear(fit, vectors).T),
         layout=layout(finger.n_elements),
-        noise=fit.noise,
+        noise=noise,
         rows=rows,
         settings={
             "body": "finger",
@@ -159,6 +161,26 @@ def _file(dataset: DataSet) -> str | None:
     return None if dataset.path is None else str(dataset.path)
 
 
+def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
+    """What the touches cannot tell of the noise, so that its prior speaks."""
+    notes = []
+    if not known.repeated:
+        notes.append(
+            "Not every element was read twice in a touch: what the model misses cannot be told from noise, and all of "
+            "it is called noise."
+        )
+    if known.load_scatter_dof == 0:
+        source = "as stated" if priors.force_noise else "as assumed"
+        notes.append(
+            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from how "
+            "the elements read together."
+        )
+    if (known.load_reads == 0).any():
+        count = int((known.load_reads == 0).sum())
+        notes.append(f"{count} calibration touches have no measured load: it is inferred with the rest.")
+    return tuple(notes)
+
+
 def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
     chain = fit.chain
     return {
@@ -170,50 +192,38 @@ def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
         "gain": chain.gain,
         "noise_sd": fit.noise.tactile_sd,
         "discrepancy_sd": fit.noise.discrepancy_sd,
+        "force_noise_sd": np.asarray(fit.noise.force_sd),
     }
 
 
-def _public_draws(fit: FingerFit, vectors: FloatArray, pure_error_dof: FloatArray, seed: int) -> dict[str, FloatArray]:
-    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d).
+def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
+    """Flat vectors (n, 3 m + 2) of the chain's parameters with responses in place of their logarithms."""
+    at = fit.likelihood.layout
+    linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
+    linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
+    return linear
 
-    Gains follow from response, depth, σ and μ. The noise of an element is drawn from its own posterior, a scaled
-    inverse chi-square with the degrees of freedom of the repeats: it hardly depends on the rest.
-    """
-    rng = np.random.default_rng([seed, 1])
-    m = fit.chain.n_elements
+
+def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
+    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d); gains follow from them."""
+    at = fit.likelihood.layout
     flat = vectors.reshape(-1, vectors.shape[-1])
-    response, depth, angle = flat[:, :m], flat[:, m : 2 * m], flat[:, 2 * m : 3 * m]
-    sigma, log_mu = flat[:, 3 * m], flat[:, 3 * m + 1]
+    response = fit.likelihood.sign * np.exp(flat[:, at.response])
+    depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
     peak = np.stack([_peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
-    dof = np.where(np.isfinite(pure_error_dof) & (pure_error_dof > 0), pure_error_dof, len(fit.predicted) - 3.0)
-    noise = fit.noise.tactile_sd * np.sqrt(dof / rng.chisquare(np.maximum(dof, 1.0), size=(len(sigma), m)))
+    noise, missed, force = public_noise(fit.likelihood.known, at, flat)
     values = {
         "sigma": sigma,
-        "mu": np.exp(log_mu),
+        "mu": mu,
         "r_s": depth,
-        "theta_s": np.degrees(angle),
+        "theta_s": np.degrees(flat[:, at.angle]),
         "response": response,
-        "gain": response * 1000 * np.exp(log_mu)[:, None] / peak,
+        "gain": response * 1000 * mu[:, None] / peak,
         "noise_sd": noise,
+        **({"discrepancy_sd": missed} if at.discrepancy else {}),
+        "force_noise_sd": force,
     }
     return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
-
-
-def sample_density(
-    density: FingerDensity, laplace: LaplaceFit, draws: int, seed: int, progress: Progress | None
-) -> BlockDraws:
-    """Draw the flat vectors with emcee: one block, proposals from the Laplace normal with slightly heavier tails."""
-    root: FloatArray = np.asarray(np.linalg.cholesky(laplace.covariance), dtype=np.float64)
-    # One round: the first shape is as good as it gets in so many dimensions, and the grade says how good.
-    return sample_blocks(
-        lambda x, blocks: density(x),
-        StudentT(laplace.mode[None], root[None], PROPOSAL_DOF),
-        walkers=CHAINS,
-        draws=-(-draws // CHAINS),
-        seed=seed,
-        rounds=1,
-        progress=progress,
-    )
 
 
 def _peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:

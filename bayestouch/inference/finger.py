@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import bayestouch
 from bayestouch.averages import TouchMeans
-from bayestouch.calibration.finger_posterior import UNSTATED_FORCE_NOISE, finger_chain
+from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
@@ -42,7 +42,7 @@ def infer_finger(
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
     means = _rows_as_touches(corrected) if each_sample else corrected.averaged()
     typical = float(calibration.settings["typical_load"])
-    readings, notes = _readings(means, calibration, use_load, typical)
+    readings, notes = _readings(means, calibration, use_load)
     chain, table, covariance = _model(calibration, typical)
     priors = IndenterPriors.of(chain, typical)
     task = DrawTask(
@@ -94,13 +94,9 @@ def _model(calibration: Calibration, typical: float) -> tuple[CalibratedFinger, 
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
 
 
-def _readings(
-    means: TouchMeans, calibration: Calibration, use_load: bool, typical: float
-) -> tuple[TouchReadings, tuple[str, ...]]:
+def _readings(means: TouchMeans, calibration: Calibration, use_load: bool) -> tuple[TouchReadings, tuple[str, ...]]:
     notes: tuple[str, ...] = ()
     force_sd = calibration.noise.force_sd
-    if not np.isfinite(force_sd):
-        force_sd = UNSTATED_FORCE_NOISE * typical
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     if use_load and np.isnan(load).any():
