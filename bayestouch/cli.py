@@ -40,6 +40,14 @@ def cli() -> None:
     "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
 )
 @click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
+@click.option(
+    "--prior",
+    "priors",
+    multiple=True,
+    metavar="NAME=KIND:A,B",
+    help="Prior of a finger's parameter, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
+    "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
+)
 @click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
 @_common
 def calibrate(
@@ -48,6 +56,7 @@ def calibrate(
     contact: str | None,
     e_map: str | None,
     kernel: str | None,
+    priors: tuple[str, ...],
     draws: int,
     seed: int,
     quiet: bool,
@@ -57,14 +66,17 @@ def calibrate(
     Example: bayestouch calibrate my-finger -o calibration.nc
     """
     import bayestouch
+    from bayestouch.prior_text import priors_from_text
 
     _check_output(output)
+    stated = priors_from_text(priors)
     with progress_bar("calibrate", quiet) as advance:
         calibration = bayestouch.calibrate(
             bayestouch.load_dataset(dataset),
             contact=contact,
             e_map=e_map,
             kernel=kernel,
+            priors=stated,
             draws=draws,
             seed=seed,
             progress=advance,

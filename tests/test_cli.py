@@ -25,11 +25,19 @@ def test_calibrate_and_infer(folder: Path, tmp_path: Path, capsys: pytest.Captur
     import xarray
 
     calibration, posterior = tmp_path / "calibration.nc", tmp_path / "posterior.nc"
-    assert main(["calibrate", str(folder), "-o", str(calibration), "--draws", "200"]) == 0
+    assert (
+        main(["calibrate", str(folder), "-o", str(calibration), "--draws", "200", "--prior", "r_s=uniform:9.5,10.6"])
+        == 0
+    )
     assert "lack of fit" in capsys.readouterr().out
     arguments = ["infer", str(folder / "touches.csv"), "--calibration", str(calibration), "-o", str(posterior)]
     assert main([*arguments, "--draws", "256", "--quiet"]) == 0
     assert capsys.readouterr().out == ""
+    with xarray.open_datatree(calibration, engine="h5netcdf") as tree:
+        assert "uniform" in str(tree.attrs["parameters"]).lower()
+        units = {"noise_sd": "counts", "discrepancy_sd": "counts", "force_noise_sd": "N/m", "mu": "MPa", "r_s": "mm"}
+        for name, unit in units.items():
+            assert tree["posterior"][name].attrs["units"] == unit
     with xarray.open_datatree(posterior, engine="h5netcdf") as tree:
         draws = tree["posterior"]
         assert draws["R"].dims == ("chain", "draw", "touch")
@@ -59,6 +67,7 @@ def test_same_seed_same_file(folder: Path, tmp_path: Path) -> None:
         (["calibrate", "DATA"], "--output"),
         (["calibrate", "DATA", "-o", "missing/x.nc"], "missing"),
         (["calibrate", "DATA", "-o", "x.nc", "--kernel", "layer"], "pad"),
+        (["calibrate", "DATA", "-o", "x.nc", "--prior", "sigma=uniform:0.5,0.6"], "prior of sigma: nothing of"),
         (["calibrate", "DATA", "-o", "x.nc", "--seed", "-1"], "seed"),
         (["infer", "DATA/touches.csv", "--calibration", "absent.nc", "-o", "x.nc"], "absent.nc"),
         (["infer", "DATA/touches.csv", "--calibration", "DATA/sensor.toml", "-o", "x.nc"], "sensor.toml"),

@@ -19,8 +19,9 @@ from bayestouch.contact import composite_radius
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.fit import whiten_rank_one
-from bayestouch.parameters import LogNormal
+from bayestouch.parameters import LogNormal, Normal, Prior, Uniform
 from bayestouch.posterior import load_calibration
+from bayestouch.prior_text import priors_from_text
 from bayestouch.sampling import sample_plain
 from bayestouch.sensor import Finger, Rubber, Sensor
 from bayestouch.touches import Touches, touches_from
@@ -213,6 +214,8 @@ def test_a_dead_element_is_left_out() -> None:
     [
         ({"indenter_radius_mm": np.nan}, "known indenter"),
         ({"load": np.nan}, "measured load"),
+        ({"load": 0.0}, "no calibration touch is in contact"),
+        ({"load": -1.0}, "no touch has a load above zero"),
     ],
 )
 def test_what_cannot_be_identified_is_said(change: dict[str, float], words: str) -> None:
@@ -223,10 +226,100 @@ def test_what_cannot_be_identified_is_said(change: dict[str, float], words: str)
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"sigma": Uniform(0.5, 0.6)}, "prior of sigma: nothing of the prior .* lies between 0 and 0.4999"),
+        ({"sigma": Normal(0.55, 0.01)}, "prior of sigma: nothing of the prior"),
+        ({"r_s": Uniform(12.8, 13.0)}, "prior of r_s: nothing of the prior"),
+        ({"r_s": Uniform(10.5, 11.0)}, "excludes the sensing radius as built, 9.9 mm"),
+        ({"r_s": Normal(11.5, 0.1)}, "excludes the sensing radius as built, 9.9 mm"),
+        ({"theta_s": Uniform(1.0, 2.0)}, "excludes the angles as built"),
+        ({"theta_s": LogNormal(1.0, 1.0)}, "expected a normal or uniform prior"),
+        ({"mu": Uniform(-2.0, -1.0)}, "prior of mu: nothing of the prior"),
+        ({"gain": LogNormal(1.0, 1.0)}, "it follows from response"),
+        ({"nu": Normal(0.4, 0.1)}, "expected one of sigma, mu"),
+    ],
+)
+def test_contradictory_priors_are_refused(stated: dict[str, Prior], words: str) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        bayestouch.calibrate(dataset(known_touches(1)), priors=stated)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("sigma=normal:0.47,0", "sd > 0"),
+        ("sigma=uniform:0.48,0.46", "low < high"),
+        ("mu=log-normal:0.15,0.9", "factor above 1"),
+        ("mu=log-normal:-1,2", "median"),
+        ("mu=gamma:1,2", "expected normal:MEAN,SD"),
+        ("mu=normal:1", "expected normal:MEAN,SD"),
+        ("mu=normal:a,b", "expected normal:MEAN,SD"),
+        ("mu", "expected NAME=normal"),
+    ],
+)
+def test_priors_that_say_nothing_are_refused(text: str, words: str) -> None:
+    with pytest.raises(InputError, match=words) as caught:
+        priors_from_text([text])
+    assert "\n" not in str(caught.value)
+
+
+def test_priors_as_text() -> None:
+    found = priors_from_text(["sigma=normal:0.47,0.01", "r_s=uniform:9.6,10.4", "mu=log-normal:0.15,1.35"])
+    assert found == {"sigma": Normal(0.47, 0.01), "r_s": Uniform(9.6, 10.4), "mu": LogNormal(0.15, np.log(1.35))}
+    with pytest.raises(InputError, match="twice"):
+        priors_from_text(["mu=normal:1,2", "mu=normal:1,2"])
+
+
+def test_a_stated_prior_is_used() -> None:
+    """So narrow a prior of σ, five data standard deviations off, moves it there and others along; a uniform one holds.
+
+    With data N(0.465, 0.0007²) and a prior N(0.4685, 0.0002²) the posterior is at 0.4682 ± 0.0002.
+    """
+    data = dataset(known_touches(1))
+    free = bayestouch.calibrate(data, draws=200)
+    held = bayestouch.calibrate(data, draws=400, priors={"sigma": Normal(0.4685, 0.0002), "mu": Uniform(0.05, 0.12)})
+    s, m = free.posterior["sigma"].std(), free.posterior["sigma"].mean()
+    expected = (m / s**2 + 0.4685 / 0.0002**2) / (1 / s**2 + 1 / 0.0002**2)
+    # the two parameters are correlated, and the uniform prior cuts μ off: a third of the way is left to that
+    assert abs(held.posterior["sigma"].mean() - expected) < 0.3 * abs(expected - m)
+    assert held.posterior["mu"].max() < 0.12 and held.posterior["mu"].min() > 0.05
+    named = {parameter.name: parameter for parameter in held.parameters}
+    assert str(named["sigma"].prior) == "normal, 0.4685 ± 0.0002, within 0 to 0.4999"
+
+
 def test_an_element_nobody_touched_is_named() -> None:
     touches = known_touches(9)
     with pytest.raises(InputError, match="e07"):
         bayestouch.calibrate(dataset(touches.select(touches.angle_deg < 5)))
+
+
+def test_touches_without_load_are_left_out_and_said() -> None:
+    touches = known_touches(1)
+    load = np.where(touches.touch == 3, -0.4, touches.load)
+    result = bayestouch.calibrate(dataset(touches.with_(load=load)), draws=40)
+    assert 3 not in result.rows.touch and len(result.rows.touch) == touches.n_touches - 1
+    assert any("1 calibration touches without" in note for note in result.notes)
+
+
+def test_fewer_samples_than_parameters() -> None:
+    """Three touches above e04, read by the three elements near them: nine numbers for eleven unknowns."""
+    touches = known_touches(1)
+    few = touches.select(np.isin(touches.angle_deg, [-1.0, 1.0]))
+    reach = np.abs(few.angle_deg[:, None] - np.array(ANGLES)) < 15
+    with pytest.raises(InputError, match=r"9 mean readings for 11 parameters .*add touches") as caught:
+        bayestouch.calibrate(dataset(few.with_(readings=np.where(reach, few.readings, np.nan))))
+    assert "\n" not in str(caught.value)
+
+
+def test_an_element_read_twice_is_named() -> None:
+    touches = known_touches(1)
+    readings = touches.readings.copy()
+    readings[~np.isin(touches.touch, [20, 21]), 3] = np.nan
+    with pytest.raises(InputError, match=r"fewer than 3 calibration touches were read by element e04.*3 places"):
+        bayestouch.calibrate(dataset(touches.with_(readings=readings)))
 
 
 def test_options_of_the_other_body_are_refused() -> None:
