@@ -17,7 +17,7 @@ from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.errors import InputError
 from bayestouch.inference.finger_covariance import CalibrationCovariance
-from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
+from bayestouch.inference.finger_draws import DrawTask, draw_all
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.progress import Progress
@@ -139,9 +139,9 @@ def sbc(
         draws=1024,
         seed=seed,
     )
-    parts = draw_in_pieces(task, touches, None, progress)
+    drawn = draw_all(task, touches, None, progress)
     truth = {"R": radius, "theta_c": np.degrees(angle), "P": load}
-    return rank_statistics({name: np.concatenate([part[name] for part in parts], axis=-1) for name in truth}, truth)
+    return rank_statistics({name: drawn[name] for name in truth}, truth)
 
 
 def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> RankStatistics:

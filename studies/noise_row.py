@@ -19,7 +19,7 @@ import numpy as np
 
 from bayestouch import published
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
+from bayestouch.inference.finger_draws import DrawTask, draw_all
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
@@ -66,8 +66,8 @@ def posterior_sds(chain: FingerChain, noise_sd: float, samples: int) -> np.ndarr
     )
     priors = IndenterPriors.of(chain, LOAD)
     table = ReadingTable.of(chain, *priors.location.support)
-    parts = draw_in_pieces(DrawTask(chain, priors, table, noise, None, "importance", 1024, 0), touches, None, None)
-    sds = [np.concatenate([part[name].std(axis=(0, 1)) for part in parts]) for name in ("theta_c", "P", "R")]
+    drawn = draw_all(DrawTask(chain, priors, table, noise, None, "importance", 1024, 0), touches)
+    sds = [drawn[name].std(axis=(0, 1)) for name in ("theta_c", "P", "R")]
     return np.sqrt(np.mean(np.square(sds), axis=1))
 
 

@@ -13,7 +13,7 @@ from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
 from bayestouch.inference.finger_covariance import CalibrationCovariance
-from bayestouch.inference.finger_draws import DrawTask, draw_in_pieces
+from bayestouch.inference.finger_draws import DRAWN, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
@@ -54,17 +54,17 @@ def infer_finger(
         method=method,
         draws=draws,
         seed=seed,
+        least_ess=min(400.0, 0.5 * draws),
     )
-    parts = draw_in_pieces(task, readings, workers, progress)
-    joined = {name: np.concatenate([part[name] for part in parts], axis=-1) for name in parts[0]}
-    posterior_draws = {name: joined[name] for name in ("r_c", "R", "theta_c", "P")}
+    drawn = draw_all(task, readings, workers, progress)
+    posterior_draws = {name: drawn[name] for name in DRAWN}
     rows = _rows(means, chain, calibration, posterior_draws)
     reference = _reference(means, chain)
     return TouchPosteriors(
         sensor=calibration.sensor,
         parameters=_parameters(priors),
         posterior=posterior_draws,
-        sample_stats={name: value for name, value in joined.items() if name not in posterior_draws},
+        sample_stats={name: value for name, value in drawn.items() if name not in posterior_draws},
         reference=reference,
         rows=rows,
         settings={

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +14,52 @@ FloatArray = NDArray[np.float64]
 
 # Central differences; the chain is smooth on these scales.
 STEP_RADIUS_MM, STEP_ANGLE, STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 1e-4, 1e-4, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """A finger and its like, one step of a calibration parameter away: solved once for many touches.
+
+    Attributes
+    ----------
+    unit : FingerChain
+        With responses of 1.
+    moved : tuple of (FingerChain, FingerChain, float)
+        A step up, a step down and the distance between them: of the depths, the angles, σ, log μ.
+    """
+
+    unit: FingerChain
+    moved: tuple[tuple[FingerChain, FingerChain, float], ...]
+
+    @classmethod
+    def of(cls, chain: FingerChain) -> Neighbours:
+        """Solve them."""
+
+        def moved(name: str, step: float, distance: float) -> tuple[FingerChain, FingerChain, float]:
+            value = getattr(chain, name)
+            return chain.with_(**{name: value + step}), chain.with_(**{name: value - step}), distance
+
+        mu = chain.shear_modulus_MPa
+        return cls(
+            # not reading / response: the response of a dead element is zero
+            unit=chain.with_(response=np.ones(chain.n_elements)),
+            moved=(
+                moved("sensing_radius_mm", STEP_RADIUS_MM, 2 * STEP_RADIUS_MM),
+                moved("angle", STEP_ANGLE, 2 * STEP_ANGLE),
+                moved("poisson_ratio", STEP_POISSON, 2 * STEP_POISSON),
+                moved("shear_modulus_MPa", STEP_LOG_MODULUS * mu, 2 * STEP_LOG_MODULUS),
+            ),
+        )
+
+    def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """As `calibration_jacobian`."""
+        touch = (radius_mm, angle, load)
+        return np.stack(
+            [
+                self.unit.predict(*touch) - self.unit.offset,
+                *((up.predict(*touch) - down.predict(*touch)) / distance for up, down, distance in self.moved),
+            ]
+        )
 
 
 def calibration_jacobian(chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
@@ -30,27 +77,7 @@ def calibration_jacobian(chain: FingerChain, radius_mm: FloatArray, angle: Float
     (5, t, m) array
         With respect to the element's own response, depth (mm) and angle (rad), then σ and log μ.
     """
-
-    def predict(finger: FingerChain) -> FloatArray:
-        return finger.predict(radius_mm, angle, load)
-
-    def central(step: float, **name_and_value: object) -> FloatArray:
-        ((name, value),) = name_and_value.items()
-        up = predict(chain.with_(**{name: value + step}))  # type: ignore[operator]
-        down = predict(chain.with_(**{name: value - step}))  # type: ignore[operator]
-        return np.asarray((up - down) / (2 * step))
-
-    mu = chain.shear_modulus_MPa
-    return np.stack(
-        [
-            # not reading / response: the response of a dead element is zero
-            predict(chain.with_(response=np.ones(chain.n_elements))) - chain.offset,
-            central(STEP_RADIUS_MM, sensing_radius_mm=chain.sensing_radius_mm),
-            central(STEP_ANGLE, angle=chain.angle),
-            central(STEP_POISSON, poisson_ratio=chain.poisson_ratio),
-            central(STEP_LOG_MODULUS * mu, shear_modulus_MPa=mu) * mu,
-        ]
-    )
+    return Neighbours.of(chain).jacobian(radius_mm, angle, load)
 
 
 def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
@@ -91,4 +118,8 @@ class CalibrationCovariance:
 
     def __call__(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) for touches of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
-        return reading_covariance(calibration_jacobian(self.chain, radius_mm, angle, load), self.covariance)
+        return reading_covariance(self._neighbours.jacobian(radius_mm, angle, load), self.covariance)
+
+    @cached_property
+    def _neighbours(self) -> Neighbours:
+        return Neighbours.of(self.chain)

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.inference.finger_modes import find_modes, with_whitener
-from bayestouch.inference.finger_profile import profile_proposal
+from bayestouch.inference.finger_profile import ProfileProposal, profile_proposal
 from bayestouch.inference.finger_reader import (
     CalibratedFinger,
     FingerPosterior,
@@ -22,22 +25,25 @@ from bayestouch.inference.finger_reader import (
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.progress import Progress
-from bayestouch.sampling import importance_blocks, sample_blocks
+from bayestouch.sampling import BlockDraws, Demands, ImportanceDraws, importance_blocks, sample_blocks
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+IntArray = NDArray[np.intp]
+Drawn = dict[str, FloatArray]
 
 METHODS = ("emcee", "importance")
 CHAINS = 4
-# Touches of a piece: 512 touches x 1024 draws x 3 parameters are 13 MB.
-PIECE = 512
-# Fewer touches than this are drawn sooner than a second process starts.
-WORTH_A_PROCESS = 1024
+# Touches of a piece: so many that emcee's own work for a step is little beside theirs; and of those drawn again, which
+# take many steps, few enough that every core has some.
+PIECE, PIECE_AGAIN = 512, 128
+#: What is drawn, (chain, draw, t), and the grades that go with it, (t,).
+DRAWN = ("r_c", "R", "theta_c", "P")
+GRADES = ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")
 
 
 @dataclass(frozen=True, eq=False)
 class DrawTask:
-    """Everything a process needs to draw touches of one sensor.
+    """Everything it takes to draw touches of one sensor.
 
     Attributes
     ----------
@@ -45,13 +51,15 @@ class DrawTask:
         The calibrated finger, priors of touches, its reading table, noise.
     reading_covariance : callable or None
         Covariance (t, m, m) of the readings that the calibration leaves uncertain, from R (mm), θ_c (rad) and
-        P (N/m) of the touches; None takes the calibration as exact. Goes to other processes.
+        P (N/m) of the touches; None takes the calibration as exact.
     method : {"emcee", "importance"}
         How to draw.
     draws : int
         Draws a touch, over all chains.
     seed : int
         Seed; a touch's draws depend on it and on the touch's number alone.
+    least_ess : float
+        Effective sample size that every parameter of a touch must reach; below it the touch is drawn again.
     """
 
     chain: CalibratedFinger
@@ -62,48 +70,25 @@ class DrawTask:
     method: str
     draws: int
     seed: int
+    least_ess: float = 400.0
+
+    @property
+    def draws_a_chain(self) -> int:
+        """Draws of each of the `CHAINS` chains."""
+        return -(-self.draws // CHAINS)
 
 
-def draw_in_pieces(
-    task: DrawTask, touches: TouchReadings, workers: int | None, progress: Progress | None
-) -> list[dict[str, FloatArray]]:
-    """Draw all touches; one dictionary a piece, in order. The result does not depend on the number of workers."""
-    starts = range(0, touches.n_touches, PIECE)
-    pieces = [(start, touches.select(np.arange(start, min(start + PIECE, touches.n_touches)))) for start in starts]
-    workers = (os.cpu_count() or 1) if workers is None else workers
-    done: list[dict[str, FloatArray]] = []
-    if workers <= 1 or touches.n_touches < WORTH_A_PROCESS:
-        for start, piece in pieces:
-            done.append(draw_touches(task, piece, start))
-            if progress is not None:
-                progress(len(done) / len(pieces))
-        return done
-    from concurrent.futures import ProcessPoolExecutor
+def draw_all(
+    task: DrawTask,
+    touches: TouchReadings,
+    workers: int | None = None,
+    progress: Progress | None = None,
+    first: int = 0,
+) -> Drawn:
+    """Draws and grades of all touches, by public name; the last axis is the touch.
 
-    with ProcessPoolExecutor(min(workers, len(pieces)), initializer=_receive, initargs=(task,)) as pool:
-        for result in pool.map(_draw_received, pieces):
-            done.append(result)
-            if progress is not None:
-                progress(len(done) / len(pieces))
-    return done
-
-
-_received: DrawTask | None = None
-
-
-def _receive(task: DrawTask) -> None:
-    """Keep the task in this worker process: the table goes there once, not with every piece."""
-    global _received
-    _received = task
-
-
-def _draw_received(piece: tuple[int, TouchReadings]) -> dict[str, FloatArray]:
-    assert _received is not None
-    return draw_touches(_received, piece[1], piece[0])
-
-
-def draw_touches(task: DrawTask, touches: TouchReadings, first: int) -> dict[str, FloatArray]:
-    """Draws and grades of some touches, by public name; the last axis is the touch.
+    Threads draw pieces side by side: they share the table and write into one result, and numpy computes without
+    Python's lock. The few touches that are not good at the first go are drawn again together, however scattered.
 
     Parameters
     ----------
@@ -111,76 +96,108 @@ def draw_touches(task: DrawTask, touches: TouchReadings, first: int) -> dict[str
         Sensor, priors and options.
     touches : TouchReadings
         The touches.
+    workers : int, optional
+        Threads; as many as there are cores by default. The result does not depend on it.
+    progress : callable, optional
+        Called with the share of the work done.
     first : int
-        Number of the first of them.
+        Number of the first touch.
 
     Returns
     -------
     dict
         ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m): (chain, draw, t); grades: (t,).
     """
+    t = touches.n_touches
+    out = {name: np.empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN} | {name: np.empty(t) for name in GRADES}
+    # Round 0 is importance sampling.
+    start = 0 if task.method == "importance" else 1
+
+    def draw(rows: IntArray, rounds: tuple[int, int]) -> Drawn:
+        return draw_touches(task, touches.select(rows), first + rows, rounds)
+
+    with _spread(workers) as spread:
+        for rows, drawn in spread(lambda rows: draw(rows, (start, start)), np.arange(t), PIECE):
+            for name, values in drawn.items():
+                out[name][..., rows[0] : rows[-1] + 1] = values
+            if progress is not None:
+                progress((rows[-1] + 1) / t)
+        poor = np.flatnonzero(out["grade"] == 0)
+        for rows, drawn in spread(lambda rows: draw(rows, (start + 1, 3)), poor, PIECE_AGAIN):
+            # Chains replace poor weights even where they are poor themselves: they at least tell what they missed.
+            better = (drawn["grade"] > 0) | (drawn["ess_bulk"] > out["ess_bulk"][rows]) | (start == 0)
+            for name, values in drawn.items():
+                out[name][..., rows[better]] = values[..., better]
+    return out
+
+
+Spread = Callable[[Callable[[IntArray], Drawn], IntArray, int], Iterator[tuple[IntArray, Drawn]]]
+
+
+@contextmanager
+def _spread(workers: int | None) -> Iterator[Spread]:
+    """Give a function that maps another over pieces of rows, and yields rows and results in order."""
+    workers = (os.cpu_count() or 1) if workers is None else workers
+    pool = ThreadPoolExecutor(workers) if workers > 1 else None
+
+    def spread(function: Callable[[IntArray], Drawn], rows: IntArray, size: int) -> Iterator[tuple[IntArray, Drawn]]:
+        pieces = [rows[start : start + size] for start in range(0, len(rows), size)]
+        yield from zip(pieces, map(function, pieces) if pool is None else pool.map(function, pieces), strict=True)
+
+    try:
+        yield spread
+    finally:
+        if pool is not None:
+            pool.shutdown(cancel_futures=True)
+
+
+def draw_touches(task: DrawTask, touches: TouchReadings, numbers: IntArray, rounds: tuple[int, int]) -> Drawn:
+    """Draws and grades of some touches, numbered in ascending order, from the first to the last of `rounds`."""
     posterior = FingerPosterior(task.chain, touches, task.priors, noise_whitener(task.noise, touches), task.table)
     mode, hessian = find_modes(posterior)
     if task.reading_covariance is not None:
         covariance = task.reading_covariance(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(task.noise, touches, covariance))
-        mode, hessian = find_modes(posterior)
-    drawn, grades = _draw(task, posterior, mode, hessian, first)
-    radius = posterior.radius(drawn[..., 0])
+        mode, hessian = find_modes(posterior, mode)
+    drawn = _draw(task, posterior, profile_proposal(posterior, mode, hessian), numbers, rounds)
+    radius = posterior.radius(drawn.draws[..., 0])
     outer = task.chain.outer_radius_mm
     # R reaches r_b to the last bit for a flat; its r_c would be infinite, which means cannot hold: R stays just below.
-    radius = np.minimum(radius, outer * (1 - 1e-9))
+    np.minimum(radius, outer * (1 - 1e-9), out=radius)
     return {
-        "R": radius,
         "r_c": radius * outer / (outer - radius),
-        "theta_c": np.degrees(drawn[..., 1]),
-        "P": drawn[..., 2],
-        **grades,
+        "R": radius,
+        "theta_c": np.degrees(drawn.draws[..., 1]),
+        "P": drawn.draws[..., 2],
+        **dict(zip(GRADES, _grades(drawn), strict=True)),
     }
 
 
 def _draw(
-    task: DrawTask, posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray, first: int
-) -> tuple[FloatArray, dict[str, FloatArray]]:
-    """Coordinates (chain, draw, t, 3) and grades of the touches."""
-    t = posterior.touches.n_touches
-    each = -(-task.draws // CHAINS)
-    proposal = profile_proposal(posterior, mode, hessian)
+    task: DrawTask, posterior: FingerPosterior, proposal: ProfileProposal, numbers: IntArray, rounds: tuple[int, int]
+) -> BlockDraws | ImportanceDraws:
+    """Draw coordinates of the touches."""
 
     def log_density(x: FloatArray, blocks: IntArray) -> FloatArray:
-        return posterior.log_density(x, blocks - first)
+        return posterior.log_density(x, np.searchsorted(numbers, blocks))
 
-    drawn = np.empty((CHAINS, each, t, 3))
-    grades = {name: np.full(t, np.nan) for name in ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")}
-    left = np.arange(t)
-    if task.method == "importance":
-        weighted = importance_blocks(
-            log_density,
-            proposal,
-            proposals=task.draws,
-            walkers=CHAINS,
-            draws=each,
-            seed=task.seed,
-            blocks=first + left,
-        )
-        drawn[:] = weighted.draws
+    common: dict[str, Any] = {
+        "walkers": CHAINS,
+        "draws": task.draws_a_chain,
+        "seed": task.seed,
+        "blocks": numbers,
+    }
+    if rounds == (0, 0):
+        return importance_blocks(log_density, proposal, proposals=task.draws, least_ess=task.least_ess, **common)
+    # R-hat of chains that are right scatters by as many hundredths as there are chains for each hundred draws.
+    demands = Demands(ess_bulk=task.least_ess, rhat=1 + max(0.02, 3 / task.draws_a_chain))
+    return sample_blocks(log_density, proposal, demands=demands, first_round=rounds[0], rounds=rounds[1], **common)
+
+
+def _grades(drawn: BlockDraws | ImportanceDraws) -> tuple[NDArray[Any], ...]:
+    """In the order of `GRADES`."""
+    if isinstance(drawn, ImportanceDraws):
         # Weighted draws are independent: their size is that of the weights, and there is no chain to compare.
-        grades["ess_bulk"][:] = weighted.ess
-        grades["rhat"][:] = 1.0
-        grades["acceptance"][:] = 1.0
-        grades["pareto_k"][:] = weighted.pareto_k
-        grades["round"][:] = 0.0
-        grades["grade"][:] = weighted.grade
-        left = np.flatnonzero(~weighted.grade)
-    if len(left):
-        chains = sample_blocks(
-            log_density, proposal.select(left), walkers=CHAINS, draws=each, seed=task.seed, blocks=first + left
-        )
-        drawn[:, :, left] = chains.draws
-        grades["ess_bulk"][left] = chains.worst_ess
-        grades["rhat"][left] = chains.worst_rhat
-        grades["acceptance"][left] = chains.acceptance
-        grades["pareto_k"][left] = chains.pareto_k
-        grades["round"][left] = chains.rounds
-        grades["grade"][left] = chains.grade
-    return drawn, grades
+        one = np.ones(len(drawn.ess))
+        return drawn.ess, one, one, drawn.pareto_k, 0 * one, drawn.grade
+    return drawn.worst_ess, drawn.worst_rhat, drawn.acceptance, drawn.pareto_k, drawn.rounds, drawn.grade

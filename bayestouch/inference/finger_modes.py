@@ -23,17 +23,27 @@ KEPT = 2
 MAX_ITERATIONS = 40
 
 
-def find_modes(posterior: FingerPosterior) -> tuple[FloatArray, FloatArray]:
+def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
     """Mode and precision of every touch's posterior in the coordinates ``(w, θ_c, P)``.
 
     A template search over location at a few radii gives starts; a damped Gauss-Newton method, all touches and
     starts side by side, finishes them; the best is kept.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        The touches.
+    start : (t, 3) array, optional
+        Where to begin in place of a search: modes under another covariance of the readings.
 
     Returns
     -------
     (t, 3) array, (t, 3, 3) array
         Mode, and Gauss-Newton Hessian of minus the log density there.
     """
+    if start is not None:
+        x, _, hessian = _climb(posterior, start, np.arange(len(start)))
+        return x, hessian
     starts = _starts(posterior)
     t = len(starts)
     s = KEPT

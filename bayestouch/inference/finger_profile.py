@@ -19,13 +19,17 @@ from bayestouch.sampling import BlockStreams
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
-KNOTS = 17
+# Enough that a log density is straight between them: with 17, the ratio to the posterior varies by 3 %, and its tail
+# frightens the Pareto diagnostic.
+KNOTS = 25
 # Knots reach this many Laplace sds from the mode, and no further than |w| = 9 (R within 2 µm of edge or flat).
 REACH, FURTHEST = 6.5, 9.0
 # Beyond the knots the density falls as e^-|w| (the transform's Jacobian); the proposal a little slower.
 TAIL = 0.9
-# Of the Student-t for location and load: heavier than the posterior, so that the ratio stays bounded.
-DOF = 8.0
+# Of the Student-t for location and load: heavier than the posterior, so that the ratio stays bounded, yet near enough
+# to it that 98 % of the draws count.
+DOF = 20.0
+TINY = 1e-16
 # Steps of the derivatives: two cells of the reading table, and a share of the load.
 ANGLE_STEP, LOAD_STEP = 3e-3, 3e-3
 LEAST_WEIGHT = 1e-3
@@ -71,91 +75,107 @@ class ProfileProposal:
         )
 
     @cached_property
-    def _pieces(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Normalised log density at the knots (B, g), slope (B, g + 1) and cumulative mass (B, g + 1) of the pieces.
-
-        Piece 0 is the lower tail, piece g the upper one.
-        """
-        height = self.log_marginal - self.log_marginal.max(axis=1, keepdims=True)
-        slope = np.diff(height, axis=1) / self.step[:, None]
-        density = np.exp(height)
-        rise = np.diff(height, axis=1)
-        # mean of e^y over a linear piece: (e^y1 - e^y0)/(y1 - y0), or e^y0 where it is level
-        level = np.abs(rise) < 1e-8
-        mean = np.where(level, density[:, :-1], np.diff(density, axis=1) / np.where(level, 1.0, rise))
-        mass = np.concatenate([density[:, :1] / TAIL, mean * self.step[:, None], density[:, -1:] / TAIL], axis=1)
-        total = mass.sum(axis=1, keepdims=True)
-        edges = np.full((len(slope), 1), TAIL)
-        return height - np.log(total), np.concatenate([edges, slope, -edges], axis=1), np.cumsum(mass / total, axis=1)
+    def _pieces(self) -> _Pieces:
+        return _Pieces.of(self)
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
         """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
-        height, slope, cumulative = self._pieces
-        uniform = streams.uniform(3, n)
-        piece = np.empty((self.n_blocks, n), dtype=np.intp)
-        for row, sums, numbers in zip(piece, cumulative, uniform[:, 0], strict=True):
-            row[:] = np.searchsorted(sums[:-1], numbers, side="right")
-        x = np.swapaxes(np.empty((self.n_blocks, 3, n)), 1, 2)
+        pieces = self._pieces
+        uniform, energy = streams.uniform(2, n), streams.exponential(n)
+        where, place = uniform[:, 0], uniform[:, 1]
+        at = np.empty(where.shape, dtype=np.intp)
+        for row, ends, numbers in zip(at, pieces.ends, where, strict=True):
+            row[:] = ends.searchsorted(numbers, side="right")
+        at += pieces.rows
         # What is left of the uniform number places the point inside its piece, by the inverse of the piece's mass.
-        below = np.take_along_axis(np.pad(cumulative, ((0, 0), (1, 0))), piece, axis=1)
-        left = np.maximum(uniform[:, 0] - below, 0.0)
-        k = np.maximum(piece - 1, 0)  # the piece's lower knot; the lower tail hangs on the first one
-        lean = np.take_along_axis(slope, piece, axis=1)
-        start = np.take_along_axis(height, k, axis=1)
-        knot = self.first[:, None] + k * self.step[:, None]
-        grown = left * np.exp(-start)
-        flat = np.abs(lean) < 1e-8
-        safe = np.where(flat, 1.0, lean)
-        # Inside: start e^{lean s} integrates to `left`. Lower tail: from minus infinity, e^{lean s}/lean = left.
-        inside = np.where(flat, grown, np.log1p(np.maximum(grown * safe, -1 + 1e-12)) / safe)
-        tail = np.log(np.maximum(grown * TAIL, 1e-300)) / TAIL
-        offset = np.where(piece == 0, tail, inside)
-        x[..., 0] = knot + offset
-        squares = DOF * (np.maximum(uniform[:, 1], 1e-300) ** (-2 / DOF) - 1)
-        length, turn = np.sqrt(squares), 2 * np.pi * uniform[:, 2]
-        centre, root = self._given(x[..., 0])
-        z1, z2 = length * np.cos(turn), length * np.sin(turn)
-        x[..., 1] = centre[0] + root[0] * z1
-        x[..., 2] = centre[1] + root[1] * z1 + root[2] * z2
-        return x, start + lean * offset + _log_t(squares, root)
+        lean, start = pieces.slope.take(at), pieces.start.take(at)
+        grown = (where - pieces.below.take(at)) * pieces.inverse.take(at)
+        offset = np.log1p(np.maximum(grown * lean - pieces.drop.take(at), TINY - 1)) / lean
+        x = np.swapaxes(np.empty((self.n_blocks, 3, n)), 1, 2)
+        np.add(pieces.knot.take(at), offset, out=x[..., 0])
+        angle, load, l11, l21, l22 = pieces.given(at, offset)
+        # Squares of a bivariate Student-t are DOF (e^(2E/DOF) - 1) with E standard exponential; its direction is even.
+        turn = (2 * np.pi * place).astype(np.float32)  # 24 bits of direction, at a tenth of the cost
+        z1, z2 = np.cos(turn).astype(np.float64), np.sin(turn).astype(np.float64)
+        length = np.sqrt(DOF * np.expm1(2 / DOF * energy) / (z1 * z1 + z2 * z2))
+        z1 *= length
+        z2 *= length
+        np.add(angle, l11 * z1, out=x[..., 1])
+        np.add(load, l21 * z1 + l22 * z2, out=x[..., 2])
+        log_q = start + lean * offset
+        log_q -= (DOF + 2) / DOF * energy + np.log(2 * np.pi * l11 * l22)
+        return x, log_q
 
     def log_density(self, x: FloatArray) -> FloatArray:
         """Log density, normalised, (B, n, 3) -> (B, n)."""
-        height, slope, _ = self._pieces
-        w = x[..., 0]
-        g = height.shape[1]
-        place = (w - self.first[:, None]) / self.step[:, None]
-        piece = np.clip(np.floor(place).astype(np.intp) + 1, 0, g)
-        k = np.maximum(piece - 1, 0)
-        marginal = np.take_along_axis(height, k, axis=1) + np.take_along_axis(slope, piece, axis=1) * (
-            w - self.first[:, None] - k * self.step[:, None]
+        pieces, w = self._pieces, x[..., 0]
+        at = np.floor((w - self.first[:, None]) / self.step[:, None]).astype(np.intp) + 1
+        at = np.clip(at, 0, self.log_marginal.shape[1]) + pieces.rows
+        offset = w - pieces.knot.take(at)
+        angle, load, l11, l21, l22 = pieces.given(at, offset)
+        z1 = (x[..., 1] - angle) / l11
+        z2 = (x[..., 2] - load - l21 * z1) / l22
+        student = -(DOF + 2) / 2 * np.log1p((z1 * z1 + z2 * z2) / DOF) - np.log(2 * np.pi * l11 * l22)
+        return np.asarray(pieces.start.take(at) + pieces.slope.take(at) * offset + student)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pieces:
+    """What a `ProfileProposal` looks up for each point: all arrays (B, g + 1), by piece of w.
+
+    Piece 0 is the lower tail, which hangs on the first knot; piece g the upper one; the others begin at their knot.
+    """
+
+    rows: IntArray  # (B, 1): where a block begins in the flattened arrays
+    ends: FloatArray  # (B, g): cumulative mass up to the end of each piece but the last
+    below: FloatArray  # mass of the pieces before
+    knot: FloatArray
+    start: FloatArray  # log density at the knot, and its slope
+    slope: FloatArray
+    inverse: FloatArray  # 1/density at the knot
+    drop: FloatArray  # 1 in the lower tail, whose mass is counted from minus infinity
+    share: FloatArray  # 1/step; 0 in the tails, where location and load follow w no further
+    values: FloatArray  # (5, B, g + 1): centre and root of (θ_c, P) at the knot, and their rise to the next
+    rises: FloatArray
+
+    @classmethod
+    def of(cls, proposal: ProfileProposal) -> _Pieces:
+        """Integrate the marginal and normalise it."""
+        n_blocks, g = proposal.log_marginal.shape
+        step = proposal.step[:, None]
+        height = proposal.log_marginal - proposal.log_marginal.max(axis=1, keepdims=True)
+        density = np.exp(height)
+        # A level piece leans a little, so that no division by its slope fails: mean of e^y over it to 1e-9.
+        rise = np.diff(height, axis=1)
+        rise = np.where(np.abs(rise) < 1e-8, 1e-8, rise)
+        mass = np.concatenate(
+            [density[:, :1] / TAIL, density[:, :-1] * np.expm1(rise) / rise * step, density[:, -1:] / TAIL], axis=1
         )
-        centre, root = self._given(w)
-        z1 = (x[..., 1] - centre[0]) / root[0]
-        z2 = (x[..., 2] - centre[1] - root[1] * z1) / root[2]
-        return np.asarray(marginal + _log_t(z1 * z1 + z2 * z2, root))
+        total = mass.sum(axis=1, keepdims=True)
+        ends = np.cumsum(mass / total, axis=1)
+        knots = np.maximum(np.arange(g + 1) - 1, 0)
+        edge, none = np.full((n_blocks, 1), TAIL), np.zeros((5, n_blocks, 1))
+        start = height[:, knots] - np.log(total)
+        at_knots = np.concatenate([np.moveaxis(proposal.centre, -1, 0), np.moveaxis(proposal.root, -1, 0)])
+        inside = (np.arange(g + 1) > 0) & (np.arange(g + 1) < g)
+        return cls(
+            rows=(g + 1) * np.arange(n_blocks)[:, None],
+            ends=ends[:, :-1],
+            below=np.concatenate([np.zeros((n_blocks, 1)), ends[:, :-1]], axis=1),
+            knot=proposal.first[:, None] + step * knots,
+            start=start,
+            slope=np.concatenate([edge, rise / step, -edge], axis=1),
+            inverse=np.exp(-start),
+            drop=np.broadcast_to(np.arange(g + 1) == 0, start.shape).astype(float),
+            share=inside / step,
+            values=np.ascontiguousarray(at_knots[:, :, knots]),
+            rises=np.concatenate([none, np.diff(at_knots, axis=2), none], axis=2),
+        )
 
-    def _given(self, w: FloatArray) -> tuple[list[FloatArray], list[FloatArray]]:
-        """Centre and root of (θ_c, P) given w, by linear interpolation between knots; the end knots' beyond them."""
-        g = self.log_marginal.shape[1]
-        place = np.clip((w - self.first[:, None]) / self.step[:, None], 0.0, g - 1.000001)
-        k = place.astype(np.intp)
-        share = place - k
-        flat = k + np.arange(self.n_blocks)[:, None] * g
-
-        def between(values: FloatArray) -> FloatArray:
-            table = values.ravel()
-            lower = table.take(flat)
-            return np.asarray(lower + share * (table.take(flat + 1) - lower))
-
-        centre = [between(np.ascontiguousarray(self.centre[..., i])) for i in range(2)]
-        root = [between(np.ascontiguousarray(self.root[..., i])) for i in range(3)]
-        return centre, root
-
-
-def _log_t(squares: FloatArray, root: list[FloatArray]) -> FloatArray:
-    """Log density of a bivariate Student-t of `DOF` degrees of freedom: ``1/(2π |L|) (1 + r²/ν)^(-(ν+2)/2)``."""
-    return np.asarray(-(DOF + 2) / 2 * np.log1p(squares / DOF) - np.log(2 * np.pi * root[0] * root[2]))
+    def given(self, at: IntArray, offset: FloatArray) -> list[FloatArray]:
+        """Centre (θ_c, P) and root (l11, l21, l22) at `offset` from the knot of the pieces `at`."""
+        share = offset * self.share.take(at)
+        return [value.take(at) + share * rise.take(at) for value, rise in zip(self.values, self.rises, strict=True)]
 
 
 def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray) -> ProfileProposal:

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-_SLICE = 1 << 18  # values looked at together: a few megabytes, so that they stay in cache
+_SLICE = 1 << 16  # values looked at together: half a megabyte, so that they stay in cache
 
 
 def ess_bulk(draws: ArrayLike) -> FloatArray:
@@ -65,11 +66,31 @@ def _statistics(split: FloatArray) -> tuple[FloatArray, FloatArray]:
     ess, scale_reduction = np.full(len(split), np.nan), np.full(len(split), np.nan)
     if usable.any():
         flat, shape = flat[usable], split[usable].shape
-        bulk, median = _normal_scores(flat)
-        folded = _normal_scores(np.abs(flat - median[:, None]))[0]
-        ess[usable] = _ess(bulk.reshape(shape))
-        scale_reduction[usable] = np.maximum(_rhat(bulk.reshape(shape)), _rhat(folded.reshape(shape)))
+        bulk, median = _normal_scores(flat, _order(flat))
+        folded = np.abs(flat - median[:, None])
+        # Equal to all digits here or not, as it comes: the two values next to a median are one distance from it.
+        folded, _ = _normal_scores(folded, np.argsort(folded, axis=1))
+        bulk, folded = bulk.reshape(shape), folded.reshape(shape)
+        means, squares = _moments(bulk)
+        ess[usable] = _ess(bulk, means, squares)
+        scale_reduction[usable] = np.maximum(_rhat(means, squares, shape), _rhat(*_moments(folded), shape))
     return ess, scale_reduction
+
+
+def _order(values: FloatArray) -> IntArray:
+    """Indices that sort each row, three times as quick as `argsort`.
+
+    As integers in the order of the numbers, with the place of each in its last bits, so that a plain sort brings them
+    out. Numbers that differ by less than 1e-12 of their distance from the row's first may change places.
+    """
+    last = (1 << (values.shape[1] - 1).bit_length()) - 1
+    keys = (values - values[:, :1]).view(np.int64)
+    keys ^= (keys >> 63) & np.iinfo(np.int64).max
+    keys &= ~last
+    keys |= np.arange(values.shape[1])
+    keys.sort(axis=1)
+    keys &= last
+    return keys
 
 
 @lru_cache(maxsize=8)
@@ -78,12 +99,11 @@ def _score_of_rank(n: int) -> FloatArray:
     return np.asarray(ndtri((1 + np.arange(2 * n - 1) / 2 - 3 / 8) / (n + 1 / 4)))
 
 
-def _normal_scores(values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _normal_scores(values: FloatArray, order: IntArray) -> tuple[FloatArray, FloatArray]:
     """Replace each value by the normal score of its rank in its row (ties share one); also the row's median."""
     n = values.shape[1]
-    order = np.argsort(values, axis=1)
-    order += n * np.arange(len(values))[:, None]
-    ordered = values.reshape(-1)[order]
+    order = order + n * np.arange(len(values))[:, None]
+    ordered = values.take(order)
     median = (ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2
     # A rejected proposal repeats its walker's value, so ties are the rule: runs of equal values share an average rank.
     begins = np.ones(values.shape, dtype=bool)
@@ -91,24 +111,29 @@ def _normal_scores(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     first = np.flatnonzero(begins)
     length = np.diff(first, append=values.size)
     scores = np.empty(values.size)
-    scores[order.reshape(-1)] = np.repeat(_score_of_rank(n)[2 * (first % n) + length - 1], length)
+    scores[order.reshape(-1)] = np.repeat(_score_of_rank(n).take(2 * (first % n) + length - 1), length)
     return scores.reshape(values.shape), median
 
 
-def _rhat(scores: FloatArray) -> FloatArray:
-    n = scores.shape[2]
-    between = n * scores.mean(axis=2).var(axis=1, ddof=1)
-    within = scores.var(axis=2, ddof=1).mean(axis=1)
+def _moments(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean of each chain (series, chain), and sum of squares about them (series,)."""
+    means = scores.mean(axis=2)
+    squares = np.einsum("sct,sct->s", scores, scores) - scores.shape[2] * (means * means).sum(axis=1)
+    return means, np.maximum(squares, 0.0)
+
+
+def _rhat(means: FloatArray, squares: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    _, chains, n = shape
+    between, within = n * means.var(axis=1, ddof=1), squares / (chains * (n - 1))
     with np.errstate(divide="ignore", invalid="ignore"):  # chains that each stand still
         return np.asarray(np.sqrt((between / within + n - 1) / n))
 
 
-def _ess(scores: FloatArray) -> FloatArray:
+def _ess(scores: FloatArray, means: FloatArray, squares: FloatArray) -> FloatArray:
     """Effective sample size with Geyer's initial monotone sequence, (series, chain, draw) -> (series,)."""
     count, chains, n = scores.shape
-    means = scores.mean(axis=2)
     centred = scores - means[:, :, None]
-    variance = np.einsum("sct,sct->s", centred, centred) / (chains * (n - 1))
+    variance = squares / (chains * (n - 1))
     total = variance * (n - 1) / n + means.var(axis=1, ddof=1)
 
     active = np.arange(count)  # series whose sum of correlations still goes on

@@ -87,7 +87,7 @@ class BlockDraws:
 
 
 def empty_draws(chains: int, n: int, blocks: int, dimension: int, round_: int) -> BlockDraws:
-    """Room for the draws of one round, filled in with `put`."""
+    """Room for the draws of one round, filled in later."""
     return BlockDraws(
         # The draws of one parameter lie together in memory, as files and diagnostics want them.
         draws=np.moveaxis(np.empty((dimension, chains, n, blocks)), 0, -1),
@@ -114,12 +114,20 @@ def grade(result: BlockDraws, part: slice, demands: Demands) -> None:
     result.grade[part] = good & (served | ~proposed)
 
 
+def put(result: BlockDraws, part: BlockDraws, blocks: IntArray) -> None:
+    """Put the draws of some blocks in place."""
+    _copy(result, part, blocks, np.ones(len(blocks), dtype=bool))
+
+
 def keep_better(result: BlockDraws, again: BlockDraws, blocks: IntArray) -> None:
     """Put the draws of a further round of some blocks in place, where they are the better ones."""
-    better = again.grade | (again.worst_ess > result.worst_ess[blocks])
+    _copy(result, again, blocks, again.grade | (again.worst_ess > result.worst_ess[blocks]))
+
+
+def _copy(result: BlockDraws, source: BlockDraws, blocks: IntArray, which: BoolArray) -> None:
     for one in fields(BlockDraws):
-        old, new = getattr(result, one.name), getattr(again, one.name)
+        old, new = getattr(result, one.name), getattr(source, one.name)
         if one.name in ("draws", "log_density"):
-            old[:, :, blocks[better]] = new[:, :, better]
+            old[:, :, blocks[which]] = new[:, :, which]
         else:
-            old[blocks[better]] = new[better]
+            old[blocks[which]] = new[which]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.sampling.density import LogDensity, of_blocks
+from bayestouch.sampling.density import LogDensity, weighed
 from bayestouch.sampling.pareto import pareto_smooth, systematic_resample
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
@@ -17,7 +17,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
 
-POINTS_HELD = 1 << 18
 # Purpose of the random streams: apart from those of the rounds of `sample_blocks`.
 PURPOSE = 5
 
@@ -83,7 +82,8 @@ def importance_blocks(
     if numbers.shape != (n_blocks,):
         raise ValueError(f"expected one number for each of {n_blocks} blocks, got {numbers.shape}")
     result = ImportanceDraws(
-        draws=np.empty((walkers, draws, n_blocks, d)),
+        # The draws of one parameter lie together in memory, as files and diagnostics want them.
+        draws=np.moveaxis(np.empty((d, walkers, draws, n_blocks)), 0, -1),
         log_density=np.empty((walkers, draws, n_blocks)),
         mean=np.empty((n_blocks, d)),
         sd=np.empty((n_blocks, d)),
@@ -91,26 +91,31 @@ def importance_blocks(
         pareto_k=np.empty(n_blocks),
         grade=np.empty(n_blocks, dtype=bool),
     )
-    held = max(1, POINTS_HELD // proposals)
-    for first in range(0, n_blocks, held):
-        index = np.arange(first, min(first + held, n_blocks))
-        part = slice(first, first + len(index))
-        streams = BlockStreams(seed, numbers[part], purpose=PURPOSE)
-        x, log_q = proposal.select(index).draw(streams, proposals)
-        log_p = of_blocks(log_density, numbers[part])(x)
-        weights, result.pareto_k[part] = pareto_smooth(log_p - log_q)
+    streams = BlockStreams(seed, numbers, purpose=PURPOSE)
+    for part, x, log_p, log_q in weighed(log_density, proposal, numbers, streams, proposals):
+        log_q -= log_p
+        weights, result.pareto_k[part] = pareto_smooth(np.negative(log_q, out=log_q))
         found: BoolArray = weights.sum(axis=1) > 0
-        result.mean[part] = np.where(found[:, None], np.einsum("bn,bnd->bd", weights, x), np.nan)
-        deviation = x - result.mean[part][:, None]
-        result.sd[part] = np.sqrt(np.einsum("bn,bnd,bnd->bd", weights, deviation, deviation))
-        result.ess[part] = np.where(found, 1 / np.maximum((weights * weights).sum(axis=1), 1e-300), 0.0)
-        chosen = systematic_resample(weights, n, streams.uniform(1))
+        nan = np.where(found, 0.0, np.nan)
+        result.ess[part] = np.where(found, 1 / np.maximum(np.einsum("bn,bn->b", weights, weights), 1e-300), 0.0)
+        chosen = systematic_resample(weights, n, streams.select(part).uniform(1))
+        chosen += proposals * np.arange(len(chosen))[:, None]
+
+        def by_chain(values: FloatArray, chosen: IntArray = chosen) -> FloatArray:
+            return np.moveaxis(values.take(chosen).reshape(-1, walkers, draws), 0, 2)
+
         for j in range(d):
-            drawn = np.where(found[:, None], np.take_along_axis(x[..., j], chosen, axis=1), np.nan)
-            result.draws[:, :, part, j] = np.moveaxis(drawn.reshape(-1, walkers, draws), 0, 2)
-        drawn = np.take_along_axis(log_p, chosen, axis=1)
-        result.log_density[:, :, part] = np.moveaxis(drawn.reshape(-1, walkers, draws), 0, 2)
+            column = x[..., j]
+            mean = np.einsum("bn,bn->b", weights, column)
+            deviation = column - mean[:, None]
+            deviation *= deviation
+            result.mean[part, j] = mean + nan
+            result.sd[part, j] = np.sqrt(np.einsum("bn,bn->b", weights, deviation))
+            result.draws[:, :, part, j] = by_chain(column)
+        result.log_density[:, :, part] = by_chain(log_p)
+        if not found.all():
+            result.draws[:, :, part] += nan[:, None]
         if progress is not None:
-            progress((index[-1] + 1) / n_blocks)
+            progress(part.stop / n_blocks)
     np.logical_and(result.ess >= least_ess, result.pareto_k <= largest_k, out=result.grade)
     return result

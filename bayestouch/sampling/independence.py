@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, of_blocks
+from bayestouch.sampling.density import POINTS_A_CALL
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
-from bayestouch.sampling.pareto import pareto_shape
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
+
+if TYPE_CHECKING:
+    from bayestouch.sampling.moves import IndependenceMove
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -33,6 +36,8 @@ def independence_round(
     progress: Callable[[float], None] | None = None,
 ) -> BlockDraws:
     """Draw with one independence chain a walker; every `thin`-th step is kept."""
+    from bayestouch.sampling.moves import IndependenceMove
+
     n_blocks = proposal.n_blocks
     result = empty_draws(run.walkers, run.draws, n_blocks, proposal.dimension, round_)
     left_out = thin * max(LEAST_LEFT_OUT, round(LEFT_OUT * run.draws))
@@ -50,39 +55,37 @@ def independence_round(
     for first in range(0, n_blocks, held):
         index = np.arange(first, min(first + held, n_blocks))
         part = slice(first, first + len(index))
-        density = of_blocks(run.log_density, numbers[part], points_a_call=a_call, called=called)
-        streams = BlockStreams(run.seed, numbers[part], purpose=round_)
-        log_weights = _chains(run, proposal.select(index), streams, density, result, part, left_out, thin)
-        result.pareto_k[part] = pareto_shape(log_weights)
+        move = IndependenceMove(
+            proposal.select(index),
+            BlockStreams(run.seed, numbers[part], purpose=round_),
+            run.log_density,
+            numbers[part],
+            left_out + thin * run.draws,
+            points_a_call=a_call,
+            called=called,
+        )
+        _chains(run, move, result, part, left_out, thin)
         grade(result, part, run.demands)
     return result
 
 
-def _chains(
-    run: Run,
-    proposal: BlockProposal,
-    streams: BlockStreams,
-    density: BlockDensity,
-    result: BlockDraws,
-    part: slice,
-    left_out: int,
-    thin: int,
-) -> FloatArray:
-    """Run the chains of some blocks into `result`; returns the log weights of all their proposals."""
+def _chains(run: Run, move: IndependenceMove, result: BlockDraws, part: slice, left_out: int, thin: int) -> None:
+    """Run the chains of some blocks into `result`."""
     import emcee
 
     from bayestouch.sampling.backend import BlockBackend
-    from bayestouch.sampling.moves import IndependenceMove
 
-    n_blocks, d = proposal.n_blocks, proposal.dimension
-    n_walkers = n_blocks * run.walkers
-    move = IndependenceMove(proposal, streams, density, left_out + thin * run.draws)
+    d = result.draws.shape[-1]
     backend = BlockBackend(result.draws[:, :, part], result.log_density[:, :, part])
-    sampler = emcee.EnsembleSampler(n_walkers, d, density, moves=move, vectorize=True, backend=backend)
+    n_walkers = run.walkers * len(result.acceptance[part])
+    sampler = emcee.EnsembleSampler(n_walkers, d, _evaluated, moves=move, vectorize=True, backend=backend)
     # Parameters lie together in memory, like those of the proposals; the first proposal replaces this start.
     state = emcee.State(np.zeros((d, n_walkers)).T, log_prob=np.full(n_walkers, -np.inf))
     state = sampler.run_mcmc(state, left_out, store=False, skip_initial_state_check=True)
     sampler.run_mcmc(state, run.draws, thin_by=thin, skip_initial_state_check=True)
-
     result.acceptance[part] = move.acceptance()
-    return move.log_weights
+    result.pareto_k[part] = move.pareto_k
+
+
+def _evaluated(x: FloatArray) -> FloatArray:
+    raise AssertionError("the move evaluates its proposals itself")

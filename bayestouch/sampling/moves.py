@@ -5,18 +5,22 @@ The walkers of a block belong to one posterior and never meet those of another.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 from emcee.moves import Move
 from numpy.typing import NDArray
 
-from bayestouch.sampling.density import BlockDensity
+from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, LogDensity, weighed
+from bayestouch.sampling.pareto import pareto_shape
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
 
 
 class IndependenceMove(Move):  # type: ignore[misc]
@@ -33,16 +37,31 @@ class IndependenceMove(Move):  # type: ignore[misc]
     streams : BlockStreams
         Their random numbers.
     log_density : callable
-        Of the blocks' points.
+        See `LogDensity`.
+    numbers : (B,) int array
+        Which blocks.
     steps : int
         Steps that will be made; no more can be.
+    points_a_call, called
+        As `weighed`.
     """
 
-    def __init__(self, proposal: BlockProposal, streams: BlockStreams, log_density: BlockDensity, steps: int) -> None:
-        self._proposal, self._streams, self._log_density, self._steps = proposal, streams, log_density, steps
+    def __init__(
+        self,
+        proposal: BlockProposal,
+        streams: BlockStreams,
+        log_density: LogDensity,
+        numbers: IntArray,
+        steps: int,
+        *,
+        points_a_call: int = POINTS_A_CALL,
+        called: Callable[[int], None] | None = None,
+    ) -> None:
+        self._proposal, self._streams, self._steps = proposal, streams, steps
+        self._weighed = partial(weighed, log_density, proposal, numbers, points_a_call=points_a_call, called=called)
         self._step = 0
-        #: Log ratio of posterior to proposal of every proposal, (B, W * steps).
-        self.log_weights: FloatArray = np.empty((0, 0))
+        #: Pareto shape of the ratios of posterior to proposal, (B,).
+        self.pareto_k: FloatArray = np.full(proposal.n_blocks, np.nan)
 
     def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
         """Make one step; called by emcee."""
@@ -64,19 +83,24 @@ class IndependenceMove(Move):  # type: ignore[misc]
     def _prepare(self, n_walkers: int) -> None:
         blocks, d, steps = self._proposal.n_blocks, self._proposal.dimension, self._steps
         walkers = n_walkers // blocks
-        x, log_q = self._proposal.draw(self._streams, walkers * steps)
-        log_p = self._log_density(x)
-        self.log_weights = log_p - log_q
+        n = walkers * steps
+        points = np.empty((steps, d, walkers, blocks))
+        log_probs, weights, bars = (np.empty((steps, walkers, blocks)) for _ in range(3))
+        for part, x, log_p, log_q in self._weighed(self._streams, n):
 
-        def by_step(values: FloatArray) -> FloatArray:
-            return values.reshape(blocks, walkers, steps).T.reshape(steps, n_walkers)
+            def by_step(values: FloatArray) -> FloatArray:
+                return values.reshape(-1, walkers, steps).T
 
-        self._points = np.empty((steps, d, n_walkers))
-        for j in range(d):
-            self._points[:, j] = by_step(x[..., j])
-        self._log_probs, self._weights = by_step(log_p), by_step(self.log_weights)
-        # log u < new weight - old weight, with -log u a standard exponential number.
-        self._bars = by_step(self.log_weights + self._streams.exponential(walkers * steps))
+            log_weights = log_p - log_q
+            self.pareto_k[part] = pareto_shape(log_weights)
+            for j in range(d):
+                points[:, j, :, part] = by_step(x[..., j])
+            log_probs[..., part], weights[..., part] = by_step(log_p), by_step(log_weights)
+            # log u < new weight - old weight, with -log u a standard exponential number.
+            log_weights += self._streams.select(part).exponential(n)
+            bars[..., part] = by_step(log_weights)
+        self._points = points.reshape(steps, d, n_walkers)
+        self._log_probs, self._weights, self._bars = (a.reshape(steps, n_walkers) for a in (log_probs, weights, bars))
         self._weight = np.full(n_walkers, -np.inf)
         self._accepted = np.zeros(n_walkers)
 

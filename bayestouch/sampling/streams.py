@@ -32,6 +32,12 @@ class BlockStreams:
             for block in blocks
         ]
 
+    def select(self, part: slice) -> BlockStreams:
+        """The streams of some of the blocks: the same streams, not copies."""
+        some = BlockStreams(0, ())
+        some._generators = self._generators[part]
+        return some
+
     def __len__(self) -> int:
         return len(self._generators)
 
