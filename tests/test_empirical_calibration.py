@@ -21,7 +21,6 @@ from bayestouch.calibration.empirical_reading import reading_table
 from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, Prior, Weights
 from bayestouch.calibration.empirical_strength import SCALES, STRENGTHS, infer_strength
 from bayestouch.calibration.finger import FingerFit, fit_finger
-from bayestouch.calibration.finger_likelihood import FingerLikelihood
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
 from bayestouch.chain.finger import FingerChain
@@ -425,9 +424,8 @@ def test_missing_readings_and_a_dead_element() -> None:
 
 def fit_finger_again(fit: FingerFit, readings: np.ndarray) -> FingerFit:
     """The same model calibration, about to be refined with some readings missing."""
-    old = fit.likelihood
-    known = replace(old.known, readings=readings)
-    return replace(fit, likelihood=FingerLikelihood(known, old.finger, old.prior, old.start, old.sign, old.contact))
+    likelihood = fit.likelihood
+    return replace(fit, likelihood=likelihood.with_known(replace(likelihood.known, readings=readings)))
 
 
 def tangent_start(fit: FingerFit, element: int) -> np.ndarray:

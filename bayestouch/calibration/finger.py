@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,10 +114,11 @@ def fit_finger(
         if unmeasured.any():
             moved = _estimated_loads(likelihood, vector)
             settled &= np.allclose(moved, likelihood.known.load, rtol=1e-3)
-            likelihood = likelihood.with_loads(moved)
+            likelihood = likelihood.with_known(replace(likelihood.known, load=moved))
         if settled:
             break
-    chain, predicted, _ = likelihood.predicted(laplace.mode)
+    predicted, _ = likelihood.predicted(laplace.mode)
+    chain = likelihood.chain(laplace.mode)
     sd = likelihood.errors(vector).sd
     noise = noise_of(likelihood.known, prior.layout, vector)
     lack_of_fit = _lack_of_fit(likelihood, vector)
@@ -151,7 +152,7 @@ def check_enough(known: KnownTouches) -> None:
 
 def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatArray) -> Residuals:
     """What the fit leaves, and how many parameters each element's readings determine."""
-    _, predicted, slope = likelihood.predicted(laplace.mode)
+    predicted, slope = likelihood.predicted(laplace.mode)
     rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.errors(vector))
     spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
@@ -161,7 +162,7 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
 def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
     """Loads where none was measured, from the readings; the measured ones elsewhere."""
     known, spread = likelihood.known, likelihood.errors(vector)
-    _, predicted, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
+    predicted, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
     weight = np.where(known.missing, 0.0, 1 / spread.sd**2)
     left = np.where(known.missing, 0.0, known.readings - predicted)
     step = (slope * left * weight).sum(axis=1) / ((slope**2 * weight).sum(axis=1) + spread.load_sd**-2.0)
@@ -180,6 +181,6 @@ def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
         some, 0.5 * np.log(np.where(some, known.scatter, 1.0) / np.maximum(known.scatter_dof, 1.0)), bare[layout.noise]
     )
     bare[layout.missed] = -np.inf
-    _, predicted, slope = likelihood.predicted(vector[: layout.n_chain])
+    predicted, slope = likelihood.predicted(vector[: layout.n_chain])
     z = likelihood.whiten(known.readings - predicted, slope, likelihood.errors(bare))
     return float((z * z).sum() / max(int((~known.missing).sum()) - layout.n_chain, 1))

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from bayestouch.calibration.finger import FingerFit
 from bayestouch.calibration.finger_likelihood import FingerLikelihood
 from bayestouch.calibration.finger_noise import log_likelihood_of_scatter
-from bayestouch.calibration.finger_series import TouchSeries
 
 FloatArray = NDArray[np.float64]
 
@@ -39,8 +38,8 @@ class FingerDensity:
 
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
-        """The posterior of a fit, with its touches' contacts solved about the mode."""
-        series = TouchSeries.of(fit)
+        """The posterior of a fit."""
+        series = fit.likelihood.posterior_series(fit.laplace)
         return cls(fit.likelihood, series, series.covers)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:

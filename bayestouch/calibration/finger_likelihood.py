@@ -1,8 +1,7 @@
-"""Readings of known touches as functions of a finger's parameters."""
+"""Readings of known touches as functions of a finger's parameters, and the fit of these."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.calibration.finger_flat import FlatLayout, FlatPrior
 from bayestouch.calibration.finger_noise import Errors, errors
+from bayestouch.calibration.finger_series import Reach, TouchSeries
 from bayestouch.calibration.finger_touches import KnownTouches
 from bayestouch.chain.finger import FingerChain
 from bayestouch.fit import LaplaceFit, least_squares_map, whiten_rank_one
@@ -19,9 +19,10 @@ FloatArray = NDArray[np.float64]
 
 # Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
 LOAD_REACH = 3.2
-# Steps of the central differences, in the unit of each parameter; their error is far below the noise.
-STEP_RADIUS_MM, STEP_ANGLE, STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 1e-4, 1e-4, 1e-3
-STEP_LOAD = 0.02
+# Steps of the central differences: log response, depth (mm), angle, σ, log μ. Their error is far below the noise.
+STEPS = 1e-3, 1e-3, 1e-4, 1e-4, 1e-3
+# A series is good for so many standard deviations of the prior before the fit, and of the posterior after it.
+PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
 
 
 class FingerLikelihood:
@@ -44,6 +45,8 @@ class FingerLikelihood:
         1, or -1 for an element whose reading falls when it is squeezed.
     contact : str
         Contact model.
+    series : TouchSeries, optional
+        Solved contacts, if there are any already.
     """
 
     def __init__(
@@ -54,11 +57,14 @@ class FingerLikelihood:
         start: FloatArray,
         sign: FloatArray,
         contact: str,
+        series: TouchSeries | None = None,
     ) -> None:
         self.known, self.finger, self.prior, self.start = known, finger, prior, start
         self.sign, self.contact = sign, contact
         self.missing = known.missing
-        self._last: tuple[bytes, FingerChain, FloatArray, FloatArray] | None = None
+        n = prior.layout.n_chain
+        self.series = series or self._series(self._reach(start, prior.spread[:n], PRIOR_REACH))
+        self._last: tuple[bytes, FloatArray, FloatArray] | None = None
 
     @property
     def layout(self) -> FlatLayout:
@@ -82,6 +88,24 @@ class FingerLikelihood:
         low[self.layout.log_mu] = max(low[self.layout.log_mu], softest)
         return low, high
 
+    def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
+        """Parameters so many standard deviations about a vector, inside the bounds."""
+        at, (low, high) = self.layout, self.bounds
+        below = np.maximum(centre - times * sd, low[: at.n_chain])
+        above = np.minimum(centre + times * sd, high[: at.n_chain])
+        return Reach(
+            sigma=(float(below[at.sigma]), float(above[at.sigma])),
+            log_mu=(float(below[at.log_mu]), float(above[at.log_mu])),
+            depth=float(above[at.depth].max()),
+        )
+
+    def _series(self, reach: Reach) -> TouchSeries:
+        return TouchSeries.of(self.known, self.finger, self.layout, self.sign, reach, self.contact)
+
+    def posterior_series(self, fit: LaplaceFit) -> TouchSeries:
+        """The series, no wider than the posterior."""
+        return self.series.down_to(self._reach(fit.mode, fit.sd, POSTERIOR_REACH).depth)
+
     def chain(self, vector: FloatArray) -> FingerChain:
         """The finger with these parameters."""
         at = self.layout
@@ -98,42 +122,31 @@ class FingerLikelihood:
             contact=self.contact,
         )
 
-    def predict(self, chain: FingerChain, share: float = 1.0) -> FloatArray:
-        """Readings (t, m) of a finger under the touches with this share of their loads."""
-        return chain.predict(self.known.radius_mm, self.known.angle, share * self.known.load)
-
-    def predicted(self, vector: FloatArray) -> tuple[FingerChain, FloatArray, FloatArray]:
-        """Chain, its prediction and that's derivative with respect to the load; remembered for the last vector."""
+    def predicted(self, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Readings (t, m), and their derivative with respect to the load; remembered for the last vector."""
         key = vector.tobytes()
         if self._last is None or self._last[0] != key:
-            chain = self.chain(vector)
-            self._last = (key, chain, *prediction_and_slope(lambda share: self.predict(chain, share), self.known))
+            predicted, slope = self.series(vector[None])
+            self._last = (key, predicted[0], slope[0])
         return self._last[1:]
 
     def derivatives(self, vector: FloatArray) -> FloatArray:
-        """Derivative of the prediction, (3 m + 2, t, m); an element's own parameters move that element alone."""
-        m = self.layout.n_elements
-        chain, predicted, _ = self.predicted(vector)
-        moved = [
-            predicted,
-            self._central(chain, "sensing_radius_mm", STEP_RADIUS_MM),
-            self._central(chain, "angle", STEP_ANGLE),
-        ]
-        out = np.zeros((self.layout.n_chain, *predicted.shape))
-        for block, derivative in enumerate(moved):
+        """Derivative of the readings, (3 m + 2, t, m); an element's own parameters move that element alone."""
+        at, m = self.layout, self.layout.n_elements
+        own = (at.response, at.depth, at.angle)
+        places: tuple[slice | int, ...] = (*own, at.sigma, at.log_mu)
+        moved = np.repeat(vector[None], 2 * len(places), axis=0)
+        for up, down, place, step in zip(moved[::2], moved[1::2], places, STEPS, strict=True):
+            up[place] += step
+            down[place] -= step
+        readings, _ = self.series(moved)
+        by_place = (readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None])
+        out = np.zeros((at.n_chain, *readings.shape[1:]))
+        for i, place in enumerate(own):
             for element in range(m):
-                out[block * m + element, :, element] = derivative[:, element]
-        for row, step in ((self.layout.sigma, STEP_POISSON), (self.layout.log_mu, STEP_LOG_MODULUS)):
-            shift = np.zeros_like(vector)
-            shift[row] = step
-            up, down = self.chain(vector + shift), self.chain(vector - shift)
-            out[row] = (self.predict(up) - self.predict(down)) / (2 * step)
+                out[place.start + element, :, element] = by_place[i, :, element]
+        out[at.sigma], out[at.log_mu] = by_place[3:]
         return out
-
-    def _central(self, chain: FingerChain, name: str, step: float) -> FloatArray:
-        value = getattr(chain, name)
-        up, down = chain.with_(**{name: value + step}), chain.with_(**{name: value - step})
-        return np.asarray((self.predict(up) - self.predict(down)) / (2 * step))
 
     def errors(self, vector: FloatArray) -> Errors:
         """Standard deviations of readings and loads that a whole vector implies."""
@@ -145,30 +158,40 @@ class FingerLikelihood:
         return whiten_rank_one(np.where(self.missing, 0.0, rows), spread.sd, direction)
 
     def maximum(self, spread: Errors) -> LaplaceFit:
-        """Mode and Laplace covariance of the coordinates of the chain, for given errors."""
-        n = self.layout.n_chain
+        """Mode and Laplace covariance of the coordinates of the chain, for given errors.
+
+        Contacts are solved anew where the posterior reaches beyond those there are.
+        """
+        fit = self._maximum(spread)
+        reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH)
+        while not self.series.reach.covers(reach):
+            self.series, self._last, self.start = self._series(reach), None, fit.mode
+            fit = self._maximum(spread)
+            # A posterior that ended at the edge of the old series goes on beyond it.
+            reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH / 2)
+        return fit
+
+    def _maximum(self, spread: Errors) -> LaplaceFit:
+        at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
 
         def residuals(vector: FloatArray) -> FloatArray:
-            _, predicted, slope = self.predicted(vector)
+            predicted, slope = self.predicted(vector)
             data = self.whiten(self.known.readings - predicted, slope, spread)
             return np.concatenate([data.ravel(), (vector - mean) / width])
 
         def jacobian(vector: FloatArray) -> FloatArray:
-            _, _, slope = self.predicted(vector)
+            _, slope = self.predicted(vector)
             rows = -self.whiten(self.derivatives(vector), slope, spread)
             return np.concatenate([rows.reshape(len(vector), -1).T, np.diag(1 / width)])
 
-        low, high = (ends[:n] for ends in self.bounds)
+        low, high = (ends[:n].copy() for ends in self.bounds)
+        for place, ends in ((at.sigma, self.series.reach.sigma), (at.log_mu, self.series.reach.log_mu)):
+            low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
+        high[at.depth] = np.minimum(high[at.depth], self.series.reach.depth)
         return least_squares_map(residuals, jacobian, np.clip(self.start, low, high), (low, high))
 
-    def with_loads(self, load: FloatArray) -> FingerLikelihood:
-        """The same touches with other estimates of their loads."""
-        known = replace(self.known, load=load)
-        return FingerLikelihood(known, self.finger, self.prior, self.start, self.sign, self.contact)
-
-
-def prediction_and_slope(predict: Callable[[float], FloatArray], known: KnownTouches) -> tuple[FloatArray, FloatArray]:
-    """Prediction (t, m), and its derivative with respect to the load, by central differences in the load."""
-    up, down = predict(1 + STEP_LOAD), predict(1 - STEP_LOAD)
-    return predict(1.0), (up - down) / (2 * STEP_LOAD * known.load[:, None])
+    def with_known(self, known: KnownTouches) -> FingerLikelihood:
+        """The same touches with other readings, or other estimates of unmeasured loads."""
+        series = replace(self.series, known=known)
+        return FingerLikelihood(known, self.finger, self.prior, self.start, self.sign, self.contact, series)

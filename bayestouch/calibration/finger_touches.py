@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 # An unmeasured load is normal about where the readings put it, with this many times the mean load as its standard
 # deviation: all but flat.
 UNMEASURED_LOAD_SD = 10.0
+# It is looked for between these many times that.
+LEAST_LOAD, MOST_LOAD = 0.05, 3.0
 # The mean of a touch is compared with the peak of elements this near, in degrees, to find where to start.
 NEAR_DEG = 15.0
 
@@ -133,6 +135,12 @@ class KnownTouches:
     def typical_reads(self) -> float:
         """Median number of raw readings behind a mean."""
         return float(np.median(self.counts[self.counts > 0]))
+
+    def load_range(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest load (t,) at which each touch is looked at, N/m: steps about a measured one."""
+        measured = self.load_reads > 0
+        low = np.where(measured, 0.97 * self.load, LEAST_LOAD * self.typical_load)
+        return low, np.where(measured, 1.03 * self.load, MOST_LOAD * self.typical_load)
 
     def load_sd(self, force_sd: float | FloatArray) -> FloatArray:
         """Standard deviation (..., t) of the true load about `load`, for force sensors of this noise (...) in N/m."""
