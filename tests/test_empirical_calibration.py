@@ -171,7 +171,9 @@ def test_without_departure_it_is_the_model() -> None:
     assert not held.covariance.any()
     known = fit.likelihood.known
     pose = (known.radius_mm, known.angle, known.load)
-    np.testing.assert_allclose(held.chain.predict(*pose), fit.predicted, rtol=1e-9, atol=1e-7)
+    np.testing.assert_allclose(held.chain.predict(*pose), fit.chain.predict(*pose), rtol=1e-9, atol=1e-7)
+    # the fit interpolates contacts in its own way, good to some 1e-5 of the peak
+    np.testing.assert_allclose(held.chain.predict(*pose), fit.predicted, atol=3e-5 * np.abs(fit.predicted).max())
     # With the family free it is the posterior of the model calibration: the same normal approximation, but that φ is
     # integrated (its mean square is 1.03 where repeats explain all) and the load's error is each element's own.
     moving = fit_empirical(fit, strength=0.0).calibration
