@@ -1,0 +1,1 @@
+"""How far estimates can be trusted: the paper's tables, sweet spots, what can be told apart."""
