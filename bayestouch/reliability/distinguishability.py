@@ -1,0 +1,253 @@
+"""Which indenters one touch tells apart: posterior odds with location, load and calibration unknown.
+
+`told_apart` and `threshold_radii` integrate Fisher information (`RadiusScale`); `trial` makes touches and weighs
+evidence, which asks for nothing but the likelihood and gives error rates and ROC curves. The two agree.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.contact import composite_radius
+from bayestouch.errors import InputError
+from bayestouch.reliability.evidence import log_evidence
+from bayestouch.reliability.information import RadiusScale
+from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
+
+FloatArray = NDArray[np.float64]
+
+
+def told_apart(
+    known: KnownFinger, indenters_mm: ArrayLike, angle_deg: ArrayLike, *, samples: int = 1, use_load: bool = True
+) -> FloatArray:
+    """Probability of naming the right one of each pair of indenters at even odds.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger.
+    indenters_mm : (k,) array_like
+        r_c: 0 a knife edge, inf a flat.
+    angle_deg : (n,) array_like
+        Locations.
+    samples, use_load
+        As in `touch_information`.
+
+    Returns
+    -------
+    (n, k, k) array
+        0.5 on the diagonal: a coin.
+    """
+    radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
+    scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
+    first, second = (grid.ravel() for grid in np.meshgrid(radii, radii, indexing="ij"))
+    return scale.told_apart(first, second).reshape(-1, len(radii), len(radii))
+
+
+def threshold_radii(
+    known: KnownFinger,
+    angle_deg: ArrayLike,
+    *,
+    from_r_c: float = 0.0,
+    probability: float = 0.95,
+    samples: int = 1,
+    use_load: bool = True,
+) -> FloatArray:
+    """r_c (mm) of the sharpest round indenter that is told from `from_r_c` at each location, (n,).
+
+    NaN where not even the flat is told apart. See `RadiusScale.threshold`.
+    """
+    scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
+    return scale.threshold(from_r_c, probability)
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """Touches by k indenters, n each, and the evidence for each indenter.
+
+    Attributes
+    ----------
+    indenters_mm : (k,) array
+        r_c.
+    log_evidence : (k, n, k) array
+        By true indenter, touch and indenter supposed.
+    """
+
+    indenters_mm: FloatArray
+    log_evidence: FloatArray
+
+    def log_odds(self, i: int, j: int) -> tuple[FloatArray, FloatArray]:
+        """Log posterior odds for j against i at even prior odds: of touches by i, and of touches by j; (n,) each."""
+        difference = self.log_evidence[..., j] - self.log_evidence[..., i]
+        return difference[i], difference[j]
+
+    @property
+    def told_apart(self) -> FloatArray:
+        """Share of touches of which the right one of two is named, (k, k); ties count half."""
+        k = len(self.indenters_mm)
+        out = np.full((k, k), 0.5)
+        for i in range(k):
+            for j in range(k):
+                if i != j:
+                    by_i, by_j = self.log_odds(i, j)
+                    out[i, j] = 0.5 * (_share_above(-by_i) + _share_above(by_j))
+        return out
+
+    @property
+    def named(self) -> FloatArray:
+        """Share of touches by each indenter (row) that are named as each (column) of all k, (k, k)."""
+        k = len(self.indenters_mm)
+        best = self.log_evidence.argmax(axis=-1)
+        return np.stack([(best == j).mean(axis=1) for j in range(k)], axis=1)
+
+    @property
+    def probability(self) -> FloatArray:
+        """Posterior probability of each indenter at even odds among the k, (k, n, k)."""
+        share = np.exp(self.log_evidence - self.log_evidence.max(axis=-1, keepdims=True))
+        return np.asarray(share / share.sum(axis=-1, keepdims=True))
+
+    def roc(self, i: int, j: int) -> tuple[FloatArray, FloatArray]:
+        """False alarms (touches by i called j) and hits (touches by j called j) as the odds demanded fall from inf."""
+        by_i, by_j = self.log_odds(i, j)
+        level = np.sort(np.concatenate([by_i, by_j]))[::-1]
+        alarms = np.searchsorted(np.sort(-by_i), -level, side="right") / len(by_i)
+        hits = np.searchsorted(np.sort(-by_j), -level, side="right") / len(by_j)
+        return np.concatenate([[0.0], alarms]), np.concatenate([[0.0], hits])
+
+    def area(self, i: int, j: int) -> float:
+        """Area under the ROC curve: the probability that a touch by j has higher odds for j than one by i."""
+        alarms, hits = self.roc(i, j)
+        return float(np.diff(alarms) @ (hits[1:] + hits[:-1]) / 2)
+
+    def hits_at(self, i: int, j: int, false_alarms: float = 0.05) -> float:
+        """Share of touches by j that are called j when at most this share of touches by i is."""
+        alarms, hits = self.roc(i, j)
+        return float(hits[alarms <= false_alarms].max())
+
+
+def _share_above(values: FloatArray) -> float:
+    return float((values > 0).mean() + 0.5 * (values == 0).mean())
+
+
+def trial(
+    known: KnownFinger,
+    indenters_mm: ArrayLike,
+    angle_deg: ArrayLike,
+    *,
+    touches: int = 200,
+    samples: int = 1,
+    use_load: bool = True,
+    seed: int = 0,
+) -> Trial:
+    """Touch with every indenter at random locations, and weigh all of them as the cause.
+
+    Each touch is on a finger drawn from the calibration's posterior: the calibration is unknown, not only uncertain.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger.
+    indenters_mm : (k,) array_like
+        r_c.
+    angle_deg : (n,) array_like
+        Locations to choose from.
+    touches : int
+        By each indenter.
+    samples : int
+        Samples averaged in each touch.
+    use_load : bool
+        Whether the force sensor is read.
+    seed : int
+        Of everything random.
+    """
+    if touches < 1 or samples < 1:
+        raise InputError("a trial needs at least one touch by each indenter, and one sample a touch")
+    rng = np.random.default_rng(seed)
+    radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
+    composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
+    choice = np.radians(np.atleast_1d(np.asarray(angle_deg, dtype=float)))
+    noise = np.sqrt(known.noise_variance(samples))
+    load_sd = known.load_sd(samples, use_load)
+    rows = []
+    for radius in composite:
+        angle = choice[rng.integers(len(choice), size=touches)]
+        places = TouchPlaces(np.full(touches, radius), angle, np.full(touches, known.typical_load))
+        readings = known.predict(places) + noise * rng.standard_normal((touches, known.n_elements))
+        if known.errors is not None:
+            readings += _own_errors(known, places, rng)
+        load = places.load + load_sd * rng.standard_normal(touches) if np.isfinite(load_sd) else None
+        rows.append(log_evidence(known, readings, composite, load=load, samples=samples))
+    return Trial(radii, np.stack(rows))
+
+
+def _own_errors(known: KnownFinger, touches: TouchPlaces, rng: np.random.Generator) -> FloatArray:
+    """Errors of the readings, each touch with a calibration of its own, (t, m)."""
+    assert known.errors is not None
+    covariance = known.errors.covariance(touches)
+    values, vectors = np.linalg.eigh(covariance)
+    drawn = np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(values.shape)
+    return np.asarray((vectors @ drawn[..., None])[..., 0])
+
+
+@dataclass(frozen=True)
+class Optimism:
+    """The paper's threshold beside the honest one, at one location; radii r_c in mm.
+
+    Attributes
+    ----------
+    paper_mm : float
+        Sharpest indenter that the paper's criterion tells from a knife edge.
+    told_apart_there : float
+        Probability with which one touch really tells it from an edge.
+    honest_mm : float
+        Sharpest indenter told apart with 95 %; NaN where not even the flat is.
+    """
+
+    paper_mm: float
+    told_apart_there: float
+    honest_mm: float
+
+    @property
+    def factor(self) -> float:
+        """Honest threshold over the paper's: above 1 the paper is optimistic."""
+        return self.honest_mm / self.paper_mm
+
+
+def optimism(
+    known: KnownFinger,
+    finger: Annulus,
+    angle_deg: ArrayLike,
+    *,
+    span_deg: float = 360.0,
+    samples: int = 1,
+    use_load: bool = False,
+) -> tuple[Optimism, ...]:
+    """How far the paper's criterion is optimistic at each location.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger, with elements.
+    finger : Annulus
+        The same finger to the paper's criterion; its noise is that of the mean of `samples` over the typical peak.
+    angle_deg : (n,) array_like
+        Locations.
+    span_deg : float
+        Reading of "mean square", see `strain_difference`.
+    samples, use_load
+        As in `touch_information`.
+    """
+    places = np.atleast_1d(np.asarray(angle_deg, dtype=float))
+    place = known.chain.angle
+    above = TouchPlaces(np.zeros(len(place)), place, np.full(len(place), known.typical_load))
+    peak = np.abs(np.diagonal(known.predict(above)))
+    noise = float(np.median(np.sqrt(known.noise_variance(samples)) / peak))
+    paper = smallest_radius(finger, noise, span_deg=span_deg)
+    scale = RadiusScale.of(known, np.radians(places), samples=samples, use_load=use_load)
+    right = scale.told_apart([0.0], [paper])[:, 0]
+    honest = scale.threshold()
+    return tuple(Optimism(paper, float(p), float(r)) for p, r in zip(right, honest, strict=True))

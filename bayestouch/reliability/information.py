@@ -1,0 +1,171 @@
+"""What one touch tells about R, θ_c and P, before it is made: Fisher information with the calibration's errors in it.
+
+Location and load are unknown with the radius, so the information about R is that left after both are fitted along.
+Its square root, integrated from the knife edge, is a scale ``u(R)`` on which the estimate of any radius has a
+standard deviation of one. On it edge and flat are the only boundaries: what truncation does to a posterior, and how
+often two indenters are confused, are one-dimensional integrals.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.contact import composite_radius, indenter_radius
+from bayestouch.errors import InputError
+from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+
+FloatArray = NDArray[np.float64]
+
+#: Knots in R from edge to flat.
+RADIUS_KNOTS = 49
+# Estimates are tabulated this many standard deviations beyond edge and flat.
+REACH = 5.0
+
+
+def touch_information(
+    known: KnownFinger, touches: TouchPlaces, *, samples: int = 1, use_load: bool = True
+) -> FloatArray:
+    """Fisher information about R (mm), θ_c (rad) and P (N/m), (t, 3, 3).
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger.
+    touches : TouchPlaces
+        Touches that could be made.
+    samples : int
+        Samples averaged: noise shrinks, the calibration's errors do not.
+    use_load : bool
+        Whether the force sensor's reading is used.
+    """
+    jacobian = known.touch_jacobian(touches)
+    weighted = np.linalg.solve(known.covariance(touches, samples), jacobian)
+    information = jacobian.swapaxes(1, 2) @ weighted
+    information[:, 2, 2] += known.load_sd(samples, use_load) ** -2
+    return np.asarray(information)
+
+
+@dataclass(frozen=True, eq=False)
+class RadiusScale:
+    """The scale u(R) at n locations: on it estimates have a standard deviation of one.
+
+    Attributes
+    ----------
+    outer_radius_mm : float
+        ``r_b``.
+    angle : (n,) array
+        Locations, rad.
+    radius_mm : (k,) array
+        Knots in R, from 0 to ``r_b``.
+    scale : (n, k) array
+        u at the knots, 0 at the knife edge.
+    """
+
+    outer_radius_mm: float
+    angle: FloatArray
+    radius_mm: FloatArray
+    scale: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        known: KnownFinger,
+        angle: ArrayLike,
+        *,
+        load: float | None = None,
+        samples: int = 1,
+        use_load: bool = True,
+    ) -> RadiusScale:
+        """Tabulate u at locations `angle` (n,), rad, under a load (N/m; the calibration's by default)."""
+        where = np.atleast_1d(np.asarray(angle, dtype=float))
+        radius = np.linspace(0.0, known.outer_radius_mm, RADIUS_KNOTS)
+        touches = TouchPlaces.grid(radius, where, known.typical_load if load is None else load)
+        information = touch_information(known, touches, samples=samples, use_load=use_load)
+        variance = np.linalg.inv(information)[:, 0, 0].reshape(len(radius), len(where)).T
+        speed = 1 / np.sqrt(variance)
+        steps = 0.5 * (speed[:, 1:] + speed[:, :-1]) * np.diff(radius)
+        scale = np.concatenate([np.zeros((len(where), 1)), np.cumsum(steps, axis=1)], axis=1)
+        return cls(known.outer_radius_mm, where, radius, scale)
+
+    def at(self, radius_mm: ArrayLike) -> FloatArray:
+        """u of composite radii (q,), shape (n, q)."""
+        wanted = np.atleast_1d(np.asarray(radius_mm, dtype=float))
+        return np.stack([np.interp(wanted, self.radius_mm, row) for row in self.scale])
+
+    def told_apart(self, first_r_c: ArrayLike, second_r_c: ArrayLike) -> FloatArray:
+        """Probability of naming the right one of two indenters at even odds, (n, q); r_c in mm, both (q,).
+
+        Known to this scale they are two normals of unit width: ``Φ(|u_1 - u_2|/2)``.
+        """
+        from scipy.special import ndtr
+
+        first, second = (self.at(composite_radius(r, self.outer_radius_mm)) for r in (first_r_c, second_r_c))
+        return np.asarray(ndtr(0.5 * np.abs(second - first)))
+
+    def threshold(self, from_r_c: float = 0.0, probability: float = 0.95, *, blunter: bool = True) -> FloatArray:
+        """r_c (mm) of the nearest indenter that is told from `from_r_c` with this probability, (n,).
+
+        Parameters
+        ----------
+        from_r_c : float
+            Indenter to start from, a knife edge by default.
+        probability : float
+            Of naming the right one of the two at even odds.
+        blunter : bool
+            Search towards the flat, or towards the edge.
+
+        Returns
+        -------
+        (n,) array
+            inf where only the flat itself is told apart; NaN where nothing is.
+        """
+        from scipy.special import ndtri
+
+        if not 0.5 < probability < 1:
+            raise InputError(f"probability: expected between 0.5 and 1, got {probability:g}")
+        needed = 2 * ndtri(probability)
+        start = self.at(composite_radius(from_r_c, self.outer_radius_mm))[:, 0]
+        target = start + needed if blunter else start - needed
+        out = np.full(len(self.angle), np.nan)
+        for i, (row, value) in enumerate(zip(self.scale, target, strict=True)):
+            if row[0] <= value <= row[-1]:
+                out[i] = float(
+                    indenter_radius(
+                        min(np.interp(value, row, self.radius_mm), self.outer_radius_mm), self.outer_radius_mm
+                    )
+                )
+        return out
+
+    def estimates(self, radius_mm: float, offset: ArrayLike = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What posteriors of R say of a touch, averaged over the noise; prior uniform from edge to flat.
+
+        Parameters
+        ----------
+        radius_mm : float
+            True composite radius R.
+        offset : (n,) array_like
+            Error of the estimate (on this scale) that all touches at the location share.
+
+        Returns
+        -------
+        mean, scatter, sd : (n,) arrays
+            Mean of the posterior means, their standard deviation, and root mean square posterior sd; mm.
+        """
+        fine = np.linspace(0.0, self.outer_radius_mm, 6 * RADIUS_KNOTS)
+        u = self.at(fine)
+        nodes, weights = np.polynomial.hermite_e.hermegauss(21)
+        weights = weights / weights.sum()
+        centre = self.at(radius_mm)[:, 0] + np.asarray(offset, dtype=float)
+        seen = centre[:, None] + nodes
+        log = -0.5 * (u[:, None] - seen[..., None]) ** 2
+        density = np.exp(log - log.max(axis=-1, keepdims=True))
+        density[..., [0, -1]] *= 0.5  # trapezoid rule
+        density /= density.sum(axis=-1, keepdims=True)
+        mean = density @ fine
+        variance = np.maximum(density @ fine**2 - mean**2, 0.0)
+        average = mean @ weights
+        scatter = np.sqrt(np.maximum((mean**2) @ weights - average**2, 0.0))
+        return average, scatter, np.sqrt(variance @ weights)

@@ -1,0 +1,206 @@
+"""A finger as its calibration knows it: predictions, noise, and what the calibration leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.calibration.empirical_map import EmpiricalCalibration
+from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.chain.empirical import pressure_matrix
+from bayestouch.chain.finger import FingerChain
+from bayestouch.errors import InputError
+from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_reader import CalibratedFinger
+from bayestouch.noise import Noise
+from bayestouch.results import Calibration
+from bayestouch.sensor import Finger
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class TouchPlaces:
+    """Touches that could be made; t of them.
+
+    Attributes
+    ----------
+    radius_mm, angle, load : (t,) arrays
+        Composite radius R (mm), location (rad), line load (N/m).
+    """
+
+    radius_mm: FloatArray
+    angle: FloatArray
+    load: FloatArray
+
+    @classmethod
+    def grid(cls, radius_mm: FloatArray, angle: FloatArray, load: float) -> TouchPlaces:
+        """Every radius at every location under one load, radius by radius."""
+        r, a = (g.ravel() for g in np.meshgrid(radius_mm, angle, indexing="ij"))
+        return cls(r, a, np.full(len(r), float(load)))
+
+    @property
+    def n_touches(self) -> int:
+        """t."""
+        return len(self.radius_mm)
+
+
+class CalibrationErrors(Protocol):
+    """What a calibration leaves open, as errors of the readings that it predicts."""
+
+    def covariance(self, touches: TouchPlaces) -> FloatArray:
+        """Covariance of the readings of each touch, (t, m, m)."""
+        ...
+
+    def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
+        """Errors of one calibration after another at all touches, (n, t, m): true reading less predicted one."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ElasticErrors:
+    """Errors of a calibration of the elastic model; a `CalibrationErrors`.
+
+    Attributes
+    ----------
+    chain : FingerChain
+        The finger at the mode.
+    parameters : (3 m + 2, 3 m + 2) array
+        Covariance of responses, depths (mm), angles (rad), σ, log μ.
+    """
+
+    chain: FingerChain
+    parameters: FloatArray
+
+    def _jacobian(self, touches: TouchPlaces) -> FloatArray:
+        return calibration_jacobian(self.chain, touches.radius_mm, touches.angle, touches.load)
+
+    def covariance(self, touches: TouchPlaces) -> FloatArray:
+        """Covariance of the readings of each touch, (t, m, m)."""
+        return reading_covariance(self._jacobian(touches), self.parameters)
+
+    def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
+        """Errors of n calibrations drawn from the posterior, (n, t, m), to first order."""
+        m = self.chain.n_elements
+        drawn = rng.standard_normal((n, len(self.parameters))) @ np.linalg.cholesky(self.parameters).T
+        jacobian = self._jacobian(touches)
+        own = np.einsum("nae,ate->nte", drawn[:, : 3 * m].reshape(n, 3, m), jacobian[:3])
+        return np.asarray(own + np.einsum("nr,rte->nte", drawn[:, 3 * m :], jacobian[3:]))
+
+
+@dataclass(frozen=True, eq=False)
+class EmpiricalErrors:
+    """Errors of an identified E map; a `CalibrationErrors`.
+
+    Attributes
+    ----------
+    calibration : EmpiricalCalibration
+        Posterior of the map.
+    """
+
+    calibration: EmpiricalCalibration
+
+    def covariance(self, touches: TouchPlaces) -> FloatArray:
+        """Covariance of the readings of each touch, (t, m, m)."""
+        return self.calibration.reading_covariance(touches.radius_mm, touches.angle, touches.load)
+
+    def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
+        """Errors of n maps drawn from the posterior, (n, t, m); contact (σ, μ) is held at its mode."""
+        chain = self.calibration.chain
+        design = pressure_matrix(chain.elastic, touches.radius_mm, touches.angle, touches.load, chain.n_coefficients)
+        out = np.empty((n, touches.n_touches, chain.n_elements))
+        for e, covariance in enumerate(self.calibration.covariance):
+            values, vectors = np.linalg.eigh(covariance)
+            root = vectors * np.sqrt(np.maximum(values, 0.0))
+            out[:, :, e] = rng.standard_normal((n, len(values))) @ (design @ root).T
+        return out
+
+
+@dataclass(frozen=True, eq=False)
+class KnownFinger:
+    """A calibrated finger, before any touch is read.
+
+    Attributes
+    ----------
+    chain : CalibratedFinger
+        What predicts the readings.
+    noise : Noise
+        Of one reading of the elements and of the force sensor.
+    errors : CalibrationErrors or None
+        What the calibration leaves open; None takes it as exact.
+    typical_load : float
+        N/m.
+    """
+
+    chain: CalibratedFinger
+    noise: Noise
+    errors: CalibrationErrors | None
+    typical_load: float
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> KnownFinger:
+        """From a calibration of a finger, with either E map.
+
+        Raises
+        ------
+        InputError
+            If the sensor is a pad.
+        """
+        if not isinstance(calibration.sensor.body, Finger):
+            raise InputError("radii are read by fingers alone; this sensor is a pad")
+        elastic = finger_chain(calibration)
+        typical = float(calibration.settings["typical_load"])
+        if calibration.settings.get("e_map") == "empirical":
+            empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+            return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
+        return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
+
+    @property
+    def n_elements(self) -> int:
+        """m."""
+        return len(self.noise.tactile_sd)
+
+    @property
+    def outer_radius_mm(self) -> float:
+        """``r_b``, mm."""
+        return self.chain.outer_radius_mm
+
+    def predict(self, touches: TouchPlaces) -> FloatArray:
+        """Expected readings, (t, m)."""
+        return np.asarray(self.chain.predict(touches.radius_mm, touches.angle, touches.load))
+
+    def noise_variance(self, samples: int) -> FloatArray:
+        """Variance of the mean of `samples` readings, discrepancy included, (m,)."""
+        return np.asarray(self.noise.mean_sd(np.full(self.n_elements, samples), np.zeros(self.n_elements)) ** 2)
+
+    def covariance(self, touches: TouchPlaces, samples: int) -> FloatArray:
+        """Covariance of the readings of each touch about the prediction: noise and calibration, (t, m, m)."""
+        total = np.zeros((touches.n_touches, self.n_elements, self.n_elements))
+        if self.errors is not None:
+            total += self.errors.covariance(touches)
+        index = np.arange(self.n_elements)
+        total[:, index, index] += self.noise_variance(samples)
+        return total
+
+    def load_sd(self, samples: int, use_load: bool) -> float:
+        """Standard error of the measured load, N/m; inf where it is not used or there is no force sensor."""
+        sd = self.noise.force_sd / np.sqrt(samples)
+        return float(sd) if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
+
+    def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
+        """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).
+
+        The step in R spans a few knots of the contact's table; at the knife edge the derivative is one-sided.
+        """
+        radius, angle, load = touches.radius_mm, touches.angle, touches.load
+        step = 0.05 * (radius + 1.0)
+        middle = np.maximum(radius, step)
+        by_radius = self.chain.predict(middle + step, angle, load) - self.chain.predict(middle - step, angle, load)
+        turn, push = 1e-3, 1e-3 * load
+        by_angle = self.chain.predict(radius, angle + turn, load) - self.chain.predict(radius, angle - turn, load)
+        by_load = self.chain.predict(radius, angle, load + push) - self.chain.predict(radius, angle, load - push)
+        columns = (by_radius / (2 * step)[:, None], by_angle / (2 * turn), by_load / (2 * push)[:, None])
+        return np.stack(columns, axis=-1)

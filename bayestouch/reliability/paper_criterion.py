@@ -1,0 +1,162 @@
+"""The paper's criterion for telling two indenters apart: section 2.1 and Figure 4.
+
+"The round and edge indenters can be distinguished at a 95 % level when the square root of the mean square error
+exceeds 2 standard deviations of the noise": location, load and sensor are taken as known, and the error is a mean
+over angle, not a sum over elements. Over which angles is not printed; `span_deg` says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.body.annulus import solve_annulus
+from bayestouch.chain.response import modes_needed
+from bayestouch.contact import ContactModel, composite_radius, contact_model
+from bayestouch.errors import InputError
+
+FloatArray = NDArray[np.float64]
+
+#: The noise is exceeded by this factor where two indenters count as told apart.
+NOISE_FACTOR = 2.0
+#: Readings of "mean square": over the whole circumference, or over the 50° that the paper's standard errors are over.
+SPANS_DEG = {"circumference": 360.0, "50 degrees": 50.0}
+ANGLES = 2048
+
+
+@dataclass(frozen=True)
+class Annulus:
+    """A finger without its elements: what Figure 4 needs of it.
+
+    Attributes
+    ----------
+    alpha : float
+        ``α = r_a/r_b``, above 0 and below 1.
+    sensing_radius : float
+        ``r_s/r_b``, between α and 1.
+    outer_radius_mm : float
+        ``r_b``.
+    poisson_ratio, shear_modulus_MPa : float
+        σ and μ.
+    load_N_per_m : float
+        P, the same for every indenter.
+    contact : str
+        Contact model, see `bayestouch.contact.contact_model`.
+    """
+
+    alpha: float
+    sensing_radius: float
+    outer_radius_mm: float = 12.7
+    poisson_ratio: float = 0.46
+    shear_modulus_MPa: float = 0.12
+    load_N_per_m: float = 200.0
+    contact: str = "layer"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.alpha < self.sensing_radius < 1:
+            raise InputError(
+                "a finger's radii must be in order, 0 < r_a/r_b < r_s/r_b < 1: "
+                f"got {self.alpha:g} and {self.sensing_radius:g}"
+            )
+        if not (0 < self.shear_modulus_MPa < np.inf and 0 < self.load_N_per_m < np.inf):
+            raise InputError("shear modulus and load must be above zero")
+
+    def strain(self, indenter_radius_mm: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Compressive strain around the finger under indenters that touch it at angle zero.
+
+        Parameters
+        ----------
+        indenter_radius_mm : (n,) array_like
+            r_c: 0 a knife edge, inf a flat.
+
+        Returns
+        -------
+        angle : (a,) array
+            rad, from -π.
+        strain : (n, a) array
+            ``-e_rr`` at ``r_s``.
+        """
+        outer = self.outer_radius_mm
+        radii = (self.alpha * outer, outer)
+        modes = np.arange(modes_needed(self.sensing_radius * outer, outer) + 1)
+        body = solve_annulus(
+            modes, core_radius_mm=radii[0], outer_radius_mm=outer, poisson_ratio=self.poisson_ratio
+        ).radial_strain(self.sensing_radius * outer)
+        scale = self.load_N_per_m / 1000 / self.shear_modulus_MPa
+        kappa = scale * composite_radius(np.atleast_1d(indenter_radius_mm), outer)
+        spectrum = _contact(self.contact, radii, self.poisson_ratio).spectrum(kappa, modes)
+        angle = 2 * np.pi * np.arange(ANGLES) / ANGLES - np.pi
+        weights = np.where(modes == 0, 1.0, 2.0) * np.ravel(body)
+        series = (spectrum * weights) @ np.cos(np.outer(modes, angle))
+        return angle, np.asarray(scale / (2 * np.pi * outer) * series)
+
+
+@lru_cache(maxsize=32)
+def _contact(name: str, radii: tuple[float, float], poisson_ratio: float) -> ContactModel:
+    """Contact model of a body: solved once for all loads, moduli and indenters."""
+    return contact_model(name, radii, poisson_ratio)
+
+
+def strain_difference(
+    finger: Annulus, indenter_radius_mm: ArrayLike, *, from_radius_mm: float = 0.0, span_deg: float = 360.0
+) -> FloatArray:
+    """Root mean square difference of strain profiles over the peak strain of the reference: Figure 4's surface.
+
+    Parameters
+    ----------
+    finger : Annulus
+        The sensor.
+    indenter_radius_mm : (n,) array_like
+        r_c of the indenters.
+    from_radius_mm : float
+        Reference indenter, a knife edge by default.
+    span_deg : float
+        The mean is over this arc about the contact; 360 is all around.
+
+    Returns
+    -------
+    (n,) array
+
+    Raises
+    ------
+    InputError
+        If the arc is not above 0 and at most 360°.
+    """
+    if not 0 < span_deg <= 360:
+        raise InputError(f"span_deg: expected above 0 and at most 360, got {span_deg:g}")
+    radii = np.concatenate([[from_radius_mm], np.atleast_1d(np.asarray(indenter_radius_mm, dtype=float))])
+    angle, strain = finger.strain(radii)
+    inside = np.abs(angle) <= np.radians(span_deg) / 2
+    difference = (strain[1:, inside] - strain[0, inside]) / strain[0].max()
+    return np.asarray(np.sqrt((difference**2).mean(axis=1)))
+
+
+def tolerable_noise(finger: Annulus, *, indenter_radius_mm: float = np.inf, span_deg: float = 360.0) -> float:
+    """Largest noise, as a share of the peak strain, at which the criterion tells an indenter from a knife edge.
+
+    The paper has 3.7 % for the flat at α = 0.70.
+    """
+    return float(strain_difference(finger, [indenter_radius_mm], span_deg=span_deg)[0]) / NOISE_FACTOR
+
+
+def smallest_radius(finger: Annulus, noise: float, *, span_deg: float = 360.0) -> float:
+    """Smallest r_c (mm) that the criterion tells from a knife edge at this noise (share of the peak strain).
+
+    The paper has ``0.16 r_b`` at 1 % and α = 0.70. inf where not even the flat is told apart.
+    """
+    outer = finger.outer_radius_mm
+    # Evenly in R, the scale on which strains change; the ends are edge and flat.
+    composite = np.linspace(0.0, outer, 97)
+    with np.errstate(divide="ignore"):
+        radius = 1 / (1 / composite[1:] - 1 / outer)
+    radius[-1] = np.inf
+    error = np.concatenate([[0.0], strain_difference(finger, radius, span_deg=span_deg)])
+    if error.max() < NOISE_FACTOR * noise:
+        return float(np.inf)
+    first = int(np.argmax(error >= NOISE_FACTOR * noise))
+    share = (NOISE_FACTOR * noise - error[first - 1]) / (error[first] - error[first - 1])
+    at = composite[first - 1] + share * (composite[first] - composite[first - 1])
+    return float(1 / (1 / at - 1 / outer)) if at < outer else float(np.inf)

@@ -1,0 +1,233 @@
+"""What one touch tells apart: the paper's threshold (Figure 4) beside the honest one.
+
+The paper takes location, load and sensor as known and asks whether the root mean square of the strain difference
+exceeds two standard deviations of the noise. The honest question is how often the posterior odds name the right
+indenter when location and load are unknown and the sensor is known up to its calibration. Both are asked of the
+paper's finger (edges every 1°, flats every 3°, 20 samples to calibrate), of the same finger with the lack of fit that
+Table 1 reports (which no averaging removes), and of Figure 4's deep sensor.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from _study import SHEAR_MODULUS, Compared, figure, indenter, options, print_compared, save
+from figure_4 import deep_finger
+
+from bayestouch import published
+from bayestouch.contact import indenter_radius
+from bayestouch.published import TABLE_3
+from bayestouch.reliability import (
+    Annulus,
+    KnownFinger,
+    Trial,
+    expected_finger,
+    optimism,
+    threshold_radii,
+    told_apart,
+    trial,
+)
+from bayestouch.reliability.paper_criterion import SPANS_DEG
+from bayestouch.simulation import FingerDesign
+
+TIPS = (0.0, *(row.r_c for row in TABLE_3), np.inf)
+PLACES = {"between elements": 0.0, "quarter way": 2.2, "above an element": 4.4}
+LOCATIONS = np.linspace(-8.8, 8.8, 33)
+CASES = {
+    "1 sample": (1, False),
+    "1 sample, load measured": (1, True),
+    "mean of 20": (20, False),
+    "mean of 20, load measured": (20, True),
+}
+
+
+# What is left of Table 1's mean error when the noise of its averaged data (section 3.1) is taken out: % of the peak.
+LACK_OF_FIT = float(
+    np.sqrt(
+        published.number("table_1.error.avg").value ** 2
+        - published.number("noise.averaged_readings").value ** 2
+        - published.number("noise.force_sensor").value ** 2
+    )
+)
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A finger of the study, to both criteria."""
+
+    name: str
+    design: FingerDesign
+    annulus: Annulus
+    lack_of_fit_percent: float = 0.0
+
+    def known(self) -> KnownFinger:
+        """As its calibration would know it."""
+        finger = expected_finger(self.design)
+        misfit = np.full(finger.n_elements, self.lack_of_fit_percent / 100 * self.design.peak_reading)
+        return replace(finger, noise=replace(finger.noise, discrepancy_sd=misfit))
+
+
+def sensors() -> tuple[Sensor, ...]:
+    """The paper's finger without and with its lack of fit, and Figure 4's deep sensor with 1 % noise."""
+    built = FingerDesign(shear_modulus_MPa=SHEAR_MODULUS)
+    paper = Annulus(
+        built.core_radius_mm / built.outer_radius_mm,
+        built.sensing_radius_mm / built.outer_radius_mm,
+        shear_modulus_MPa=SHEAR_MODULUS,
+    )
+    deep = deep_finger()
+    outer = deep.outer_radius_mm
+    design = replace(
+        built,
+        core_radius_mm=deep.alpha * outer,
+        sensing_radius_mm=deep.sensing_radius * outer,
+        noise_percent_peak=published.number("figure_4.low_noise").value,
+    )
+    name = "the paper's finger, 1.72 % noise"
+    return (
+        Sensor(name, built, paper),
+        Sensor(f"{name} and {LACK_OF_FIT:.2f} % lack of fit", built, paper, LACK_OF_FIT),
+        Sensor("α = 0.70 at 1 % noise (Figure 4)", design, deep),
+    )
+
+
+def print_thresholds(sensor: Sensor, known: KnownFinger) -> None:
+    """Sharpest r_c told from an edge with 95 %, by location; calibration unknown, and known."""
+    exact = replace(known, errors=None)
+    print(f"\n{sensor.name}: sharpest r_c (mm) told from an edge at 95 %")
+    print(f"{'':30s}" + "".join(f"{name:>19s}" for name in PLACES) + "   (calibration known)")
+    for name, (samples, use_load) in CASES.items():
+        found = [
+            threshold_radii(each, list(PLACES.values()), samples=samples, use_load=use_load) for each in (known, exact)
+        ]
+        cells = "".join(f"{a:12.2f} ({b:4.2f})" for a, b in zip(*found, strict=True))
+        print(f"{name:>30s}{cells}")
+
+
+def print_optimism(sensor: Sensor, known: KnownFinger) -> None:
+    """The paper's threshold, what one touch makes of it, and the honest one."""
+    print(f"\n{sensor.name}: the paper's criterion against one touch, load not measured")
+    print(
+        f"{'mean square over':>18s} {'samples':>8s} {'location':>18s} {'paper r_c':>10s} {'right':>7s} {'95 % r_c':>9s}"
+    )
+    for reading, span in SPANS_DEG.items():
+        for samples in (1, 20):
+            results = optimism(known, sensor.annulus, list(PLACES.values()), span_deg=span, samples=samples)
+            for name, r in zip(PLACES, results, strict=True):
+                print(
+                    f"{reading:>18s} {samples:8d} {name:>18s} {r.paper_mm:10.2f} {100 * r.told_apart_there:6.1f}% "
+                    f"{r.honest_mm:9.2f}   x {r.factor:.2f}"
+                )
+
+
+def print_pairs(found: Trial, expected: np.ndarray, title: str) -> None:
+    """Matrix of pairs: trial above the diagonal, information below, % right."""
+    print(f"\n{title}: % of touches of which the right one of two is named")
+    print("above the diagonal by evidence of simulated touches, below it by information")
+    names = [indenter(r) for r in found.indenters_mm]
+    print(f"{'':>9s}" + "".join(f"{name:>9s}" for name in names))
+    seen = found.told_apart
+    for i, name in enumerate(names):
+        cells = "".join(
+            f"{'':>9s}" if i == j else f"{100 * (seen[i, j] if j > i else expected[i, j]):9.1f}"
+            for j in range(len(names))
+        )
+        print(f"{name:>9s}{cells}")
+
+
+def agreement(found: Trial, expected: np.ndarray) -> float:
+    """Largest difference between trial and information over all pairs, in standard errors of the trial."""
+    touches = found.log_evidence.shape[1]
+    error = np.sqrt(np.maximum(expected * (1 - expected), 1.0 / touches) / (2 * touches))
+    return float(np.max(np.abs(found.told_apart - expected) / error))
+
+
+def compared(known: KnownFinger) -> list[Compared]:
+    """Section 4's sentence: small radii that differ by 1.5 mm are told apart at a 95 % level at a fixed location."""
+    outer = known.outer_radius_mm
+    difference = published.number("radius_error.distinguishable").value
+    # Halfway between an element and the middle of two: a location as good as most.
+    probability = told_apart(known, [0.0, indenter_radius(difference, outer)], [2.2], use_load=False)[0, 0, 1]
+    needed = threshold_radii(known, [2.2], use_load=False)[0]
+    composite = 1 / (1 / needed + 1 / outer)
+    return [
+        Compared(
+            "radius_error.distinguishable",
+            float(composite),
+            "difference in R from an edge that one sample tells apart at even odds with 95 %, location, load and "
+            "calibration unknown; the paper's is two standard deviations of one estimate",
+        ),
+        Compared(
+            "radius_error.level",
+            float(100 * probability),
+            "touches of which the right one is named, of an edge and a tip whose R is 1.5 mm larger",
+        ),
+    ]
+
+
+def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, expected: np.ndarray) -> None:
+    """Threshold over location, the matrix of pairs, and ROC curves."""
+    figures, (left, middle, right) = figure(1, 3, figsize=(14.5, 4.2))
+    for (name, (samples, use_load)), style in zip(CASES.items(), ("C0-", "C0--", "C1-", "C1--"), strict=True):
+        left.plot(LOCATIONS, threshold_radii(known, LOCATIONS, samples=samples, use_load=use_load), style, label=name)
+    for (reading, span), style in zip(SPANS_DEG.items(), (":", "-."), strict=True):
+        paper = optimism(known, sensor.annulus, [0.0], span_deg=span)[0].paper_mm
+        left.axhline(paper, color="0.3", ls=style, label=f"the paper's criterion over {reading}, 1 sample")
+    for angle in np.degrees(known.chain.angle):
+        if abs(angle) <= LOCATIONS.max():
+            left.axvline(angle, color="0.85", zorder=0)
+    left.set(xlabel="location (degree); grey: elements", ylabel="sharpest $r_c$ told from an edge, 95 % (mm)")
+    left.set(yscale="log")
+    left.set_ylim(0.1, 20)
+    left.legend(fontsize=6.5, loc="lower center", ncols=2)
+    names = [indenter(r) for r in single.indenters_mm]
+    both = np.where(np.triu(np.ones_like(expected), 1) > 0, single.told_apart, expected)
+    image = middle.imshow(100 * both, vmin=50, vmax=100, cmap="viridis")
+    middle.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
+    middle.set_yticks(range(len(names)), names, fontsize=7)
+    middle.set_title("1 sample, load not measured: % right of two\n(above: trial; below: information)", fontsize=9)
+    figures.colorbar(image, ax=middle, shrink=0.85)
+    for tip in (1, 2, 3):
+        alarms, hits = single.roc(0, tip)
+        right.plot(alarms, hits, label=f"{names[tip]}, area {single.area(0, tip):.3f}")
+    right.plot([0, 1], [0, 1], color="0.8")
+    right.set(xlabel="edges called round", ylabel="tips called round", title="ROC: edge or tip")
+    right.legend(fontsize=8)
+    save(figures, folder, "distinguishability")
+
+
+def main(small: bool = False, folder: Path | None = None) -> list[Compared]:
+    """Print the tables and save the picture."""
+    touches = 60 if small else 400
+    for sensor in sensors():
+        print_thresholds(sensor, sensor.known())
+        if not sensor.lack_of_fit_percent:
+            print_optimism(sensor, sensor.known())
+    paper = sensors()[0]
+    known = paper.known()
+    tips = TIPS if not small else TIPS[::3]
+    trials = {}
+    for name in ("1 sample", "mean of 20"):
+        samples, use_load = CASES[name]
+        trials[name] = trial(known, tips, [2.2], touches=touches, samples=samples, use_load=use_load)
+        expected = told_apart(known, tips, [2.2], samples=samples, use_load=use_load)[0]
+        print_pairs(trials[name], expected, f"{paper.name}, {name}, load not measured")
+        print(f"largest difference of the two: {agreement(trials[name], expected):.1f} standard errors")
+    rows = compared(known)
+    print()
+    print_compared(rows)
+    if folder is not None and not small:
+        expected = told_apart(known, tips, [2.2], use_load=False)[0]
+        picture(folder, known, paper, trials["1 sample"], expected)
+    return rows
+
+
+if __name__ == "__main__":
+    chosen = options(__doc__)
+    main(chosen.small, chosen.folder)
