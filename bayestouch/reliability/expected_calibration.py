@@ -5,17 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.finger import FingerLikelihood, KnownTouches
+from bayestouch.calibration.finger_likelihood import LOAD_REACH
 from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
+from bayestouch.fit import whiten_rank_one
+from bayestouch.inference.finger_covariance import calibration_jacobian
 from bayestouch.noise import Noise
-from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger
-from bayestouch.sensor import Finger
+from bayestouch.parameters import Prior
+from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.designs import REFERENCE_LOAD
 from bayestouch.simulation.finger import BuiltFinger, plan_touches
 
 FloatArray = NDArray[np.float64]
+
+# Central 68 % of a prior: its standard deviation where it is normal.
+_ONE_SD = np.array([0.15865525, 0.84134475])
 
 
 def expected_finger(design: FingerDesign, *, seed: int | None = None, calibrated: bool = True) -> KnownFinger:
@@ -34,32 +40,27 @@ def expected_finger(design: FingerDesign, *, seed: int | None = None, calibrated
         False takes every parameter as known.
     """
     built = _built(design, seed)
-    sensor = built.sensor({})
-    finger = sensor.body
-    assert isinstance(finger, Finger)
+    m = design.n_elements
     noise = Noise(
-        np.full(design.n_elements, design.noise_percent_peak / 100 * design.peak_reading),
-        np.zeros(design.n_elements),
+        np.full(m, design.noise_percent_peak / 100 * design.peak_reading),
+        np.zeros(m),
         0.0,
         design.force_noise_sd or np.nan,
     )
-    truth = np.concatenate(
-        [
-            built.response,
-            built.sensing_radius_mm,
-            np.radians(built.angle_deg),
-            [design.poisson_ratio, np.log(design.shear_modulus_MPa)],
-        ]
+    chain = FingerChain(
+        core_radius_mm=design.core_radius_mm,
+        outer_radius_mm=design.outer_radius_mm,
+        response=built.response,
+        sensing_radius_mm=built.sensing_radius_mm,
+        angle=np.radians(built.angle_deg),
+        offset=np.zeros(m),
+        poisson_ratio=design.poisson_ratio,
+        shear_modulus_MPa=design.shear_modulus_MPa,
+        largest_load=LOAD_REACH * REFERENCE_LOAD,
+        contact=design.contact,
     )
-    priors, _ = FingerPriors.of(sensor)
-    likelihood = FingerLikelihood(_known(design, finger), finger, priors, truth, design.contact)
-    chain = likelihood.chain(truth)
-    return KnownFinger(
-        chain=chain,
-        noise=noise,
-        errors=ElasticErrors(chain, _covariance(likelihood, truth, noise)) if calibrated else None,
-        typical_load=REFERENCE_LOAD,
-    )
+    errors = ElasticErrors(chain, _covariance(design, built, chain, noise)) if calibrated else None
+    return KnownFinger(chain=chain, noise=noise, errors=errors, typical_load=REFERENCE_LOAD)
 
 
 def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
@@ -71,27 +72,45 @@ def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
     return BuiltFinger(design, one.sensing_radius_mm, one.angle_deg, gain)
 
 
-def _known(design: FingerDesign, finger: Finger) -> KnownTouches:
-    """The design's calibration touches under the reference load; their readings are of no account."""
+def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, noise: Noise) -> FloatArray:
+    """Covariance of responses, depths (mm), angles (rad), σ and log μ after the design's calibration touches."""
+    m, samples = design.n_elements, design.samples_per_touch
     plan = plan_touches(design, np.random.default_rng(0))
     n = plan.n_calibration
-    counts = np.full((n, design.n_elements), design.samples_per_touch)
-    return KnownTouches(
-        radius_mm=composite_radius(plan.indenter_radius_mm[:n], finger.outer_radius_mm),
-        angle=np.radians(plan.place[0][:n]),
-        load=np.full(n, REFERENCE_LOAD),
-        load_sd=np.full(n, design.force_noise_sd / np.sqrt(design.samples_per_touch)),
-        readings=np.zeros((n, design.n_elements)),
-        counts=counts,
+    touches = TouchPlaces(
+        np.asarray(composite_radius(plan.indenter_radius_mm[:n], design.outer_radius_mm)),
+        np.radians(plan.place[0][:n]),
+        np.full(n, REFERENCE_LOAD),
     )
-
-
-def _covariance(likelihood: FingerLikelihood, truth: FloatArray, noise: Noise) -> FloatArray:
-    counts = likelihood.known.counts
-    sd = noise.mean_sd(counts, np.zeros(counts.shape))
-    _, predicted = likelihood.predicted(truth)
-    rows = likelihood.whiten(likelihood.derivatives(truth), predicted, sd).reshape(len(truth), -1)
-    _, spread = likelihood.priors.flat(likelihood.finger, likelihood.start[: likelihood.n_elements])
-    information = rows @ rows.T + np.diag(spread**-2)
+    jacobian = calibration_jacobian(chain, touches.radius_mm, touches.angle, touches.load)
+    rows = np.zeros((3 * m + 2, n, m))
+    for block in range(3):
+        for element in range(m):
+            rows[block * m + element, :, element] = jacobian[block, :, element]
+    rows[3 * m :] = jacobian[3:]
+    sd = noise.mean_sd(np.full((n, m), samples), np.zeros((n, m)))
+    # The load of a calibration touch is measured with an error that moves all elements together.
+    by_load = chain.predict(touches.radius_mm, touches.angle, touches.load) / touches.load[:, None]
+    white = whiten_rank_one(rows, sd, by_load * design.force_noise_sd / np.sqrt(samples)).reshape(len(rows), -1)
+    information = white @ white.T + np.diag(_prior_precision(built, chain))
     scale = np.sqrt(np.diag(information))
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale))
+
+
+def _prior_precision(built: BuiltFinger, chain: FingerChain) -> FloatArray:
+    """Of responses (within a factor of 3), depths, angles, σ, log μ."""
+    priors, _ = FingerPriors.of(built.sensor({}))
+    m = chain.n_elements
+
+    def spread(prior: Prior, scale: float = 1.0) -> FloatArray:
+        return np.full(m, scale * float(np.ptp(prior.quantile(_ONE_SD))) / 2)
+
+    modulus = float(np.ptp(np.log(priors.shear_modulus.quantile(_ONE_SD)))) / 2
+    widths = [
+        np.abs(chain.response) * np.log(3.0),
+        spread(priors.sensing_radius),
+        spread(priors.angle, np.pi / 180),
+        spread(priors.poisson_ratio)[:1],
+        np.array([modulus]),
+    ]
+    return np.asarray(np.concatenate(widths) ** -2.0)
