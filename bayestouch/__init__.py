@@ -15,9 +15,14 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Calibration": "results",
     "DataSet": "dataset",
+    "EdgeOrRound": "indenter_priors",
+    "IndenterDistribution": "indenter_priors",
     "InputError": "errors",
+    "KnownTips": "indenter_priors",
     "TouchPosteriors": "results",
     "Touches": "touches",
+    "UniformCurvature": "indenter_priors",
+    "UniformRadius": "indenter_priors",
     "calibrate": "calibration",
     "infer": "inference",
     "load": "posterior",
@@ -36,6 +41,11 @@ if TYPE_CHECKING:
     from bayestouch.dataset import load_dataset as load_dataset
     from bayestouch.dataset import save_dataset as save_dataset
     from bayestouch.errors import InputError as InputError
+    from bayestouch.indenter_priors import EdgeOrRound as EdgeOrRound
+    from bayestouch.indenter_priors import IndenterDistribution as IndenterDistribution
+    from bayestouch.indenter_priors import KnownTips as KnownTips
+    from bayestouch.indenter_priors import UniformCurvature as UniformCurvature
+    from bayestouch.indenter_priors import UniformRadius as UniformRadius
     from bayestouch.inference import infer as infer
     from bayestouch.posterior import load as load
     from bayestouch.reporting import report as report

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,12 @@ ObjectArray = npt.NDArray[Any]
 
 #: Ids stay exact through every program that holds numbers as doubles.
 MAX_ID = 2**53
+
+
+def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tuple[int, ...]) -> FloatArray:
+    """Quantiles of draws; between draws as numpy does, or where some are infinite (a flat's r_c), at a draw."""
+    method = "linear" if np.isfinite(draws).all() else "inverted_cdf"
+    return np.asarray(np.quantile(draws, probabilities, axis=axis, method=method))  # type: ignore[call-overload]
 
 
 def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -95,6 +95,13 @@ def calibrate(
     "--calibration", type=click.Path(path_type=Path), required=True, help="What `bayestouch calibrate` wrote."
 )
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Posterior to write (.nc).")
+@click.option(
+    "--indenter",
+    metavar="PRIOR",
+    default=None,
+    help="Prior over a finger's indenters: uniform (in R), curvature:SHARPEST, tips:0,0.5,2,inf (mm, with =WEIGHT "
+    "if not equal), edge-or-round or edge-or-round:PROBABILITY, or a density such as r_c=log-normal:2,1.6. [default: uniform]",
+)
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
 @click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
@@ -105,6 +112,7 @@ def infer(
     touches: Path,
     calibration: Path,
     output: Path,
+    indenter: str | None,
     plug_in: bool,
     no_load: bool,
     each_sample: bool,
@@ -118,16 +126,19 @@ def infer(
     Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
     """
     import bayestouch
+    from bayestouch.indenter_text import indenter_from_text
     from bayestouch.posterior import load_calibration
     from bayestouch.touch_table import read_touches
 
     _check_output(output)
+    prior = None if indenter is None else indenter_from_text(indenter)
     calibrated = load_calibration(calibration)
     table = read_touches(touches, calibrated.sensor)
     with progress_bar("infer", quiet) as advance:
         posteriors = bayestouch.infer(
             table,
             calibrated,
+            indenter=prior,
             plug_in=plug_in,
             use_load=not no_load,
             each_sample=each_sample,

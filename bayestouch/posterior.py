@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bayestouch.arrays import quantiles
 from bayestouch.errors import InputError, shown
 from bayestouch.posterior_file import read_groups, write_groups
 from bayestouch.posterior_groups import (
@@ -123,15 +124,17 @@ def to_dataframe(
         draws = np.asarray(variable.values).reshape(variable.sizes["chain"] * variable.sizes["draw"], -1)
         count = draws.shape[1]
         place = groups["posterior"]["touch"].values if touches else _elements(variable.dims, count)
+        with np.errstate(invalid="ignore"):  # a flat tip's r_c is infinite
+            sd = draws.std(axis=0)
         columns = {
             "parameter": np.full(count, str(name), dtype=object),
             "touch" if touches else "element": place,
             "unit": np.full(count, variable.attrs["units"], dtype=object),
             "mean": draws.mean(axis=0),
-            "sd": draws.std(axis=0),
+            "sd": sd,
         }
-        quantiles = np.quantile(draws, probabilities, axis=0)
-        columns |= {f"q{100 * p:g}": row for p, row in zip(probabilities, quantiles, strict=True)}
+        rows = quantiles(draws, probabilities, axis=0)
+        columns |= {f"q{100 * p:g}": row for p, row in zip(probabilities, rows, strict=True)}
         if touches:
             reference = groups["constant_data"]
             columns["reference"] = reference[name].values if name in reference else np.full(count, np.nan)

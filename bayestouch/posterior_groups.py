@@ -1,7 +1,8 @@
 """Results as groups of named arrays, the ArviZ schema, and back.
 
 ``posterior`` (with ``chain`` and ``draw``), ``sample_stats``, ``observed_data`` and ``constant_data`` are ArviZ's. Our
-own: ``rows``, the touches with their prediction, and of a calibration ``noise``, ``mode``, ``laplace`` and ``extra``.
+own: ``rows``, the touches with their prediction; ``tips``, how probable each known tip is; and of a calibration
+``noise``, ``mode``, ``laplace`` and ``extra``.
 What is text (sensor, parameters, settings, notes) goes with them as attributes.
 """
 
@@ -22,6 +23,7 @@ from bayestouch.posterior_arrays import array_of, arrays_of, by_touch, dataset, 
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.sensor import Sensor
 from bayestouch.sensor_toml import sensor_from_toml, sensor_to_toml
+from bayestouch.tip_probabilities import TipProbabilities
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -101,6 +103,8 @@ def touch_groups(result: TouchPosteriors) -> tuple[Groups, Attributes]:
         # The reference values of a touch file are those to hold the draws against, by the same names.
         "constant_data": by_touch(result.reference, units).assign_coords(touch),
     }
+    if result.tips is not None:
+        groups["tips"] = result.tips.to_group(result.rows.touch)
     return groups, _attributes("touches", result)
 
 
@@ -152,7 +156,13 @@ def touches_of(groups: Groups, attributes: Attributes) -> TouchPosteriors:
         if values.shape[-1:] != (t,):
             raise InputError(f"expected {t} touches, got an array of shape {values.shape}", column=name)
     return TouchPosteriors(
-        sensor=sensor, posterior=posterior, sample_stats=statistics, reference=reference, rows=rows, **common
+        sensor=sensor,
+        posterior=posterior,
+        sample_stats=statistics,
+        reference=reference,
+        rows=rows,
+        tips=TipProbabilities.from_groups(groups, t),
+        **common,
     )
 
 

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.arrays import quantiles
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter
 from bayestouch.sensor import Sensor
+from bayestouch.tip_probabilities import TipProbabilities
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -137,6 +139,8 @@ class TouchPosteriors:
         The touches with the prediction at the posterior mean.
     settings, notes
         As in `Calibration`.
+    tips : TipProbabilities or None
+        How probable each tip is for each touch, where the prior over indenters has known tips.
     """
 
     sensor: Sensor
@@ -147,19 +151,21 @@ class TouchPosteriors:
     rows: TouchRows
     settings: Mapping[str, str | float]
     notes: tuple[str, ...] = ()
+    tips: TipProbabilities | None = None
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""
         return np.asarray(self.posterior[name].mean(axis=(0, 1)))
 
     def sd(self, name: str) -> FloatArray:
-        """Posterior standard deviation of a parameter, shape (t,)."""
-        return np.asarray(self.posterior[name].std(axis=(0, 1)))
+        """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (a flat tip's r_c)."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.posterior[name].std(axis=(0, 1)))
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[FloatArray, FloatArray]:
         """Central interval of a parameter: two (t,) arrays."""
         tail = (1 - probability) / 2
-        low, high = np.quantile(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
+        low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
         return low, high
 
     def save(self, path: str | Path) -> None:

@@ -49,6 +49,29 @@ def test_calibrate_and_infer(folder: Path, tmp_path: Path, capsys: pytest.Captur
         assert np.sqrt((error.values[inside.values] ** 2).mean()) < 0.3
 
 
+def test_tips_are_inferred(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    import xarray
+
+    calibration, posterior = tmp_path / "calibration.nc", tmp_path / "posterior.nc"
+    assert main(["calibrate", str(folder), "-o", str(calibration), "--draws", "40", "--quiet"]) == 0
+    arguments = ["infer", str(folder / "touches.csv"), "--calibration", str(calibration), "-o", str(posterior)]
+    assert main([*arguments, "--indenter", "tips:0,inf", "--draws", "128", "--method", "importance", "--quiet"]) == 0
+    with xarray.open_datatree(posterior, engine="h5netcdf") as tree:
+        flat = tree["tips"]["tip_probability"].sel(tip="inf")
+        inside = np.abs(tree["constant_data"]["theta_c"]) < 25
+        # an edge and a flat are told apart wherever elements see them
+        np.testing.assert_allclose(
+            flat.values[inside], np.isinf(tree["constant_data"]["r_c"].values[inside]), atol=1e-3
+        )
+    posterior.unlink()
+    for text, words in (("tips:0,0", "given twice"), ("sphere", "expected uniform")):
+        assert main([*arguments, "--indenter", text]) == 2
+        error = capsys.readouterr().err.strip()
+        assert words in error
+        assert "\n" not in error
+    assert not posterior.exists()
+
+
 def test_same_seed_same_file(folder: Path, tmp_path: Path) -> None:
     from bayestouch.posterior import load_calibration
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
+from bayestouch.indenter_priors import IndenterPrior
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
@@ -15,6 +16,7 @@ def infer(
     touches: Touches,
     calibration: Calibration,
     *,
+    indenter: IndenterPrior | None = None,
     plug_in: bool = False,
     use_load: bool = True,
     each_sample: bool = False,
@@ -32,6 +34,10 @@ def infer(
         What was read. Reference locations and radii are carried along, never used.
     calibration : Calibration
         The calibrated sensor.
+    indenter : IndenterPrior, optional
+        What is known of the indenters beforehand (fingers only): `UniformRadius` (the default), `UniformCurvature`,
+        `IndenterDistribution`, `KnownTips` or `EdgeOrRound`. With the last two the result's `tips` says how
+        probable each is for each touch, and the draws of R and r_c take the tips' values.
     plug_in : bool
         Take the calibration at its mode instead of integrating over what it leaves uncertain.
     use_load : bool
@@ -59,6 +65,8 @@ def infer(
         raise InputError(f"method: expected emcee or importance, got {method!r}")
     if draws < 64:
         raise InputError(f"draws: expected at least 64, got {draws}")
+    if indenter is not None and not isinstance(indenter, IndenterPrior):
+        raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {shown(indenter)}")
     m = calibration.sensor.n_elements
     if touches.n_elements != m:
         raise InputError(f"the table has {touches.n_elements} elements, the calibrated sensor {m}")
@@ -78,9 +86,12 @@ def infer(
             seed=seed,
             workers=workers,
             progress=progress,
+            indenter=indenter,
         )
     if each_sample or method != "emcee":
         raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
+    if indenter is not None:
+        raise InputError("indenter is an option of fingers; a pad does not tell radii")
     from bayestouch.inference.pad import infer_pad
 
     return infer_pad(

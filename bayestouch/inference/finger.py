@@ -12,13 +12,16 @@ import bayestouch
 from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
+from bayestouch.indenter_priors import IndenterPrior, UniformRadius
 from bayestouch.inference.finger_covariance import CalibrationCovariance
-from bayestouch.inference.finger_draws import DRAWN, DrawTask, draw_all
+from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
+from bayestouch.radius_prior import RadiusOfTips
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.tip_probabilities import TipProbabilities
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
@@ -37,6 +40,7 @@ def infer_finger(
     seed: int,
     workers: int | None,
     progress: Progress | None,
+    indenter: IndenterPrior | None = None,
 ) -> TouchPosteriors:
     """Posteriors of touches on a finger; see `bayestouch.infer`."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
@@ -44,7 +48,7 @@ def infer_finger(
     typical = float(calibration.settings["typical_load"])
     readings, notes = _readings(means, calibration, use_load)
     chain, table, covariance = _model(calibration, typical)
-    priors = IndenterPriors.of(chain, typical)
+    priors = IndenterPriors.of(chain, typical, indenter)
     task = DrawTask(
         chain=chain,
         priors=priors,
@@ -57,6 +61,7 @@ def infer_finger(
         least_ess=min(400.0, 0.5 * draws),
     )
     drawn = draw_all(task, readings, workers, progress)
+    log_probability = drawn.pop(TIPS, None)
     posterior_draws = {name: drawn[name] for name in DRAWN}
     rows = _rows(means, chain, calibration, posterior_draws)
     reference = _reference(means, chain)
@@ -74,10 +79,12 @@ def infer_finger(
             "use_load": float(use_load),
             "each_sample": float(each_sample),
             "method": method,
+            "indenter": str(indenter or UniformRadius()),
             "seed": float(seed),
             "version": bayestouch.__version__,
         },
         notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes))),
+        tips=_tips(priors, log_probability),
     )
 
 
@@ -142,6 +149,12 @@ def _rows(
         sd=calibration.noise.mean_sd(counts, predicted),
         counts=counts,
     )
+
+
+def _tips(priors: IndenterPriors, log_probability: FloatArray | None) -> TipProbabilities | None:
+    if log_probability is None or not isinstance(priors.radius, RadiusOfTips):
+        return None
+    return TipProbabilities.of(priors.radius, log_probability)
 
 
 def _parameters(priors: IndenterPriors) -> tuple[Parameter, ...]:

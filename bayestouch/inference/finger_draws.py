@@ -6,14 +6,15 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.inference.finger_alternatives import propose_alternatives, search_prior
 from bayestouch.inference.finger_modes import find_modes, with_whitener
-from bayestouch.inference.finger_profile import ProfileProposal, profile_proposal
+from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (
     CalibratedFinger,
     FingerPosterior,
@@ -25,7 +26,8 @@ from bayestouch.inference.finger_reader import (
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, Demands, ImportanceDraws, importance_blocks, sample_blocks
+from bayestouch.radius_prior import RadiusOfTips
+from bayestouch.sampling import BlockDraws, BlockProposal, Demands, ImportanceDraws, importance_blocks, sample_blocks
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -39,6 +41,8 @@ PIECE, PIECE_AGAIN = 512, 128
 #: What is drawn, (chain, draw, t), and the grades that go with it, (t,).
 DRAWN = ("r_c", "R", "theta_c", "P")
 GRADES = ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")
+#: Log probability of each tip, and of what is none of them, where the prior has tips: (k, t).
+TIPS = "tip_log_probability"
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +110,13 @@ def draw_all(
     Returns
     -------
     dict
-        ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m): (chain, draw, t); grades: (t,).
+        ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m): (chain, draw, t); grades: (t,); `TIPS`: (k, t).
     """
     t = touches.n_touches
-    out = {name: np.empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN} | {name: np.empty(t) for name in GRADES}
+    out: Drawn = {name: np.empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN}
+    out |= {name: np.empty(t) for name in GRADES}
+    if isinstance(task.priors.radius, RadiusOfTips):
+        out[TIPS] = np.empty((task.priors.radius.n_alternatives, t))
     # Round 0 is importance sampling.
     start = 0 if task.method == "importance" else 1
 
@@ -153,28 +160,38 @@ def _spread(workers: int | None) -> Iterator[Spread]:
 
 def draw_touches(task: DrawTask, touches: TouchReadings, numbers: IntArray, rounds: tuple[int, int]) -> Drawn:
     """Draws and grades of some touches, numbered in ascending order, from the first to the last of `rounds`."""
-    posterior = FingerPosterior(task.chain, touches, task.priors, noise_whitener(task.noise, touches), task.table)
+    search = replace(task.priors, radius=search_prior(task.priors.radius, task.chain.outer_radius_mm))
+    posterior = FingerPosterior(task.chain, touches, search, noise_whitener(task.noise, touches), task.table)
     mode, hessian = find_modes(posterior)
     if task.reading_covariance is not None:
         covariance = task.reading_covariance(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(task.noise, touches, covariance))
         mode, hessian = find_modes(posterior, mode)
-    drawn = _draw(task, posterior, profile_proposal(posterior, mode, hessian), numbers, rounds)
-    radius = posterior.radius(drawn.draws[..., 0])
-    outer = task.chain.outer_radius_mm
-    # R reaches r_b to the last bit for a flat; its r_c would be infinite, which means cannot hold: R stays just below.
-    np.minimum(radius, outer * (1 - 1e-9), out=radius)
-    return {
-        "r_c": radius * outer / (outer - radius),
+    posterior = replace(posterior, priors=task.priors)
+    indenter, tips = posterior.indenter, isinstance(task.priors.radius, RadiusOfTips)
+    proposal: BlockProposal
+    if tips:
+        proposal, log_probability = propose_alternatives(posterior, mode, hessian)
+    else:
+        proposal = profile_proposal(posterior, mode, hessian)
+    drawn = _draw(task, posterior, proposal, numbers, rounds)
+    radius, indenter_radius = indenter.indenter_radius(drawn.draws[..., 0])
+    out = {
+        "r_c": indenter_radius,
         "R": radius,
         "theta_c": np.degrees(drawn.draws[..., 1]),
         "P": drawn.draws[..., 2],
         **dict(zip(GRADES, _grades(drawn), strict=True)),
     }
+    if tips:
+        unsure = np.isnan(log_probability[0])
+        log_probability[:, unsure] = indenter.log_shares(drawn.draws[:, :, unsure, 0])
+        out[TIPS] = log_probability
+    return out
 
 
 def _draw(
-    task: DrawTask, posterior: FingerPosterior, proposal: ProfileProposal, numbers: IntArray, rounds: tuple[int, int]
+    task: DrawTask, posterior: FingerPosterior, proposal: BlockProposal, numbers: IntArray, rounds: tuple[int, int]
 ) -> BlockDraws | ImportanceDraws:
     """Draw coordinates of the touches."""
 

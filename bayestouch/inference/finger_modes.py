@@ -12,7 +12,7 @@ from bayestouch.inference.finger_reader import FingerPosterior
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-# Radii (share of r_b) at which the search over location is made: an edge, blunt tips, nearly a flat.
+# Radii at which the search over location is made, as shares of the way from the sharpest (an edge) to the bluntest.
 START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
 GRID_STEP = np.radians(1.0)
 # Central differences in logit, rad and share of the load: wide enough for a reading table that is linear between
@@ -69,7 +69,8 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
     weights = diagonal**2
     out = np.empty((touches.n_touches, len(START_SHARES), 3))
     for i, share in enumerate(START_SHARES):
-        template = chain.predict(chain.outer_radius_mm * share, angles, np.full(len(angles), typical)) / typical
+        w = np.log(share / (1 - share))
+        template = chain.predict(float(posterior.radius(w)), angles, np.full(len(angles), typical)) / typical
         # Per location: weighted products of readings and template; the load that fits best lies between.
         cross = (weights * readings) @ template.T
         power = weights @ (template**2).T
@@ -77,7 +78,7 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
         load = np.clip(load, 1e-3 * typical, None)
         misfit = power * load**2 - 2 * cross * load
         k = misfit.argmin(axis=1)
-        out[:, i, 0] = np.log(share / (1 - share))
+        out[:, i, 0] = w
         out[:, i, 1] = np.clip(angles[k], low + 1e-6, high - 1e-6)
         out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
     ends = posterior.priors.load.support

@@ -33,6 +33,9 @@ TINY = 1e-16
 # Steps of the derivatives: two cells of the reading table, and a share of the load.
 ANGLE_STEP, LOAD_STEP = 3e-3, 3e-3
 LEAST_WEIGHT = 1e-3
+# Newton steps: the longest, one that need not be repeated (both in sds), how many; and how far below the peak of the
+# log density a place does not matter.
+LONGEST_STEP, SETTLED, MOST_STEPS, NEGLIGIBLE = 3.0, 1.0, 12, 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,13 +191,12 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     mode, hessian : (t, 3), (t, 3, 3) arrays
         From `find_modes`.
     """
-    t = len(mode)
     spread = np.sqrt(np.linalg.inv(hessian)[:, 0, 0])
     low = np.clip(mode[:, 0] - REACH * spread, -FURTHEST, FURTHEST - 1.0)
     high = np.clip(mode[:, 0] + REACH * spread, low + 0.5 * spread, FURTHEST + 1.0)
     step = (high - low) / (KNOTS - 1)
     w = low[:, None] + step[:, None] * np.arange(KNOTS)
-    # Location and load follow w along the Laplace fit's regression; one Newton step at each knot mends what is left.
+    # Location and load follow w along the Laplace fit's regression; Newton steps at each knot mend what is left.
     lean = np.linalg.solve(hessian[:, 1:, 1:], -hessian[:, 1:, :1])[..., 0]
     rest = (
         mode[:, None, 1:]
@@ -202,15 +204,10 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     )
     lows, highs = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
     rest = np.clip(rest, lows + 1e-9, np.minimum(highs, 1e12) - 1e-9)
-    value, gradient, curvature = _expand(posterior, w, rest, np.arange(t))
-    step_to = np.linalg.solve(curvature, gradient[..., None])[..., 0]
-    # A step further than three sds says the expansion does not hold there: take three sds.
-    length = np.sqrt(np.einsum("tgi,tgij,tgj->tg", step_to, curvature, step_to))
-    step_to *= np.minimum(1.0, 3.0 / np.maximum(length, 1e-12))[..., None]
-    gain = 0.5 * np.minimum(length, 3.0) ** 2
+    centre, value, curvature = conditional_modes(posterior, w, rest)
     root = np.linalg.cholesky(np.linalg.inv(curvature))
     volume = np.log(root[..., 0, 0]) + np.log(root[..., 1, 1])
-    marginal = value + gain + volume
+    marginal = value + volume
     # A knot that reads as impossible still gets a little, so that nothing possible is left out.
     top = np.nanmax(np.where(np.isfinite(marginal), marginal, -np.inf), axis=1, keepdims=True)
     marginal = np.where(np.isfinite(marginal), np.maximum(marginal, top - 40.0), top - 40.0)
@@ -218,9 +215,57 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
         first=low,
         step=step,
         log_marginal=marginal,
-        centre=rest + step_to,
+        centre=centre,
         root=np.stack([root[..., 0, 0], root[..., 1, 0], root[..., 1, 1]], axis=-1),
     )
+
+
+def conditional_modes(
+    posterior: FingerPosterior, w: FloatArray, start: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mode of (θ_c, P) given w, at several w of every touch side by side.
+
+    One Newton step serves most touches. Where load or location leave the regression's line, as beyond the end of the
+    array without a force reading, more are made, until no w that matters would gain by another.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        With its reading table.
+    w, start : (t, g), (t, g, 2) arrays
+        Where, and from which (θ_c, P).
+
+    Returns
+    -------
+    mode, value, curvature : (t, g, 2), (t, g), (t, g, 2, 2) arrays
+        Mode, log density there (both by the last expansion), and minus its Hessian.
+    """
+    low, high = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
+    here, kept, best = start.copy(), start.copy(), np.full(w.shape, -np.inf)
+    mode, value, curvature = start.copy(), np.full(w.shape, -np.inf), np.empty((*w.shape, 2, 2))
+    active = np.arange(len(w))
+    for _ in range(MOST_STEPS):
+        at, gradient, bend = _expand(posterior, w[active], here[active], active)
+        step = np.linalg.solve(bend, gradient[..., None])[..., 0]
+        # A step further than three sds says the expansion does not hold there: take three sds.
+        length = np.sqrt(np.einsum("tgi,tgij,tgj->tg", step, bend, step))
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(length, 1e-12))[..., None]
+        better = (at > best[active]) | np.isneginf(best[active])
+        wide = better[..., None]
+        kept[active] = np.where(wide, here[active], kept[active])
+        best[active] = np.where(better, at, best[active])
+        curvature[active] = np.where(wide[..., None], bend, curvature[active])
+        mode[active] = np.where(wide, here[active] + step, kept[active])
+        value[active] = best[active] + np.where(better, 0.5 * np.minimum(length, LONGEST_STEP) ** 2, 0.0)
+        # A step that lost is tried again at half its length.
+        here[active] = np.where(wide, mode[active], 0.5 * (here[active] + kept[active]))
+        here[active] = np.clip(here[active], low + 1e-9, np.minimum(high, 1e12) - 1e-9)
+        hope = np.where(better, best[active] + 0.5 * length**2, value[active])
+        matters = hope > value[active].max(axis=1, keepdims=True) - NEGLIGIBLE
+        active = active[(matters & (length > SETTLED)).any(axis=1)]
+        if not len(active):
+            break
+    return mode, value, curvature
 
 
 def _expand(

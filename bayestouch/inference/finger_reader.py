@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.indenter_priors import IndenterPrior, UniformRadius
+from bayestouch.inference.indenter_coordinate import IndenterCoordinate
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.parameters import Prior, Uniform
@@ -80,8 +83,8 @@ class IndenterPriors:
     Attributes
     ----------
     radius : Prior
-        Composite radius R in mm, between 0 (edge) and ``r_b`` (flat). That nothing blunter than a flat touches the
-        finger is itself a prior: concave indenters are left out.
+        Composite radius R in mm, between 0 (edge) and ``r_b`` (flat): a density, or a `RadiusOfTips`. That nothing
+        blunter than a flat touches the finger is itself a prior: concave indenters are left out.
     location : Uniform
         θ_c in rad.
     load : Prior
@@ -93,11 +96,14 @@ class IndenterPriors:
     load: Prior
 
     @classmethod
-    def of(cls, chain: CalibratedFinger, typical_load: float) -> IndenterPriors:
-        """Uniform in R up to the flat, in θ_c over the elements and 20° beyond, in P up to three typical loads."""
+    def of(cls, chain: CalibratedFinger, typical_load: float, indenter: IndenterPrior | None = None) -> IndenterPriors:
+        """The indenter's prior (uniform in R up to the flat by default), uniform in θ_c and in P.
+
+        θ_c over the elements and 20° beyond, P up to three typical loads.
+        """
         margin = np.radians(20)
         return cls(
-            radius=Uniform(0.0, chain.outer_radius_mm),
+            radius=(indenter or UniformRadius()).radius_prior(chain.outer_radius_mm),
             location=Uniform(float(chain.angle.min() - margin), float(chain.angle.max() + margin)),
             load=Uniform(0.0, 3 * typical_load),
         )
@@ -105,10 +111,11 @@ class IndenterPriors:
 
 @dataclass(frozen=True, eq=False)
 class FingerPosterior:
-    """Log posterior density of touches in the coordinates ``(w, θ_c, P)``, ``R = r_b/(1 + e^-w)``.
+    """Log posterior density of touches in the coordinates ``(w, θ_c, P)``; w is that of `IndenterCoordinate`.
 
-    The transform keeps R between edge and flat; its Jacobian is in the density. `whitener` turns residuals into
-    independent standard ones: it holds sensor noise and, unless plugged in, what the calibration leaves uncertain.
+    By default ``R = r_b/(1 + e^-w)``, which keeps R between edge and flat; the Jacobian is in the density. `whitener`
+    turns residuals into independent standard ones: it holds sensor noise and, unless plugged in, what the calibration
+    leaves uncertain.
 
     Attributes
     ----------
@@ -130,9 +137,14 @@ class FingerPosterior:
     whitener: FloatArray
     table: ReadingTable | None = None
 
+    @cached_property
+    def indenter(self) -> IndenterCoordinate:
+        """What w means."""
+        return IndenterCoordinate(self.priors.radius, self.chain.outer_radius_mm)
+
     def radius(self, w: FloatArray) -> FloatArray:
         """Composite radius R in mm."""
-        return np.asarray(self.chain.outer_radius_mm / (1 + np.exp(-w)))
+        return self.indenter.radius(w)
 
     def residual(self, x: FloatArray, blocks: IntArray) -> NDArray[np.floating]:
         """Whitened prediction minus reading (B, W, m) at coordinates x (B, W, 3) of the touches `blocks` (B,).
@@ -160,16 +172,11 @@ class FingerPosterior:
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
         """Log prior density with the transform's Jacobian, force reading included; (B, W)."""
-        share = 1 / (1 + np.exp(-x[..., 0]))
-        radius = self.chain.outer_radius_mm * share
         load = self.touches.load[blocks][:, None]
         with np.errstate(invalid="ignore"):
             miss = np.where(np.isnan(load), 0.0, (x[..., 2] - load) / self.touches.load_sd[blocks][:, None])
-        with np.errstate(divide="ignore"):
-            jacobian = np.log(share) + np.log1p(-share)
         return np.asarray(
-            self.priors.radius.log_density(radius)
-            + jacobian
+            self.indenter.log_density(x[..., 0])
             + self.priors.location.log_density(x[..., 1])
             + self.priors.load.log_density(x[..., 2])
             - 0.5 * miss * miss
