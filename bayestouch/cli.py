@@ -100,7 +100,8 @@ def calibrate(
     metavar="PRIOR",
     default=None,
     help="Prior over a finger's indenters: uniform (in R), curvature:SHARPEST, tips:0,0.5,2,inf (mm, with =WEIGHT "
-    "if not equal), edge-or-round or edge-or-round:PROBABILITY, or a density such as r_c=log-normal:2,1.6. [default: uniform]",
+    "if not equal), edge-or-round or edge-or-round:PROBABILITY, or a density such as r_c=log-normal:2,1.6. "
+    "[default: uniform]",
 )
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
