@@ -1,6 +1,3 @@
-<<<<<<< HEAD
-"""How far estimates can be trusted: the paper's tables, sweet spots, what can be told apart."""
-=======
 """How far a finger's readings can be trusted, and where: thresholds, sweet spots, and questions of design.
 
 Everything is imported when it is used.
@@ -60,4 +57,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return list(__all__)
->>>>>>> 4099161 (Reliability: what one touch tells apart, with the paper's criterion beside it)
