@@ -54,7 +54,6 @@ def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[
     assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
 
 
-<<<<<<< HEAD
 def test_table_3_modulus() -> None:
     """One soft modulus explains the Hertz columns, and predicts the rest of the paper that depends on it."""
     found = study("table_3_modulus").main(small=True)
@@ -68,7 +67,8 @@ def test_table_3_modulus() -> None:
     for key in ("flat_fit.hertz", "figure_4.flat_from_edge_noise", "figure_4.r_c_over_r_b"):
         assert ours[key].low < ours[key].paper.value < ours[key].high, key
     assert ours["table_4.model.noise.R"].high < 0.6  # where it does not agree: 0.79 printed
-=======
+
+
 def test_figure_4(tmp_path: Path) -> None:
     """Both printed numbers of the figure want one modulus, if the square is averaged over the circumference."""
     module = study("figure_4")
@@ -89,4 +89,3 @@ def test_distinguishability() -> None:
     known = module.sensors()[0].known()
     averaged = module.threshold_radii(known, [0.0, 4.4], samples=20, use_load=False)
     assert averaged[1] < averaged[0]  # elements are sweet spots
->>>>>>> 4099161 (Reliability: what one touch tells apart, with the paper's criterion beside it)
