@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.inference.conditional_modes import conditional_modes, root_of_inverse
 from bayestouch.inference.even_points import EvenPoints
-from bayestouch.inference.finger_profile import conditional_modes, profile_proposal
+from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import FingerPosterior
 from bayestouch.parameters import Prior, Uniform
 from bayestouch.radius_prior import RadiusOfTips
@@ -172,11 +173,9 @@ def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProp
     w = np.broadcast_to(cells + 0.5, (len(mode), len(cells)))
     start = np.repeat(mode[:, None, 1:], len(cells), axis=1)
     centre, _, curvature = conditional_modes(posterior, w, start)
-    covariance = np.linalg.inv(curvature)
-    return [
-        TipProposal(float(cell), StudentT.from_covariance(centre[:, k], covariance[:, k], DOF))
-        for k, cell in enumerate(cells)
-    ]
+    l11, l21, l22 = np.moveaxis(root_of_inverse(curvature), -1, 0)
+    root = np.stack([l11, np.zeros(l11.shape), l21, l22], axis=-1).reshape(*l11.shape, 2, 2)
+    return [TipProposal(float(cell), StudentT(centre[:, k], root[:, k], DOF)) for k, cell in enumerate(cells)]
 
 
 def _log_evidence(posterior: FingerPosterior, part: BlockProposal) -> tuple[FloatArray, FloatArray]:

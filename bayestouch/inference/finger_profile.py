@@ -9,10 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.inference.conditional_modes import conditional_modes, root_of_inverse
 from bayestouch.inference.finger_reader import FingerPosterior
 from bayestouch.sampling import BlockStreams
 
@@ -30,12 +32,6 @@ TAIL = 0.9
 # to it that 98 % of the draws count.
 DOF = 20.0
 TINY = 1e-16
-# Steps of the derivatives: two cells of the reading table, and a share of the load.
-ANGLE_STEP, LOAD_STEP = 3e-3, 3e-3
-LEAST_WEIGHT = 1e-3
-# Newton steps: the longest, one that need not be repeated (both in sds), how many; and how far below the peak of the
-# log density a place does not matter.
-LONGEST_STEP, SETTLED, MOST_STEPS, NEGLIGIBLE = 3.0, 1.0, 12, 12.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,9 +69,11 @@ class ProfileProposal:
     def select(self, blocks: ArrayLike) -> ProfileProposal:
         """Proposal of some of the blocks, by position or mask."""
         index = np.asarray(blocks)
-        return ProfileProposal(
+        some = ProfileProposal(
             self.first[index], self.step[index], self.log_marginal[index], self.centre[index], self.root[index]
         )
+        some.__dict__["_pieces"] = self._pieces.select(index)
+        return some
 
     @cached_property
     def _pieces(self) -> _Pieces:
@@ -175,10 +173,19 @@ class _Pieces:
             rises=np.concatenate([none, np.diff(at_knots, axis=2), none], axis=2),
         )
 
+    def select(self, index: NDArray[Any]) -> _Pieces:
+        """Those of some blocks, by position or mask."""
+        by_block = {name: getattr(self, name)[index] for name in _BY_BLOCK}
+        rows = self.rows[: len(by_block["ends"])]
+        return _Pieces(rows=rows, values=self.values[:, index], rises=self.rises[:, index], **by_block)
+
     def given(self, at: IntArray, offset: FloatArray) -> list[FloatArray]:
         """Centre (θ_c, P) and root (l11, l21, l22) at `offset` from the knot of the pieces `at`."""
         share = offset * self.share.take(at)
         return [value.take(at) + share * rise.take(at) for value, rise in zip(self.values, self.rises, strict=True)]
+
+
+_BY_BLOCK = ("ends", "below", "knot", "start", "slope", "inverse", "drop", "share")
 
 
 def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray) -> ProfileProposal:
@@ -205,9 +212,8 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     lows, highs = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
     rest = np.clip(rest, lows + 1e-9, np.minimum(highs, 1e12) - 1e-9)
     centre, value, curvature = conditional_modes(posterior, w, rest)
-    root = np.linalg.cholesky(np.linalg.inv(curvature))
-    volume = np.log(root[..., 0, 0]) + np.log(root[..., 1, 1])
-    marginal = value + volume
+    root = root_of_inverse(curvature)
+    marginal = value + np.log(root[..., 0]) + np.log(root[..., 2])
     # A knot that reads as impossible still gets a little, so that nothing possible is left out.
     top = np.nanmax(np.where(np.isfinite(marginal), marginal, -np.inf), axis=1, keepdims=True)
     marginal = np.where(np.isfinite(marginal), np.maximum(marginal, top - 40.0), top - 40.0)
@@ -216,82 +222,5 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
         step=step,
         log_marginal=marginal,
         centre=centre,
-        root=np.stack([root[..., 0, 0], root[..., 1, 0], root[..., 1, 1]], axis=-1),
+        root=root,
     )
-
-
-def conditional_modes(
-    posterior: FingerPosterior, w: FloatArray, start: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mode of (θ_c, P) given w, at several w of every touch side by side.
-
-    One Newton step serves most touches. Where load or location leave the regression's line, as beyond the end of the
-    array without a force reading, more are made, until no w that matters would gain by another.
-
-    Parameters
-    ----------
-    posterior : FingerPosterior
-        With its reading table.
-    w, start : (t, g), (t, g, 2) arrays
-        Where, and from which (θ_c, P).
-
-    Returns
-    -------
-    mode, value, curvature : (t, g, 2), (t, g), (t, g, 2, 2) arrays
-        Mode, log density there (both by the last expansion), and minus its Hessian.
-    """
-    low, high = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
-    here, kept, best = start.copy(), start.copy(), np.full(w.shape, -np.inf)
-    mode, value, curvature = start.copy(), np.full(w.shape, -np.inf), np.empty((*w.shape, 2, 2))
-    active = np.arange(len(w))
-    for _ in range(MOST_STEPS):
-        at, gradient, bend = _expand(posterior, w[active], here[active], active)
-        step = np.linalg.solve(bend, gradient[..., None])[..., 0]
-        # A step further than three sds says the expansion does not hold there: take three sds.
-        length = np.sqrt(np.einsum("tgi,tgij,tgj->tg", step, bend, step))
-        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(length, 1e-12))[..., None]
-        better = (at > best[active]) | np.isneginf(best[active])
-        wide = better[..., None]
-        kept[active] = np.where(wide, here[active], kept[active])
-        best[active] = np.where(better, at, best[active])
-        curvature[active] = np.where(wide[..., None], bend, curvature[active])
-        mode[active] = np.where(wide, here[active] + step, kept[active])
-        value[active] = best[active] + np.where(better, 0.5 * np.minimum(length, LONGEST_STEP) ** 2, 0.0)
-        # A step that lost is tried again at half its length.
-        here[active] = np.where(wide, mode[active], 0.5 * (here[active] + kept[active]))
-        here[active] = np.clip(here[active], low + 1e-9, np.minimum(high, 1e12) - 1e-9)
-        hope = np.where(better, best[active] + 0.5 * length**2, value[active])
-        matters = hope > value[active].max(axis=1, keepdims=True) - NEGLIGIBLE
-        active = active[(matters & (length > SETTLED)).any(axis=1)]
-        if not len(active):
-            break
-    return mode, value, curvature
-
-
-def _expand(
-    posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks: NDArray[np.int64]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Log density (t, g), its gradient (t, g, 2) and minus its Gauss-Newton Hessian (t, g, 2, 2) in (θ_c, P)."""
-    t, g = w.shape
-    steps = np.stack([np.full(w.shape, ANGLE_STEP), LOAD_STEP * np.maximum(rest[..., 1], 1e-3)], axis=-1)
-    moves = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    places = rest[:, :, None] + moves * steps[:, :, None]
-    x = np.concatenate([np.broadcast_to(w[:, :, None, None], (t, g, 5, 1)), places], axis=-1).reshape(t, g * 5, 3)
-    z = posterior.residual(x, blocks).reshape(t, g, 5, -1)
-    prior = posterior.log_prior(x, blocks).reshape(t, g, 5)
-    value = prior[..., 0] - 0.5 * np.einsum("tgm,tgm->tg", z[:, :, 0], z[:, :, 0])
-    jacobian = np.stack([z[:, :, 1] - z[:, :, 2], z[:, :, 3] - z[:, :, 4]], axis=2) / (2 * steps[..., None])
-    gradient = -np.einsum("tgim,tgm->tgi", jacobian, z[:, :, 0])
-    curvature = np.einsum("tgim,tgjm->tgij", jacobian, jacobian)
-    inside: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=-1, keepdims=True)
-    safe = np.where(inside, prior, 0.0)
-    gradient += np.stack([safe[..., 1] - safe[..., 2], safe[..., 3] - safe[..., 4]], axis=-1) / (2 * steps)
-    bend = -np.stack(
-        [safe[..., 1] - 2 * safe[..., 0] + safe[..., 2], safe[..., 3] - 2 * safe[..., 0] + safe[..., 4]], axis=-1
-    )
-    curvature[..., [0, 1], [0, 1]] += np.maximum(bend / steps**2, 0.0)
-    # Never singular: at least a thousandth of the information that spans the prior's width.
-    low, high = posterior.priors.location.support
-    curvature[..., 0, 0] += 1 / (high - low) ** 2
-    curvature[..., 1, 1] += LEAST_WEIGHT / np.maximum(rest[..., 1], 1e-3) ** 2
-    return value, gradient, curvature
