@@ -7,20 +7,20 @@ radius is that of Figure 2's cut-off at this α, and both readings of "mean squa
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
-from _study import SHEAR_MODULUS, Compared, figure, options, print_compared, save
+from _paper import MODULUS_INTERVAL, SHEAR_MODULUS
+from _published import Beside, figure, options, print_beside, save
 
 from bayestouch import published
 from bayestouch.body.frequency import sensing_radius_for_cut_off
 from bayestouch.reliability import Annulus, smallest_radius, strain_difference, tolerable_noise
 from bayestouch.reliability.paper_criterion import SPANS_DEG
 
-MODULI = (0.05, 0.075, 0.1, 0.12, 0.15, 0.2, 0.3)
+MODULI = (0.03, 0.045, 0.054, 0.065, 0.1, 0.15, 0.3)
 # The typical noise of the sensor, from Table 1: % of the peak.
 NOISE = published.number("table_1.noise_level.avg").value / 100
 
@@ -74,28 +74,28 @@ def modulus_for(span_deg: float, contact: str) -> tuple[float, float]:
     )
 
 
-def compared(moduli: Sequence[float] = (SHEAR_MODULUS,)) -> list[Compared]:
-    """The paper's two numbers, averaged over the circumference; `moduli` are draws of μ, or one value."""
-    found = [thresholds(deep_finger(m), SPANS_DEG["circumference"]) for m in moduli]
+def compared() -> list[Beside]:
+    """The paper's two numbers, averaged over the circumference, over the posterior of μ."""
+    ends, middle = (
+        [thresholds(deep_finger(m), SPANS_DEG["circumference"]) for m in moduli]
+        for moduli in (MODULUS_INTERVAL, (SHEAR_MODULUS,))
+    )
     by_noise, by_radius = modulus_for(SPANS_DEG["circumference"], "layer")
-    why = (
-        "mean square over the circumference, frictionless contact on the layer; no modulus is printed, and "
-        f"{by_noise:.3f} MPa gives this number"
-    )
-    softer = (
-        f"as above; {by_radius:.3f} MPa gives this number, so that one modulus serves the whole figure, though a "
-        "softer one than Tables 3 and 4 ask for"
-    )
-    return [
-        Compared.of_draws("figure_4.flat_from_edge_noise", [f.noise_percent for f in found], why),
-        Compared.of_draws("figure_4.r_c_over_r_b", [f.radius_share for f in found], softer),
-    ]
+    rows = []
+    for key, name, modulus in (
+        ("figure_4.flat_from_edge_noise", "noise_percent", by_noise),
+        ("figure_4.r_c_over_r_b", "radius_share", by_radius),
+    ):
+        low, high = sorted(getattr(end, name) for end in ends)
+        why = f"mean square over the circumference; as printed at {modulus:.3f} MPa, which Table 3 gives too"
+        rows.append(Beside(key, getattr(middle[0], name), low, high, why))
+    return rows
 
 
 def print_tables() -> None:
     """Both numbers over modulus, contact and reading; and the modulus that each asks for."""
     print("α = 0.70: largest noise (% of peak) at which the flat is told from an edge, and r_c/r_b at 1 % noise")
-    print("paper                            3.7     0.16\n")
+    print("paper: 3.7 and 0.16\n")
     print(f"{'contact':>8s} {'mean square over':>18s}" + "".join(f"{m:>14.3f}" for m in MODULI) + "  MPa")
     for contact in ("layer", "hertz"):
         for reading, span in SPANS_DEG.items():
@@ -120,11 +120,11 @@ def picture(folder: Path, small: bool) -> None:
         name: np.stack([strain_difference(f, shares * f.outer_radius_mm, span_deg=span) for f in fingers])
         for name, span in SPANS_DEG.items()
     }
-    figures, axes = figure(1, 2, figsize=(10.5, 4.2))
+    figures, axes = figure(len(surfaces), figsize=(14.5, 4.2))
     for side, (name, surface) in zip(axes, surfaces.items(), strict=True):
         x = shares[:-1]
         filled = side.contourf(
-            x, alphas, 100 * surface[:, :-1], levels=np.arange(0, 21, 2), cmap="viridis", extend="max"
+            x, alphas, 100 * surface[:, :-1], levels=np.arange(0, 27, 2), cmap="viridis", extend="max"
         )
         for noise, style in ((NOISE, "-"), (0.01, "--")):
             line = side.contour(x, alphas, surface[:, :-1], levels=[2 * noise], colors="w", linestyles=style)
@@ -139,17 +139,16 @@ def picture(folder: Path, small: bool) -> None:
     save(figures, folder, "figure_4")
 
 
-def main(small: bool = False, folder: Path | None = None) -> list[Compared]:
+def main(small: bool = False, folder: Path | None = None) -> list[Beside]:
     """Print the tables and save the picture."""
     print_tables()
     rows = compared()
     print()
-    print_compared(rows)
+    print_beside(rows)
     if folder is not None:
         picture(folder, small)
     return rows
 
 
 if __name__ == "__main__":
-    chosen = options(__doc__)
-    main(chosen.small, chosen.folder)
+    main(*options(__doc__))

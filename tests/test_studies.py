@@ -76,16 +76,17 @@ def test_figure_4(tmp_path: Path) -> None:
     by_noise, by_radius = module.modulus_for(360.0, "layer")
     # 3.7 and 0.16 are rounded: to 1.4 % and 3 %, which is 0.001 and 0.002 MPa
     assert by_noise == pytest.approx(by_radius, abs=0.005)
-    assert rows["figure_4.flat_from_edge_noise"].ours < 3.7
+    for row in rows.values():
+        assert row.low < row.paper.value < row.high
     assert (tmp_path / "figure_4.png").stat().st_size > 10_000
 
 
 def test_distinguishability() -> None:
-    """Evidence of simulated touches and information agree, and the paper's 1.5 mm are too few for 95 %."""
+    """The noise of Table 1 allows finer distinctions than Table 4's noise in R, which the paper goes by."""
     module = study("distinguishability")
     rows = {row.key: row for row in module.main(small=True)}
-    assert rows["radius_error.distinguishable"].ours > 1.5
-    assert 80 < rows["radius_error.level"].ours < 95
+    assert 0.5 < rows["radius_error.distinguishable"].ours < 1.5
+    assert rows["radius_error.level"].ours > 95
     known = module.sensors()[0].known()
     averaged = module.threshold_radii(known, [0.0, 4.4], samples=20, use_load=False)
     assert averaged[1] < averaged[0]  # elements are sweet spots

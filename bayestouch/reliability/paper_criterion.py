@@ -22,8 +22,8 @@ FloatArray = NDArray[np.float64]
 
 #: The noise is exceeded by this factor where two indenters count as told apart.
 NOISE_FACTOR = 2.0
-#: Readings of "mean square": over the whole circumference, or over the 50° that the paper's standard errors are over.
-SPANS_DEG = {"circumference": 360.0, "50 degrees": 50.0}
+#: Readings of "mean square": over the circumference, or the arcs of the standard errors of sections 3.2 and 3.1.
+SPANS_DEG = {"circumference": 360.0, "touched half": 180.0, "50 degrees": 50.0}
 ANGLES = 2048
 
 
@@ -51,7 +51,7 @@ class Annulus:
     sensing_radius: float
     outer_radius_mm: float = 12.7
     poisson_ratio: float = 0.46
-    shear_modulus_MPa: float = 0.12
+    shear_modulus_MPa: float = 0.054
     load_N_per_m: float = 200.0
     contact: str = "layer"
 
