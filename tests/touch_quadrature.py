@@ -67,10 +67,14 @@ class OneTouch:
 
 @dataclass(frozen=True, eq=False)
 class Marginals:
-    """Statistics by parameter: mean, sd, 5 and 95 % quantile; and the log of the integral."""
+    """Statistics by parameter: mean, sd, 5 and 95 % quantile; the log of the integral; and the peak.
+
+    The peak (R in mm, θ_c in rad, P in N/m) is that of the density per unit of log(R/(r_b - R)), as drawn.
+    """
 
     statistics: dict[str, np.ndarray]
     log_evidence: float
+    peak: tuple[float, float, float]
 
 
 def integrate(touch: OneTouch, prior: Prior | None = None, radius_mm: float | None = None) -> Marginals:
@@ -78,6 +82,8 @@ def integrate(touch: OneTouch, prior: Prior | None = None, radius_mm: float | No
     outer = touch.chain.outer_radius_mm
     log_prior = None if prior is None else prior.log_density
     ends = [(0.0, outer) if prior is None else prior.support, touch.location, (0.0, touch.largest_load)]
+    if radius_mm is not None:
+        ends[0] = (radius_mm, radius_mm)
     if not np.isnan(touch.load):
         ends[2] = (touch.load - 10 * touch.load_sd, touch.load + 10 * touch.load_sd)
     bounds = list(ends)
@@ -88,8 +94,10 @@ def integrate(touch: OneTouch, prior: Prior | None = None, radius_mm: float | No
         log = _log_density(touch, axes, log_prior)
         before, ends = ends, _zoomed(axes, log, ends, bounds)
         # Settled: all that matters is inside, and no axis can be cut much shorter.
-        if all(0.7 < (b - a) / (d - c) <= 1.0 for (a, b), (c, d) in zip(ends, before, strict=True)):
+        if all(c <= a and b <= d and b - a >= 0.7 * (d - c) for (a, b), (c, d) in zip(ends, before, strict=True)):
             break
+    else:
+        raise AssertionError("the region of the posterior was not found")
     rules = [_gauss(n, *end) for n, end in zip(FINE, ends, strict=True)]
     if radius_mm is not None:
         rules[0] = np.array([radius_mm]), np.ones(1)
@@ -107,7 +115,10 @@ def integrate(touch: OneTouch, prior: Prior | None = None, radius_mm: float | No
     if radius_mm is None and ends[0][1] < 0.9 * outer:
         share = np.einsum("ijk,i,j,k->i", density, *weights)
         statistics["r_c"] = _radius_statistics(statistics["R"], axes[0], share, outer)
-    return Marginals(statistics, float(np.log(np.einsum("ijk,i,j,k->", density, *weights)) + log.max()))
+    jacobian = axes[0] * (outer - axes[0]) if radius_mm is None else np.ones(1)
+    at = np.unravel_index(np.argmax(density * jacobian[:, None, None]), density.shape)
+    peak = (float(axes[0][at[0]]), float(axes[1][at[1]]), float(axes[2][at[2]]))
+    return Marginals(statistics, float(np.log(np.einsum("ijk,i,j,k->", density, *weights)) + log.max()), peak)
 
 
 def _gauss(n, low, high):
