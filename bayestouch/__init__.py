@@ -27,6 +27,7 @@ _PUBLIC = {
     "infer": "inference",
     "load": "posterior",
     "load_dataset": "dataset",
+    "pp_plot": "probability_plot",
     "report": "reporting",
     "save_dataset": "dataset",
     "sbc": "simulation_checks",
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from bayestouch.indenter_priors import UniformRadius as UniformRadius
     from bayestouch.inference import infer as infer
     from bayestouch.posterior import load as load
+    from bayestouch.probability_plot import pp_plot as pp_plot
     from bayestouch.reporting import report as report
     from bayestouch.results import Calibration as Calibration
     from bayestouch.results import TouchPosteriors as TouchPosteriors

@@ -18,6 +18,7 @@ from bayestouch.tip_probabilities import TipProbabilities
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.axes import Axes
     from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
@@ -167,6 +168,12 @@ class TouchPosteriors:
         tail = (1 - probability) / 2
         low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
         return low, high
+
+    def plot_pp(self, truth: Mapping[str, FloatArray] | None = None, **options: Any) -> Axes:
+        """P-P plot of touches with known truth, see `bayestouch.pp_plot`."""
+        from bayestouch.probability_plot import pp_plot
+
+        return pp_plot(self, truth, **options)
 
     def save(self, path: str | Path) -> None:
         """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""

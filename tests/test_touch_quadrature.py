@@ -105,7 +105,7 @@ def test_twenty_touches_agree_with_quadrature(
     result = bayestouch.infer(
         read.table, read.calibration, plug_in=plug_in, method=method, draws=DRAWS, seed=1, workers=1
     )
-    # The Pareto shape of good weights scatters: one copy in a hundred may be graded poor for it. All are held to the same.
+    # The Pareto shape of good weights scatters: one copy in a hundred may be graded poor, and is held to the same.
     assert result.sample_stats["grade"].mean() > 0.98
     for number, marginals in enumerate(expected):
         copies = slice(number, None, len(CASES))
