@@ -105,6 +105,7 @@ def calibrate(
 )
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
+@click.option("--no-check", is_flag=True, help="Do not look for faulty elements and a faulty force sensor.")
 @click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
 @click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
@@ -116,6 +117,7 @@ def infer(
     indenter: str | None,
     plug_in: bool,
     no_load: bool,
+    no_check: bool,
     each_sample: bool,
     method: str,
     draws: int,
@@ -142,6 +144,7 @@ def infer(
             indenter=prior,
             plug_in=plug_in,
             use_load=not no_load,
+            check_sensor=not no_check,
             each_sample=each_sample,
             method=method,
             draws=draws,

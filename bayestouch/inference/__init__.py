@@ -19,6 +19,7 @@ def infer(
     indenter: IndenterPrior | None = None,
     plug_in: bool = False,
     use_load: bool = True,
+    check_sensor: bool = True,
     each_sample: bool = False,
     method: str = "emcee",
     draws: int = 1024,
@@ -42,6 +43,9 @@ def infer(
         Take the calibration at its mode instead of integrating over what it leaves uncertain.
     use_load : bool
         Use the force sensor's reading where there is one.
+    check_sensor : bool
+        Look for elements (dead, stuck, swapped, of another gain or zero) and a force sensor that no longer read as
+        calibrated, and go on without them; the notes say which (fingers only).
     each_sample : bool
         A posterior for each sample in place of one for each touch's mean (fingers only).
     method : {"emcee", "importance"}
@@ -80,6 +84,7 @@ def infer(
             calibration,
             plug_in=plug_in,
             use_load=use_load,
+            check_sensor=check_sensor,
             each_sample=each_sample,
             method=method,
             draws=draws,

@@ -13,10 +13,13 @@ from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import IndenterPrior, UniformRadius
+from bayestouch.inference.fault_notes import fault_notes, fault_settings
+from bayestouch.inference.finger_check import check_finger, corrected_means, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.radius_prior import RadiusOfTips
@@ -34,6 +37,7 @@ def infer_finger(
     *,
     plug_in: bool,
     use_load: bool,
+    check_sensor: bool,
     each_sample: bool,
     method: str,
     draws: int,
@@ -48,12 +52,18 @@ def infer_finger(
     typical = float(calibration.settings["typical_load"])
     readings, notes = _readings(means, calibration, use_load)
     chain, table, covariance = _model(calibration, typical)
+    noise, check = calibration.noise, None
+    if check_sensor:
+        check = check_finger(readings, chain, table, noise, covariance, typical)
+        means, noise = corrected_means(means, check), widened(noise, check.excess)
+        readings, notes = _readings(means, calibration, use_load and not check.force_left_out)
+        notes += fault_notes(check, "N/m")
     priors = IndenterPriors.of(chain, typical, indenter)
     task = DrawTask(
         chain=chain,
         priors=priors,
         table=table,
-        noise=calibration.noise,
+        noise=noise,
         reading_covariance=None if plug_in else covariance,
         method=method,
         draws=draws,
@@ -63,7 +73,7 @@ def infer_finger(
     drawn = draw_all(task, readings, workers, progress)
     log_probability = drawn.pop(TIPS, None)
     posterior_draws = {name: drawn[name] for name in DRAWN}
-    rows = _rows(means, chain, calibration, posterior_draws)
+    rows = _rows(means, chain, noise, posterior_draws)
     reference = _reference(means, chain)
     return TouchPosteriors(
         sensor=calibration.sensor,
@@ -77,6 +87,7 @@ def infer_finger(
             "contact": chain.contact,
             "plug_in": float(plug_in),
             "use_load": float(use_load),
+            **({} if check is None else fault_settings(check)),
             "each_sample": float(each_sample),
             "method": method,
             "indenter": str(indenter or UniformRadius()),
@@ -133,9 +144,7 @@ def _reference(means: TouchMeans, chain: CalibratedFinger) -> dict[str, FloatArr
     }
 
 
-def _rows(
-    means: TouchMeans, chain: CalibratedFinger, calibration: Calibration, draws: dict[str, FloatArray]
-) -> TouchRows:
+def _rows(means: TouchMeans, chain: CalibratedFinger, noise: Noise, draws: dict[str, FloatArray]) -> TouchRows:
     centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
     predicted = chain.predict(centre["R"], np.radians(centre["theta_c"]), centre["P"])
     counts = np.where(np.isnan(means.readings), 0, means.counts)
@@ -146,7 +155,7 @@ def _rows(
         load=means.load,
         observed=means.readings,
         predicted=predicted,
-        sd=calibration.noise.mean_sd(counts, predicted),
+        sd=noise.mean_sd(counts, predicted),
         counts=counts,
     )
 

@@ -118,7 +118,11 @@ class CalibrationCovariance:
 
     def __call__(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) for touches of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
-        return reading_covariance(self._neighbours.jacobian(radius_mm, angle, load), self.covariance)
+        return reading_covariance(self.jacobian(radius_mm, angle, load), self.covariance)
+
+    def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """As `calibration_jacobian`, (5, t, m), of this finger."""
+        return self._neighbours.jacobian(radius_mm, angle, load)
 
     @cached_property
     def _neighbours(self) -> Neighbours:

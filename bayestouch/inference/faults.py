@@ -1,0 +1,223 @@
+"""Faulty sensors: which element, or the force sensor, no longer reads as it was calibrated, and going on without it.
+
+The columns of the touch table (elements and force sensor) are left out one by one, the worst first, until what is
+left agrees with itself; then each is tried again among the sound ones, so that no column pays for another's fault.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.inference.fault_tests import TOLERANCE, Misfit, tested
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+BoolArray = NDArray[np.bool_]
+Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
+
+#: No more than this share of the elements is left out; beyond it the readings as a whole do not fit the calibration.
+LARGEST_SHARE = 1 / 3
+#: Sound elements that miss the model by more than this many times what noise and calibration explain widen the noise.
+LARGEST_MISFIT = 2.0
+#: An element that follows the touches by less than this share of what it should is dead.
+DEAD_SHARE = 0.15
+
+
+class FittedTouches(Protocol):
+    """Touches that can be fitted without some of the columns, the last of which is the force sensor."""
+
+    @property
+    def columns(self) -> FloatArray:
+        """What each column read, (t, k)."""
+        ...
+
+    def with_order(self, order: IntArray) -> FittedTouches:
+        """The same touches with the readings of the elements in another order."""
+        ...
+
+    def __call__(self, out: BoolArray) -> Misfit:
+        """Fit without the columns `out`, a mask (k,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class ColumnFault:
+    """What is wrong with one column.
+
+    Attributes
+    ----------
+    column : int
+        Element, counted from 0; the number of elements for the force sensor.
+    kind : str
+        ``dead`` (does not follow the touches), ``stuck`` (one value), ``gain`` (reads `value` times what it should),
+        ``offset`` (reads `value` of its peak too much) or ``unlike`` (does not fit in another way).
+    value, sd : float
+        Of `kind`, with its standard deviation.
+    """
+
+    column: int
+    kind: Kind
+    value: float = np.nan
+    sd: float = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class SensorCheck:
+    """What the readings of many touches say of the sensor.
+
+    Attributes
+    ----------
+    faults : tuple of ColumnFault
+        Columns to go on without, elements first.
+    order : (m,) int array
+        Column that holds the readings of each element: not 0, 1, 2 … where wires are swapped.
+    excess : float
+        How many times noise and calibration the readings miss the model by, where no few elements explain it; else 1.
+    touches : int
+        Touches looked at.
+    """
+
+    faults: tuple[ColumnFault, ...]
+    order: IntArray
+    excess: float
+    touches: int
+
+    @property
+    def left_out(self) -> BoolArray:
+        """Elements to go on without, (m,)."""
+        out = np.zeros(len(self.order), dtype=bool)
+        out[[fault.column for fault in self.faults if fault.column < len(out)]] = True
+        return out
+
+    @property
+    def force_left_out(self) -> bool:
+        """Whether to go on without the force sensor."""
+        return any(fault.column == len(self.order) for fault in self.faults)
+
+    @property
+    def sound(self) -> bool:
+        """Whether nothing was found."""
+        return not self.faults and self.excess == 1 and bool(np.all(np.diff(self.order) == 1))
+
+
+def find_faults(fitted: FittedTouches) -> SensorCheck:
+    """Look for columns that no longer read as calibrated.
+
+    Parameters
+    ----------
+    fitted : FittedTouches
+        Touches with the model of the calibrated sensor.
+    """
+    t, k = fitted.columns.shape
+    order = np.arange(k - 1)
+    out = _without(fitted)
+    if out is None:
+        return _as_a_whole(fitted)
+    while (pair := _swapped(fitted, out)) is not None:
+        swap = _exchanged(k - 1, pair)
+        fitted, order = fitted.with_order(swap), order[swap]
+        out[list(pair)] = False
+    misfit, columns = fitted(out), fitted.columns
+    faults = tuple(_named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
+    tests = tested(misfit)
+    if tests.differ or any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
+        # no factor puts the force sensor right: more likely it is the elements, each in its own way
+        return _as_a_whole(fitted)
+    usual = tests.usual
+    return SensorCheck(faults, order, usual if usual > LARGEST_MISFIT else 1.0, t)
+
+
+def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
+    """Another order of the elements that makes everything agree, or else how much there is to be explained."""
+    t, k = fitted.columns.shape
+    order = np.arange(k - 1)
+    for other in (order[::-1], np.roll(order, 1), np.roll(order, -1)):
+        found = _without(fitted.with_order(other))
+        if found is not None and found.sum() <= 1 and not found[-1]:
+            faults: tuple[ColumnFault, ...] = ()
+            if found.any():
+                turned = fitted.with_order(other)
+                column = int(np.flatnonzero(found)[0])
+                faults = (_named(column, turned.columns[:, column], turned(found)),)
+            return SensorCheck(faults, other, 1.0, t)
+    return SensorCheck((), order, _excess(fitted(np.zeros(k, dtype=bool))), t)
+
+
+def _without(fitted: FittedTouches) -> BoolArray | None:
+    """Columns (k,) to leave out so that the others agree; None where they are too many."""
+    k = fitted.columns.shape[1]
+    out = np.zeros(k, dtype=bool)
+    largest = max(1, int(LARGEST_SHARE * (k - 1)))
+    while (tests := tested(fitted(out))).faulty.any():
+        out[np.where(tests.faulty, tests.drop, -1.0).argmax()] = True
+        if out[:-1].sum() > largest:
+            return None
+    for column in np.flatnonzero(out):
+        if out.sum() == 1:
+            break
+        tried = out.copy()
+        tried[column] = False
+        if not tested(fitted(tried)).faulty.any():
+            out = tried
+    return out
+
+
+def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
+    """Two elements, one of them in `out`, that agree with all others when their readings are exchanged."""
+    m = len(out) - 1
+    if not out[:m].any():
+        return None
+    untold = np.isnan(tested(fitted(out)).gain[:m])
+    for first in np.flatnonzero(out[:m]):
+        # the partner is at fault too, unless nothing is asked of it where the touches are
+        for second in np.flatnonzero((out[:m] | untold) & (np.arange(m) != first)):
+            kept = out.copy()
+            kept[[first, second]] = False
+            tests = tested(fitted.with_order(_exchanged(m, (int(first), int(second))))(kept))
+            if np.isfinite(tests.gain[first]) and not tests.faulty.any():
+                return int(first), int(second)
+    return None
+
+
+def _exchanged(m: int, pair: tuple[int, int]) -> IntArray:
+    order = np.arange(m)
+    order[list(pair)] = order[list(reversed(pair))]
+    return order
+
+
+def _excess(misfit: Misfit) -> float:
+    """Root mean square of the standardised residuals of the element that has the largest, 1 at the least."""
+    told = misfit.information > 0
+    squares = np.where(told, misfit.score**2 / np.where(told, misfit.information, 1.0), 0.0)
+    return max(1.0, float(np.sqrt(squares.sum(axis=0) / np.maximum(told.sum(axis=0), 1))[:-1].max()))
+
+
+def _named(column: int, read: FloatArray, misfit: Misfit) -> ColumnFault:
+    """What is wrong with a column, from what the others say it should have read."""
+    there = np.isfinite(read)
+    y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]
+    scale = float(misfit.scale[column])
+    if len(y) > 1 and np.ptp(y) == 0:
+        return ColumnFault(column, "stuck", float(y[0]))
+    # A signal that is itself uncertain would draw the slope to zero: its variance is taken out of its square.
+    weight = 1 / (s_sd**2 + (0.02 * scale) ** 2)
+    square = float((weight * (s**2 - s_sd**2)).sum())
+    if square <= 0:
+        return ColumnFault(column, "unlike")
+    gain = float((weight * y * s).sum()) / square
+    rest = y - gain * s
+    sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
+    if abs(gain) < DEAD_SHARE and abs(gain) < max(3 * sd, DEAD_SHARE) and sd < DEAD_SHARE:
+        return ColumnFault(column, "dead", gain, sd)
+    missed = float(np.sqrt(np.median(weight * rest**2)))
+    offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
+    beside = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
+    if column < misfit.n_elements and abs(offset) > TOLERANCE and beside < min(1.0, 0.5 * missed):
+        return ColumnFault(column, "offset", offset, 0.02 / np.sqrt(len(y)))
+    if missed < 2.0 and sd < 0.5 * abs(gain - 1):
+        return ColumnFault(column, "gain", gain, sd)
+    return ColumnFault(column, "unlike")

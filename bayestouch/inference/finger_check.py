@@ -1,0 +1,65 @@
+"""The check of a finger's elements and force sensor before its touches are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.averages import TouchMeans
+from bayestouch.inference.fault_tests import FEWEST
+from bayestouch.inference.faults import SensorCheck, find_faults
+from bayestouch.inference.finger_misfit import FingerMisfit
+from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
+from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.noise import Noise
+
+FloatArray = NDArray[np.float64]
+
+#: Touches looked at, evenly spread over the table: twice as many would find changes of gain only a little smaller.
+MOST = 256
+
+
+def check_finger(
+    readings: TouchReadings,
+    chain: CalibratedFinger,
+    table: ReadingTable,
+    noise: Noise,
+    reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
+    typical_load: float,
+) -> SensorCheck:
+    """Check elements and force sensor on touches that are to be read.
+
+    Parameters
+    ----------
+    readings : TouchReadings
+        The touches; fewer than `FEWEST` tell nothing.
+    chain, table, noise, reading_covariance
+        The calibrated finger, as for `DrawTask`.
+    typical_load : float
+        N/m.
+    """
+    t, m = readings.readings.shape
+    if t < FEWEST or m < 3:
+        return SensorCheck((), np.arange(m), 1.0, 0)
+    some = np.unique(np.linspace(0, t - 1, min(t, MOST)).round().astype(np.int64))
+    priors = IndenterPriors.of(chain, typical_load)
+    return find_faults(
+        FingerMisfit(chain, table, priors, noise, reading_covariance, readings.select(some), typical_load)
+    )
+
+
+def corrected_means(means: TouchMeans, check: SensorCheck) -> TouchMeans:
+    """Touches with swapped wires put right and readings of faulty elements missing."""
+    readings, counts = means.readings[:, check.order], means.counts[:, check.order]
+    out = check.left_out
+    return replace(means, readings=np.where(out, np.nan, readings), counts=np.where(out, 0, counts))
+
+
+def widened(noise: Noise, excess: float) -> Noise:
+    """Noise that covers what the readings miss the model by."""
+    if excess == 1:
+        return noise
+    return replace(noise, tactile_sd=noise.tactile_sd * excess, discrepancy_sd=noise.discrepancy_sd * excess)
