@@ -98,7 +98,7 @@ def test_a_plug_put_in_wrongly_is_noticed(sound: tuple[Calibration, Touches], tu
 def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, Touches], factor: float) -> None:
     result = infer(sound, load=sound[1].load * factor)
     (note,) = found(result)
-    assert f"{factor:g}" in note.replace("1.251", "1.25").replace("1.249", "1.25") or "times the load" in note
+    assert "times the load that the elements say" in note
     assert result.settings["force_sensor"] == "left out"
     # loads come from the elements: without the check they would be off by the factor
     ratio = result.mean("P") / (result.reference["P"] / factor)
@@ -114,7 +114,7 @@ def test_two_faults_at_once(sound: tuple[Calibration, Touches]) -> None:
 
 
 def test_many_changed_gains_widen_the_intervals(sound: tuple[Calibration, Touches]) -> None:
-    gains = np.exp(0.1 * np.random.default_rng(1).standard_normal(16))
+    gains = np.exp(0.2 * np.random.default_rng(1).standard_normal(16))
     result = infer(sound, readings=sound[1].readings * gains)
     assert any("calibrate the sensor again" in note for note in found(result))
     assert np.median(result.sd("R") / infer(sound).sd("R")) > 1.5
@@ -149,8 +149,8 @@ def test_what_was_found_is_kept_in_the_file(sound: tuple[Calibration, Touches], 
 def test_study_of_faults_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     """One finger and a few faults: found, and coverage comes back."""
     module = study("faulty_sensors")
-    monkeypatch.setattr(module, "RADII", (0.0, 2.0, 9.3, np.inf))
-    wanted = ("wires swapped", "stuck at a reading", "force x 1.4")
+    monkeypatch.setattr(module, "RADII", (2.0, 9.3))
+    wanted = ("wires swapped", "force x 1.4")
     monkeypatch.setattr(module, "FAULTS", tuple(fault for fault in module.FAULTS if fault.name in wanted))
     rows = module.main(1)
     assert rows["none"]["noticed"] == 0

@@ -101,6 +101,11 @@ class ColumnTests:
     differ: bool
     usual: float
 
+    @property
+    def agree(self) -> bool:
+        """Whether nothing is wrong with the columns that were fitted."""
+        return not self.differ and not bool(self.faulty.any())
+
 
 def tested(misfit: Misfit) -> ColumnTests:
     """Test every column for a changed gain, an offset and a scatter of its own."""
@@ -125,8 +130,8 @@ def tested(misfit: Misfit) -> ColumnTests:
     for value, sd in ((gain, gain_sd), (offset, offset_sd)):
         known = enough & np.isfinite(sd)
         # Where the model is a little wrong, sound elements differ among each other by more than their sds.
-        unlike = _excess(value[known & elements], sd[known & elements])
-        differ |= unlike > float(np.median(tolerance))
+        unlike, chance = _excess(value[known & elements], sd[known & elements])
+        differ |= not chance and unlike > float(np.median(tolerance))
         total = np.sqrt(sd**2 + unlike**2)
         faulty |= known & (np.abs(value) - tolerance > THRESHOLD * total)
     faulty |= enough & (spread > SCATTER * usual)
@@ -161,13 +166,20 @@ def _robust_sd(z: FloatArray, told: NDArray[np.bool_]) -> FloatArray:
     )
 
 
-def _excess(value: FloatArray, sd: FloatArray) -> float:
-    """Standard deviation among columns beyond their own sds, from medians; 0 with fewer than five of them."""
+def _excess(value: FloatArray, sd: FloatArray) -> tuple[float, bool]:
+    """Standard deviation among columns beyond their own sds, by medians, and whether chance could make it.
+
+    Fewer than five columns say nothing.
+    """
     precise = sd < 3 * _median(sd)
-    if precise.sum() < 5:
-        return 0.0
-    about = value[precise] - np.median(value[precise])
-    return float(np.sqrt(max(0.0, (_median(np.abs(about)) / _NORMAL_QUARTILE) ** 2 - _median(sd[precise] ** 2))))
+    n = int(precise.sum())
+    if n < 5:
+        return 0.0, True
+    about = np.abs(value[precise] - np.median(value[precise]))
+    variance = (_median(about) / _NORMAL_QUARTILE) ** 2 - _median(sd[precise] ** 2)
+    ratio = _median(about / sd[precise]) / _NORMAL_QUARTILE
+    # an sd from the median of n absolute values is itself uncertain by 1.17/sqrt(n) of its size
+    return float(np.sqrt(max(0.0, variance))), ratio < 1 + THRESHOLD * 1.17 / np.sqrt(n)
 
 
 def _median(values: FloatArray) -> float:

@@ -21,8 +21,9 @@ Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
 
 #: No more than this share of the elements is left out; beyond it the readings as a whole do not fit the calibration.
 LARGEST_SHARE = 1 / 3
-#: Sound elements that miss the model by more than this many times what noise and calibration explain widen the noise.
-LARGEST_MISFIT = 2.0
+#: Elements that miss the model by more than this many times what noise and calibration explain widen the noise: the
+#: second where something was found to be at fault.
+LARGEST_MISFIT, SLIGHT_MISFIT = 2.0, 1.2
 #: An element that follows the touches by less than this share of what it should is dead.
 DEAD_SHARE = 0.15
 
@@ -123,28 +124,32 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
         out[list(pair)] = False
     misfit, columns = fitted(out), fitted.columns
     faults = tuple(_named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
-    tests = tested(misfit)
-    if tests.differ or any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
+    if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
         # no factor puts the force sensor right: more likely it is the elements, each in its own way
         return _as_a_whole(fitted)
-    usual = tests.usual
-    return SensorCheck(faults, order, usual if usual > LARGEST_MISFIT else 1.0, t)
+    # Where some elements are at fault the others may be a little; where none is, the model is what it was calibrated.
+    overall, worst = _root_mean_squares(misfit)
+    widen = overall > (SLIGHT_MISFIT if len(faults) else LARGEST_MISFIT)
+    return SensorCheck(faults, order, max(1.0, worst) if widen else 1.0, t)
 
 
 def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
     """Another order of the elements that makes everything agree, or else how much there is to be explained."""
     t, k = fitted.columns.shape
     order = np.arange(k - 1)
+    excess = max(1.0, _root_mean_squares(fitted(np.zeros(k, dtype=bool)))[1])
     for other in (order[::-1], np.roll(order, 1), np.roll(order, -1)):
-        found = _without(fitted.with_order(other))
-        if found is not None and found.sum() <= 1 and not found[-1]:
-            faults: tuple[ColumnFault, ...] = ()
-            if found.any():
-                turned = fitted.with_order(other)
-                column = int(np.flatnonzero(found)[0])
-                faults = (_named(column, turned.columns[:, column], turned(found)),)
+        turned = fitted.with_order(other)
+        out = _without(turned)
+        # one element more may be at fault: that whose wire was left over by the shift
+        if out is None or out.sum() > 1 or out[-1]:
+            continue
+        misfit = turned(out)
+        if _root_mean_squares(misfit)[1] < 0.5 * excess:
+            columns = np.flatnonzero(out)
+            faults = tuple(_named(int(column), turned.columns[:, column], misfit) for column in columns)
             return SensorCheck(faults, other, 1.0, t)
-    return SensorCheck((), order, _excess(fitted(np.zeros(k, dtype=bool))), t)
+    return SensorCheck((), order, excess, t)
 
 
 def _without(fitted: FittedTouches) -> BoolArray | None:
@@ -152,8 +157,10 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
     k = fitted.columns.shape[1]
     out = np.zeros(k, dtype=bool)
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
-    while (tests := tested(fitted(out))).faulty.any():
-        out[np.where(tests.faulty, tests.drop, -1.0).argmax()] = True
+    while not (tests := tested(fitted(out))).agree:
+        # where elements differ but none stands out, a large fault of one may hide in what it does to its neighbours
+        suspects = tests.faulty if tests.faulty.any() else ~out & (np.arange(k) < k - 1)
+        out[np.where(suspects, tests.drop, -1.0).argmax()] = True
         if out[:-1].sum() > largest:
             return None
     for column in np.flatnonzero(out):
@@ -161,7 +168,7 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
             break
         tried = out.copy()
         tried[column] = False
-        if not tested(fitted(tried)).faulty.any():
+        if tested(fitted(tried)).agree:
             out = tried
     return out
 
@@ -178,7 +185,7 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
             kept = out.copy()
             kept[[first, second]] = False
             tests = tested(fitted.with_order(_exchanged(m, (int(first), int(second))))(kept))
-            if np.isfinite(tests.gain[first]) and not tests.faulty.any():
+            if np.isfinite(tests.gain[first]) and tests.agree:
                 return int(first), int(second)
     return None
 
@@ -189,11 +196,13 @@ def _exchanged(m: int, pair: tuple[int, int]) -> IntArray:
     return order
 
 
-def _excess(misfit: Misfit) -> float:
-    """Root mean square of the standardised residuals of the element that has the largest, 1 at the least."""
-    told = misfit.information > 0
-    squares = np.where(told, misfit.score**2 / np.where(told, misfit.information, 1.0), 0.0)
-    return max(1.0, float(np.sqrt(squares.sum(axis=0) / np.maximum(told.sum(axis=0), 1))[:-1].max()))
+def _root_mean_squares(misfit: Misfit) -> tuple[float, float]:
+    """Of the standardised residuals of all elements together, and of the element that has the largest."""
+    told = (misfit.information > 0)[:, :-1]
+    score, information = misfit.score[:, :-1], misfit.information[:, :-1]
+    squares = np.where(told, score**2 / np.where(told, information, 1.0), 0.0)
+    worst = squares.sum(axis=0) / np.maximum(told.sum(axis=0), 1)
+    return float(np.sqrt(squares.sum() / max(int(told.sum()), 1))), float(np.sqrt(worst.max()))
 
 
 def _named(column: int, read: FloatArray, misfit: Misfit) -> ColumnFault:
