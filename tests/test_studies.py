@@ -90,3 +90,14 @@ def test_distinguishability() -> None:
     known = module.sensors()[0].known()
     averaged = module.threshold_radii(known, [0.0, 4.4], samples=20, use_load=False)
     assert averaged[1] < averaged[0]  # elements are sweet spots
+
+
+def test_sweet_spots(tmp_path: Path) -> None:
+    """Errors are as large as predicted, and where the model misses something their sign is predicted too."""
+    by_size, by_sign = study("sweet_spots").main(small=True, folder=tmp_path)
+    # 51 errors that neighbours and tips share: a root mean square is good to a quarter or so
+    assert 0.6 < by_size[0].ratio < 1.5
+    assert by_sign[0].score.r_squared > 0.2
+    assert by_sign[0].score.rank_correlation > 0.4
+    assert np.abs(by_sign[0].seen_by_map.error).mean() < np.abs(by_sign[0].seen.error).mean()
+    assert (tmp_path / "sweet_spots.png").stat().st_size > 10_000

@@ -11,26 +11,51 @@ from typing import TYPE_CHECKING, Any
 # Public name: module that defines it.
 _PUBLIC = {
     "Annulus": "paper_criterion",
+    "BiasMap": "bias_scores",
+    "Explained": "bias_scores",
     "KnownFinger": "known_finger",
     "Optimism": "distinguishability",
     "RadiusScale": "information",
+    "SweetSpots": "maps",
+    "TouchEstimator": "location_bias",
     "TouchPlaces": "known_finger",
     "Trial": "distinguishability",
+    "attainable": "bias_scores",
+    "covered": "bias_scores",
+    "draw_bias": "maps",
+    "expected_coverage": "bias_scores",
     "expected_finger": "expected_calibration",
+    "explained_sign": "bias_scores",
+    "explained_size": "bias_scores",
+    "known_bias": "maps",
     "log_evidence": "evidence",
+    "observed_bias": "bias_scores",
     "optimism": "distinguishability",
+    "shared_by_indenters": "bias_scores",
     "smallest_radius": "paper_criterion",
     "strain_difference": "paper_criterion",
+    "sweet_spots": "maps",
     "threshold_radii": "distinguishability",
     "told_apart": "distinguishability",
     "tolerable_noise": "paper_criterion",
     "touch_information": "information",
     "trial": "distinguishability",
+    "variance_split": "bias_scores",
 }
 
 __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:
+    from bayestouch.reliability.bias_scores import BiasMap as BiasMap
+    from bayestouch.reliability.bias_scores import Explained as Explained
+    from bayestouch.reliability.bias_scores import attainable as attainable
+    from bayestouch.reliability.bias_scores import covered as covered
+    from bayestouch.reliability.bias_scores import expected_coverage as expected_coverage
+    from bayestouch.reliability.bias_scores import explained_sign as explained_sign
+    from bayestouch.reliability.bias_scores import explained_size as explained_size
+    from bayestouch.reliability.bias_scores import observed_bias as observed_bias
+    from bayestouch.reliability.bias_scores import shared_by_indenters as shared_by_indenters
+    from bayestouch.reliability.bias_scores import variance_split as variance_split
     from bayestouch.reliability.distinguishability import Optimism as Optimism
     from bayestouch.reliability.distinguishability import Trial as Trial
     from bayestouch.reliability.distinguishability import optimism as optimism
@@ -43,6 +68,11 @@ if TYPE_CHECKING:
     from bayestouch.reliability.information import touch_information as touch_information
     from bayestouch.reliability.known_finger import KnownFinger as KnownFinger
     from bayestouch.reliability.known_finger import TouchPlaces as TouchPlaces
+    from bayestouch.reliability.location_bias import TouchEstimator as TouchEstimator
+    from bayestouch.reliability.maps import SweetSpots as SweetSpots
+    from bayestouch.reliability.maps import draw_bias as draw_bias
+    from bayestouch.reliability.maps import known_bias as known_bias
+    from bayestouch.reliability.maps import sweet_spots as sweet_spots
     from bayestouch.reliability.paper_criterion import Annulus as Annulus
     from bayestouch.reliability.paper_criterion import smallest_radius as smallest_radius
     from bayestouch.reliability.paper_criterion import strain_difference as strain_difference

@@ -1,0 +1,105 @@
+"""How errors of the readings become errors of R, θ_c and P, touch by touch and element by element."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+
+FloatArray = NDArray[np.float64]
+
+#: What a touch is estimated by: R (mm), θ_c (degree), P (N/m).
+NAMES = ("R", "theta_c", "P")
+_UNITS = np.array([1.0, 180 / np.pi, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class TouchEstimator:
+    """The estimate of a touch to first order: generalised least squares over R, θ_c and P; t touches, m elements.
+
+    Attributes
+    ----------
+    weights : (t, 3, m) array
+        Change of R (mm), θ_c (degree) and P (N/m) per unit error of each reading: ``(Jᵀ Σ⁻¹ J)⁻¹ Jᵀ Σ⁻¹``.
+    load_weights : (t, 3) array
+        The same per N/m of error of the force sensor; zero where it is not used.
+    noise_variance : (t, m) array
+        Of the readings: noise of the mean of the samples, without what the model misses.
+    load_variance : float
+        Of the force sensor's mean reading.
+    """
+
+    weights: FloatArray
+    load_weights: FloatArray
+    noise_variance: FloatArray
+    load_variance: float
+
+    @classmethod
+    def of(
+        cls,
+        known: KnownFinger,
+        touches: TouchPlaces,
+        *,
+        samples: int = 1,
+        use_load: bool = True,
+        plug_in: bool = False,
+    ) -> TouchEstimator:
+        """Estimator of touches on a finger.
+
+        Parameters
+        ----------
+        known : KnownFinger
+            The calibrated finger.
+        touches : TouchPlaces
+            Touches that could be made.
+        samples : int
+            Samples averaged in each.
+        use_load : bool
+            Whether the force sensor is read.
+        plug_in : bool
+            Weigh readings by their noise alone, as if the calibration were exact.
+        """
+        jacobian = known.touch_jacobian(touches)
+        weighted: FloatArray
+        if plug_in:
+            weighted = jacobian / known.noise_variance(samples)[:, None]
+        else:
+            weighted = np.asarray(np.linalg.solve(known.covariance(touches, samples), jacobian), dtype=np.float64)
+        information = jacobian.swapaxes(1, 2) @ weighted
+        load_sd = known.load_sd(samples, use_load)
+        information[:, 2, 2] += load_sd**-2
+        inverse = np.linalg.inv(information) * _UNITS[:, None]
+        read = known.noise.tactile_sd**2 / samples
+        return cls(
+            weights=np.asarray(inverse @ weighted.swapaxes(1, 2)),
+            load_weights=np.asarray(inverse[:, :, 2] * load_sd**-2),
+            noise_variance=np.broadcast_to(read, (touches.n_touches, len(read))),
+            load_variance=load_sd**2 if np.isfinite(load_sd) else 0.0,
+        )
+
+    def errors(self, of_readings: FloatArray) -> FloatArray:
+        """Errors of R (mm), θ_c (degree), P (N/m) from errors of the readings, (..., t, m) to (..., t, 3).
+
+        An error is the reading less what the calibration predicts for the true touch.
+        """
+        return np.asarray(np.einsum("tim,...tm->...ti", self.weights, of_readings))
+
+    def noise_sd(self) -> FloatArray:
+        """Standard deviations from the noise of readings and force sensor, (t, 3)."""
+        variance = self.noise_by_element().sum(axis=-1) + self.load_weights**2 * self.load_variance
+        return np.asarray(np.sqrt(variance))
+
+    def noise_by_element(self) -> FloatArray:
+        """Variance that each element's noise puts into each estimate, (t, 3, m)."""
+        return np.asarray(self.weights**2 * self.noise_variance[:, None, :])
+
+    def variance_by_element(self, covariance: FloatArray) -> FloatArray:
+        """Variance that errors of covariance (t, m, m) put into each estimate, by element, (t, 3, m).
+
+        An element's part is its own variance and half of what it shares with each other one, so that the parts sum
+        to the whole; a part below zero is an element that makes up for the errors of others.
+        """
+        return np.asarray(self.weights * (self.weights @ covariance))

@@ -1,0 +1,204 @@
+"""Where a finger will read well and where it will not, from its calibration alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.contact import composite_radius
+from bayestouch.reliability.information import RadiusScale
+from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+from bayestouch.reliability.location_bias import NAMES, TouchEstimator
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class SweetSpots:
+    """Maps over k indenters and n locations, before any touch; R in mm, θ_c in degree, P in N/m.
+
+    What a calibration leaves open is a random function of location: its size can be predicted, its sign cannot.
+
+    Attributes
+    ----------
+    indenters_mm : (k,) array
+        r_c.
+    angle_deg : (n,) array
+        Locations.
+    noise_sd : mapping of (k, n) arrays
+        By estimate (``R``, ``theta_c``, ``P``): standard deviation that noise gives at one location.
+    bias_rms : mapping of (k, n) arrays
+        Root mean square, over calibrations, of the error that all samples at the location share: what the
+        calibration leaves open and what the model misses.
+    posterior_sd : (k, n) array
+        Root mean square posterior standard deviation of R, with edge and flat as the ends of its prior.
+    radius_offset : (k, n) array
+        Mean error of the posterior mean of R: what truncation at edge and flat does, for any calibration.
+    radius_scatter : (k, n) array
+        Standard deviation of the posterior mean of R about it, over noise and calibrations.
+    bias_by_element, noise_by_element : mapping of (k, n, m) arrays
+        Parts of the variances above that each element causes.
+    """
+
+    indenters_mm: FloatArray
+    angle_deg: FloatArray
+    noise_sd: Mapping[str, FloatArray]
+    bias_rms: Mapping[str, FloatArray]
+    posterior_sd: FloatArray
+    radius_offset: FloatArray
+    radius_scatter: FloatArray
+    bias_by_element: Mapping[str, FloatArray]
+    noise_by_element: Mapping[str, FloatArray]
+
+    def sd(self, name: str) -> FloatArray:
+        """Standard deviation of an estimate with noise, calibration and lack of fit in it, without ends, (k, n)."""
+        return np.asarray(np.hypot(self.noise_sd[name], self.bias_rms[name]))
+
+    @property
+    def radius_error(self) -> FloatArray:
+        """Root mean square error to expect of the posterior mean of R, (k, n)."""
+        return np.asarray(np.hypot(self.radius_offset, self.radius_scatter))
+
+    def best(self, name: str = "R") -> float:
+        """Location (degree) with the smallest standard deviation, on average over the indenters."""
+        return float(self.angle_deg[(self.sd(name) ** 2).mean(axis=0).argmin()])
+
+
+def sweet_spots(
+    known: KnownFinger,
+    indenters_mm: ArrayLike,
+    angle_deg: ArrayLike,
+    *,
+    load: float | None = None,
+    samples: int = 1,
+    use_load: bool = True,
+    plug_in: bool = False,
+) -> SweetSpots:
+    """Map what a calibrated finger will make of touches.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger.
+    indenters_mm : (k,) array_like
+        r_c: 0 a knife edge, inf a flat.
+    angle_deg : (n,) array_like
+        Locations.
+    load : float, optional
+        N/m; that of the calibration by default.
+    samples : int
+        Samples averaged in each touch.
+    use_load : bool
+        Whether the force sensor is read.
+    plug_in : bool
+        Estimates that take the calibration as exact, weighing readings by noise alone; the errors remain.
+    """
+    radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
+    composite = composite_radius(radii, known.outer_radius_mm)
+    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
+    shared = np.zeros((touches.n_touches, known.n_elements, known.n_elements))
+    if known.errors is not None:
+        shared += known.errors.covariance(touches)
+    index = np.arange(known.n_elements)
+    shared[:, index, index] += known.noise.discrepancy_sd**2
+    shape = len(radii), len(where)
+    bias, noise = estimator.variance_by_element(shared), estimator.noise_by_element()
+    noise_sd = estimator.noise_sd().reshape(*shape, 3)
+    scale = RadiusScale.of(known, np.radians(where), load=load, samples=samples, use_load=use_load)
+    mean, scatter, posterior = (np.stack(rows) for rows in zip(*(scale.estimates(r) for r in composite), strict=True))
+
+    def by_name(values: FloatArray) -> dict[str, FloatArray]:
+        return {name: values[..., i] for i, name in enumerate(NAMES)}
+
+    parts = {name: (bias[:, i].reshape(*shape, -1), noise[:, i].reshape(*shape, -1)) for i, name in enumerate(NAMES)}
+    return SweetSpots(
+        indenters_mm=radii,
+        angle_deg=where,
+        noise_sd=by_name(noise_sd),
+        bias_rms={name: np.sqrt(np.maximum(part.sum(axis=-1), 0.0)) for name, (part, _) in parts.items()},
+        posterior_sd=posterior,
+        radius_offset=mean - composite[:, None],
+        radius_scatter=scatter,
+        bias_by_element={name: part for name, (part, _) in parts.items()},
+        noise_by_element={name: part for name, (_, part) in parts.items()},
+    )
+
+
+def draw_bias(
+    known: KnownFinger,
+    indenters_mm: ArrayLike,
+    angle_deg: ArrayLike,
+    *,
+    draws: int = 200,
+    load: float | None = None,
+    samples: int = 1,
+    use_load: bool = True,
+    plug_in: bool = False,
+    seed: int = 0,
+) -> dict[str, FloatArray]:
+    """Maps of the bias for calibrations drawn from their posterior: what one finger may look like.
+
+    Parameters as in `sweet_spots`. What the model misses is not drawn: nothing is known of how it varies.
+
+    Returns
+    -------
+    mapping of (draws, k, n) arrays
+        By estimate: R (mm), theta_c (degree), P (N/m).
+    """
+    radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
+    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
+    if known.errors is None:
+        drawn = np.zeros((draws, touches.n_touches, 3))
+    else:
+        drawn = estimator.errors(known.errors.draw(touches, draws, np.random.default_rng(seed)))
+    return {name: drawn[..., i].reshape(draws, len(radii), len(where)) for i, name in enumerate(NAMES)}
+
+
+def known_bias(
+    known: KnownFinger,
+    better: KnownFinger,
+    indenters_mm: ArrayLike,
+    angle_deg: ArrayLike,
+    *,
+    load: float | None = None,
+    samples: int = 1,
+    use_load: bool = True,
+    plug_in: bool = False,
+) -> dict[str, FloatArray]:
+    """Bias, with its sign, of reading with one model touches that another model predicts better.
+
+    With an identified E map as the better model this is the part of the bias that the calibration touches have
+    already shown; with another contact model, the part that this contact model implies.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        What touches are read with.
+    better : KnownFinger
+        What predicts them better.
+    indenters_mm, angle_deg, load, samples, use_load, plug_in
+        As in `sweet_spots`.
+
+    Returns
+    -------
+    mapping of (k, n) arrays
+        By estimate: R (mm), theta_c (degree), P (N/m).
+    """
+    radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
+    estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
+    bias = estimator.errors(better.predict(touches) - known.predict(touches))
+    return {name: bias[:, i].reshape(len(radii), len(where)) for i, name in enumerate(NAMES)}
+
+
+def _grid(
+    known: KnownFinger, indenters_mm: ArrayLike, angle_deg: ArrayLike, load: float | None
+) -> tuple[FloatArray, FloatArray, TouchPlaces]:
+    """Indenters (k,), locations (n,) in degree, and touches by each at each."""
+    radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
+    where = np.atleast_1d(np.asarray(angle_deg, dtype=float))
+    composite = np.asarray(composite_radius(radii, known.outer_radius_mm))
+    push = known.typical_load if load is None else load
+    return radii, where, TouchPlaces.grid(composite, np.radians(where), push)

@@ -1,0 +1,135 @@
+"""Maps of what a finger will read well, and how they are scored."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch import InputError
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.reliability import (
+    KnownFinger,
+    TouchEstimator,
+    TouchPlaces,
+    attainable,
+    draw_bias,
+    expected_coverage,
+    expected_finger,
+    explained_sign,
+    explained_size,
+    known_bias,
+    shared_by_indenters,
+    sweet_spots,
+    touch_information,
+)
+from bayestouch.reliability.many_fits import fit_many_touches
+from bayestouch.simulation import FingerDesign
+
+DESIGN = FingerDesign(shear_modulus_MPa=0.08, samples_per_touch=4, edge_step_deg=6.0, flat_step_deg=12.0)
+TIPS, PLACES = [1.59, 6.01, 12.3], [-3.0, 0.0, 2.0, 4.4]
+
+
+@pytest.fixture(scope="module")
+def known() -> KnownFinger:
+    return expected_finger(DESIGN, seed=2)
+
+
+def test_estimates_follow_the_touch(known: KnownFinger) -> None:
+    """What moves the touch moves its estimate as much; noise gives the inverse of the information."""
+    touches = TouchPlaces.grid(np.array([3.0, 6.0]), np.radians(PLACES), 200.0)
+    estimator = TouchEstimator.of(known, touches)
+    moved = estimator.weights @ known.touch_jacobian(touches)
+    moved[:, :, 2] += estimator.load_weights  # the force sensor sees the load too
+    # R in mm, θ_c in degree per rad, P in N/m
+    assert moved == pytest.approx(np.broadcast_to(np.diag([1, 180 / np.pi, 1]), moved.shape), abs=1e-8)
+    exact = replace(known, errors=None)
+    information = touch_information(exact, touches, samples=3)
+    bound = np.sqrt(np.einsum("tii->ti", np.linalg.inv(information))) * [1, 180 / np.pi, 1]
+    assert TouchEstimator.of(exact, touches, samples=3).noise_sd() == pytest.approx(bound, rel=1e-9)
+
+
+def test_elements_sum_to_the_whole(known: KnownFinger) -> None:
+    spots = sweet_spots(known, TIPS, PLACES, samples=4, use_load=False)
+    for name in ("R", "theta_c", "P"):
+        assert spots.bias_by_element[name].sum(axis=-1) == pytest.approx(spots.bias_rms[name] ** 2, rel=1e-9)
+        assert spots.noise_by_element[name].sum(axis=-1) == pytest.approx(spots.noise_sd[name] ** 2, rel=1e-9)
+    nearest = np.abs(known.chain.angle - np.radians(4.4)).argmin()
+    assert spots.noise_by_element["R"][1, 3].argmax() in (nearest - 1, nearest, nearest + 1)
+
+
+def test_maps_are_the_root_mean_square_of_drawn_calibrations(known: KnownFinger) -> None:
+    drawn = draw_bias(known, TIPS, PLACES, samples=4, draws=2000)
+    spots = sweet_spots(known, TIPS, PLACES, samples=4)
+    # 2000 draws leave a standard deviation uncertain by 1.6 %; five of those
+    assert drawn["R"].std(axis=0) == pytest.approx(spots.bias_rms["R"], rel=0.08)
+    # one calibration errs alike at places and tips that are near each other
+    assert shared_by_indenters(drawn["R"][:, :, 0].T) > 0.5
+    blind = sweet_spots(known, TIPS, PLACES, samples=4, plug_in=True)
+    assert np.all(blind.sd("R") >= spots.sd("R") * (1 - 1e-9))  # least squares with the right weights is the best
+
+
+def test_known_bias_is_what_a_fit_finds(known: KnownFinger) -> None:
+    """An element that answers 1 % more than the calibration says, against the paper's fit of exact readings."""
+    chain = known.chain
+    assert isinstance(chain, FingerChain)
+    element = int(np.abs(chain.angle).argmin())
+    stronger = chain.response * np.where(np.arange(chain.n_elements) == element, 1.01, 1.0)
+    better = replace(known, chain=chain.with_(response=stronger))
+    # The paper's fit weighs strains, readings over gain; so does noise in proportion to the gain.
+    noise = replace(known.noise, tactile_sd=0.02 * chain.gain / chain.gain.mean())
+    predicted = known_bias(replace(known, noise=noise), better, TIPS, PLACES, use_load=False, plug_in=True)
+    radius = composite_radius(np.repeat(TIPS, len(PLACES)), known.outer_radius_mm)
+    place = np.tile(PLACES, len(TIPS))
+    found = fit_many_touches(chain, better.chain.predict(radius, np.radians(place), np.full(len(place), 200.0)))
+    error = found.composite_radius_mm - radius
+    # 1 % moves R by a tenth of a millimetre, over which it is linear to a few per cent; tables are linear in κ between
+    # knots, which the step of the derivative smooths
+    assert predicted["R"].ravel() == pytest.approx(error, abs=0.1 * np.abs(error).max())
+    assert predicted["theta_c"].ravel() == pytest.approx(found.angle_deg - place, abs=0.002)
+
+
+def test_few_calibration_touches_leave_more_open() -> None:
+    many = expected_finger(replace(DESIGN, edge_step_deg=2.0, flat_step_deg=4.0))
+    few = expected_finger(DESIGN)
+    ratio = sweet_spots(few, TIPS, PLACES).bias_rms["R"] / sweet_spots(many, TIPS, PLACES).bias_rms["R"]
+    # three times the touches, the square root of three: priors and places of touches take some of it
+    assert np.median(ratio) == pytest.approx(np.sqrt(3), rel=0.15)
+
+
+def test_perfect_predictions_score_as_they_should() -> None:
+    rng = np.random.default_rng(0)
+    rms = np.exp(rng.normal(size=(4, 60)))
+    errors = rms * rng.standard_normal((200, 4, 60))
+    score = explained_sign(errors[0], errors[0])
+    assert score.r_squared == pytest.approx(1)
+    assert score.rank_correlation == pytest.approx(1)
+    assert explained_sign(0 * errors[0], errors[0]).r_squared == pytest.approx(0)
+    expected = attainable(rms, errors)
+    found = explained_size(rms, errors[0])
+    assert expected["rank_correlation"][1] < found.rank_correlation < expected["rank_correlation"][2]
+    low, high = found.rank_interval
+    assert low < found.rank_correlation < high
+    # the share of |error| that its root mean square explains: the variance of √(2/π) rms over the whole
+    whole = (rms**2).mean() - (2 / np.pi) * rms.mean() ** 2
+    # 200 draws of 240 heavy-tailed numbers: each share scatters by some 0.15
+    assert expected["r_squared"][0] == pytest.approx(2 / np.pi * rms.var() / whole, abs=0.05)
+    with pytest.raises(InputError, match="one shape"):
+        explained_sign(np.zeros((2, 3)), np.zeros((3, 2)))
+
+
+def test_indenters_share_what_belongs_to_the_place() -> None:
+    rng = np.random.default_rng(1)
+    place, own = rng.standard_normal(400), rng.standard_normal((3, 400))
+    # variance 1 shared of 2 in all: correlation 1/2, to 1/sqrt(400)
+    assert shared_by_indenters(place + own) == pytest.approx(0.5, abs=0.15)
+    assert np.isnan(shared_by_indenters(place[None]))
+
+
+def test_coverage_of_intervals_that_know_of_noise_alone() -> None:
+    assert expected_coverage(1.0, 0.0) == pytest.approx(0.9)
+    wide = stats.norm(scale=np.sqrt(2))
+    assert expected_coverage(1.0, 1.0) == pytest.approx(1 - 2 * wide.cdf(-stats.norm.ppf(0.95)))
