@@ -1,119 +1,117 @@
-"""Simulation-based calibration: are the posteriors of touches what they claim to be?
+"""Simulation-based calibration: are the posteriors what they claim to be?
 
-Draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the truth among
-the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788).
+Of touches: draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the
+truth among the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788). Of
+calibrations likewise, see `bayestouch.calibration_checks`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
+from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DrawTask, draw_all
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
+from bayestouch.ranks import BINS, RankStatistics, rank_statistics
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
-BINS = 20
-# Draws a rank is taken among: few enough to be independent when thinned from a thousand.
-RANKED = 99
 # Calibrations drawn from the posterior; each serves several touches.
 CALIBRATIONS = 50
 
 
-@dataclass(frozen=True, eq=False)
-class RankStatistics:
-    """Ranks of the truth among posterior draws.
-
-    Attributes
-    ----------
-    ranks : mapping of (n,) int arrays
-        Rank of the truth among `ranked` draws, 0 to `ranked`, by parameter.
-    ranked : int
-        Number of draws.
-    p_value : mapping of float
-        Of the chi-square statistic over equal bins, by parameter: uniform if the posterior is right.
-    coverage_90 : mapping of float
-        Share of the touches whose central 90 % interval holds the truth.
-    """
-
-    ranks: Mapping[str, IntArray]
-    ranked: int
-    p_value: Mapping[str, float]
-    coverage_90: Mapping[str, float]
-
-    def passes(self, level: float = 0.01) -> bool:
-        """Whether no parameter's p-value is below `level` over the number of parameters (Bonferroni)."""
-        return min(self.p_value.values()) >= level / len(self.p_value)
-
-    def plot(self) -> Figure:
-        """Histograms of the ranks, with the band in which 99 % of a uniform histogram's bars lie."""
-        from matplotlib.figure import Figure
-        from scipy.stats import binom
-
-        figure = Figure(figsize=(3.2 * len(self.ranks), 2.8), layout="constrained")
-        axes = figure.subplots(1, len(self.ranks), squeeze=False)[0]
-        for axis, (name, ranks) in zip(axes, self.ranks.items(), strict=True):
-            axis.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
-            axis.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1), color="#0072b2")
-            axis.set(xlabel=f"rank of the true {name}", ylabel="touches", title=f"p = {self.p_value[name]:.2g}")
-        return figure
-
-
 def sbc(
-    calibration: Calibration,
+    of: Calibration | DataSet,
     *,
     simulations: int = 500,
     samples: int = 1,
     plug_in: bool = False,
     method: str = "emcee",
+    priors: Mapping[str, Prior] | None = None,
+    contact: str = "layer",
+    draws: int | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> RankStatistics:
-    """Simulation-based calibration of touch posteriors on a finger.
+    """Simulation-based calibration of the posteriors on a finger: of touches, or of the calibration itself.
 
     Parameters
     ----------
-    calibration : Calibration
-        Calibrated finger: calibrations are drawn from its Laplace normal, touches are read with its mode.
+    of : Calibration or DataSet
+        A calibrated finger checks the posteriors of touches: calibrations are drawn from its Laplace normal, touches
+        from their prior, and read with its mode. A data set checks the posterior of its calibration: all
+        parameters are drawn from their priors, and the calibration touches simulated and calibrated with.
     simulations : int
-        Touches to simulate, drawn from the prior.
+        Touches, or calibrations, to simulate.
     samples : int
-        Readings averaged in each touch.
+        Readings averaged in each touch (touches only; calibrations have the data set's samples).
     plug_in : bool
-        Read the touches as if the calibration were exact (its ranks then show what that costs).
+        Read the touches as if the calibration were exact: its ranks then show what that costs (touches only).
     method : {"emcee", "importance"}
-        How to draw.
+        How to draw (touches only).
+    priors : mapping of str to Prior, optional
+        As in `bayestouch.calibrate` (calibrations only). Where none is stated of responses or noise, they follow the
+        data set's own within a factor of 1.3 and 1.5, since a prior that is taken from data cannot be drawn from.
+    contact : str
+        Contact model (calibrations only; a calibration has its own).
+    draws : int, optional
+        Posterior draws of each simulation: 1024 of a touch, 400 of a calibration.
     seed : int
         Seed of everything.
     progress : callable, optional
         Called with the fraction done.
 
+    Returns
+    -------
+    RankStatistics
+        By parameter, and of a calibration by parameter and element (``"r_s e03"``), with two true loads and the log
+        density. `RankStatistics.passes` says whether all are uniform at a level: each p-value must be the level over
+        their number at least.
+
     Raises
     ------
     InputError
-        If the sensor is not a finger or too few simulations are asked for.
+        If the sensor is not a finger, too few simulations are asked for or an option does not fit.
     """
-    if not isinstance(calibration.sensor.body, Finger):
-        raise InputError("simulation-based calibration is offered for fingers")
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
+    if isinstance(of, DataSet):
+        if plug_in or samples != 1 or method != "emcee":
+            raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
+        from bayestouch.calibration_checks import CalibrationDesign, check_calibration
+
+        design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed)
+        return check_calibration(design, simulations, progress)
+    if priors or contact != "layer":
+        raise InputError("priors and contact are options of a data set's calibration; this one has its own")
+    if not isinstance(of.sensor.body, Finger):
+        raise InputError("simulation-based calibration is offered for fingers")
+    return _check_touches(of, simulations, samples, plug_in, method, draws or 1024, seed, progress)
+
+
+def _check_touches(
+    calibration: Calibration,
+    simulations: int,
+    samples: int,
+    plug_in: bool,
+    method: str,
+    draws: int,
+    seed: int,
+    progress: Progress | None,
+) -> RankStatistics:
+    """Ranks of R, θ_c and P of simulated touches."""
     rng = np.random.default_rng(seed)
     chain = finger_chain(calibration)
     priors = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
@@ -136,32 +134,12 @@ def sbc(
         noise=calibration.noise,
         reading_covariance=None if plug_in else CalibrationCovariance(chain, calibration.covariance),
         method=method,
-        draws=1024,
+        draws=draws,
         seed=seed,
     )
     drawn = draw_all(task, touches, None, progress)
     truth = {"R": radius, "theta_c": np.degrees(angle), "P": load}
     return rank_statistics({name: drawn[name] for name in truth}, truth)
-
-
-def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> RankStatistics:
-    """Ranks of known truth among draws (chain, draw, n), thinned to `RANKED` spread over the chains."""
-    from scipy.stats import chisquare
-
-    ranks: dict[str, IntArray] = {}
-    p_value: dict[str, float] = {}
-    coverage: dict[str, float] = {}
-    for name, true in truth.items():
-        flat = draws[name].reshape(-1, len(true))
-        thinned = flat[np.linspace(0, len(flat) - 1, RANKED).round().astype(np.int64)]
-        # Ties (a repeated draw equals no truth of a continuous parameter) do not occur; NaN draws count as above.
-        ranks[name] = (thinned < true).sum(axis=0)
-        # RANKED + 1 possible ranks fall into BINS equal bins
-        counts = np.bincount(ranks[name] * BINS // (RANKED + 1), minlength=BINS)
-        p_value[name] = float(chisquare(counts).pvalue)
-        low, high = np.quantile(flat, [0.05, 0.95], axis=0)
-        coverage[name] = float(np.mean((low <= true) & (true <= high)))
-    return RankStatistics(ranks, RANKED, p_value, coverage)
 
 
 def _simulate(

@@ -67,11 +67,11 @@ class FingerDensity:
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
-    def true_loads(self, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and standard deviation (t,) of each touch's true load in N/m, given all other parameters."""
-        likelihood, spread = self.likelihood, self.likelihood.errors(vector)
-        predicted, slope = (values[0] for values in self.predict(vector[None]))
+    def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
+        likelihood, spread = self.likelihood, self.likelihood.errors(vectors)
+        predicted, slope = self.predict(vectors)
         weight = np.where(likelihood.missing, 0.0, 1 / spread.sd**2)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
-        variance = 1 / ((slope**2 * weight).sum(axis=1) + spread.load_sd**-2.0)
-        return likelihood.known.load + variance * (slope * left * weight).sum(axis=1), np.sqrt(variance)
+        variance = 1 / ((slope**2 * weight).sum(axis=-1) + spread.load_sd**-2.0)
+        return likelihood.known.load + variance * (slope * left * weight).sum(axis=-1), np.sqrt(variance)

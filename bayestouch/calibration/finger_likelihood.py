@@ -78,14 +78,9 @@ class FingerLikelihood:
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value of each coordinate.
-
-        The rubber is at least so stiff that a flat under the largest load keeps to a quarter of the circumference,
-        where linear contact has long lost its meaning.
-        """
+        """Lowest and highest value of each coordinate."""
         low, high = (ends.copy() for ends in self.prior.bounds)
-        softest = np.log(self.largest_load / 1000 / (10 * self.finger.outer_radius_mm))
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest)
+        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.finger, self.largest_load))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
@@ -108,19 +103,7 @@ class FingerLikelihood:
 
     def chain(self, vector: FloatArray) -> FingerChain:
         """The finger with these parameters."""
-        at = self.layout
-        return FingerChain(
-            core_radius_mm=self.finger.core_radius_mm,
-            outer_radius_mm=self.finger.outer_radius_mm,
-            response=self.sign * np.exp(vector[at.response]),
-            sensing_radius_mm=vector[at.depth],
-            angle=vector[at.angle],
-            offset=np.zeros(at.n_elements),
-            poisson_ratio=float(vector[at.sigma]),
-            shear_modulus_MPa=float(np.exp(vector[at.log_mu])),
-            largest_load=self.largest_load,
-            contact=self.contact,
-        )
+        return chain_at(self.finger, self.layout, self.sign, vector, self.largest_load, self.contact)
 
     def predicted(self, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Readings (t, m), and their derivative with respect to the load; remembered for the last vector."""
@@ -195,3 +178,29 @@ class FingerLikelihood:
         """The same touches with other readings, or other estimates of unmeasured loads."""
         series = replace(self.series, known=known)
         return FingerLikelihood(known, self.finger, self.prior, self.start, self.sign, self.contact, series)
+
+
+def softest(finger: Finger, largest_load: float) -> float:
+    """Least log μ (MPa): a flat under the largest load (N/m) keeps to a quarter of the circumference.
+
+    Linear contact has long lost its meaning there.
+    """
+    return float(np.log(largest_load / 1000 / (10 * finger.outer_radius_mm)))
+
+
+def chain_at(
+    finger: Finger, at: FlatLayout, sign: FloatArray, vector: FloatArray, largest_load: float, contact: str
+) -> FingerChain:
+    """A finger with the parameters of a flat vector."""
+    return FingerChain(
+        core_radius_mm=finger.core_radius_mm,
+        outer_radius_mm=finger.outer_radius_mm,
+        response=sign * np.exp(vector[at.response]),
+        sensing_radius_mm=vector[at.depth],
+        angle=vector[at.angle],
+        offset=np.zeros(at.n_elements),
+        poisson_ratio=float(vector[at.sigma]),
+        shear_modulus_MPa=float(np.exp(vector[at.log_mu])),
+        largest_load=largest_load,
+        contact=contact,
+    )

@@ -1,0 +1,134 @@
+"""Ranks of known truth among posterior draws, and whether they are uniform."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+BINS = 20
+# Draws a rank is taken among: few enough to be independent when thinned from some hundred.
+RANKED = 99
+COLUMNS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class RankStatistics:
+    """Ranks of the truth among posterior draws.
+
+    Attributes
+    ----------
+    ranks : mapping of (n,) int arrays
+        Rank of the truth among `ranked` draws, 0 to `ranked`, by parameter.
+    ranked : int
+        Number of draws.
+    p_value : mapping of float
+        By parameter: three times the least of the p-values of three statistics (at most 1), so that it is below any
+        level at most that often if the posterior is right. They are the chi-square statistic of the ranks in 20 equal
+        bins, and the mean (is the posterior biased?) and the mean square (is it too narrow or too wide?) of the normal
+        scores of the ranks.
+    mean_square : mapping of float
+        That mean square: 1 if the posterior is right, above it if it is too narrow; scatters by ``sqrt(2/n)``.
+    coverage_90 : mapping of float
+        Share of the simulations whose central 90 % interval holds the truth.
+    """
+
+    ranks: Mapping[str, IntArray]
+    ranked: int
+    p_value: Mapping[str, float]
+    mean_square: Mapping[str, float]
+    coverage_90: Mapping[str, float]
+
+    def passes(self, level: float = 0.01) -> bool:
+        """Whether no parameter's p-value is below `level` over the number of parameters (Bonferroni).
+
+        A right posterior fails with a probability of at most `level`, whatever the parameters' dependence.
+        """
+        return min(self.p_value.values()) >= self.threshold(level)
+
+    def threshold(self, level: float = 0.01) -> float:
+        """Least p-value with which every parameter must come."""
+        return level / len(self.p_value)
+
+    def table(self) -> str:
+        """One line a parameter: p-value, mean square of the normal scores, coverage of 90 % intervals."""
+        width = max(map(len, self.ranks))
+        lines = [f"{'':{width}}  p-value  mean square  coverage of 90 %"]
+        for name in self.ranks:
+            values = f"{self.p_value[name]:7.3f}  {self.mean_square[name]:11.3f}  {self.coverage_90[name]:16.3f}"
+            lines.append(f"{name:{width}}  {values}")
+        return "\n".join(lines)
+
+    def plot(self) -> Figure:
+        """Histograms of the ranks, with the band in which 99 % of a uniform histogram's bars lie."""
+        from matplotlib.figure import Figure
+        from scipy.stats import binom
+
+        columns = min(COLUMNS, len(self.ranks))
+        rows = -(-len(self.ranks) // columns)
+        figure = Figure(figsize=(2.6 * columns, 2.2 * rows), layout="constrained")
+        axes = figure.subplots(rows, columns, squeeze=False).ravel()
+        for axis, (name, ranks) in zip(axes, self.ranks.items(), strict=False):
+            axis.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
+            axis.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1), color="#0072b2")
+            axis.set(xlabel=f"rank of the true {name}", ylabel="simulations", title=f"p = {self.p_value[name]:.2g}")
+        for axis in axes[len(self.ranks) :]:
+            axis.remove()
+        return figure
+
+
+def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> RankStatistics:
+    """Ranks of known truth (n,) among draws (chain, draw, n), thinned to `RANKED` spread over the chains."""
+    ranks: dict[str, IntArray] = {}
+    coverage: dict[str, float] = {}
+    for name, true in truth.items():
+        flat = draws[name].reshape(-1, len(true))
+        ranks[name] = rank(flat, true)
+        low, high = np.quantile(flat, [0.05, 0.95], axis=0)
+        coverage[name] = float(np.mean((low <= true) & (true <= high)))
+    return of_ranks(ranks, coverage)
+
+
+def rank(draws: FloatArray, true: FloatArray) -> IntArray:
+    """Rank of each truth (n,) among `RANKED` of the draws (draw, n); draws that are NaN count as above it."""
+    thinned = draws[np.linspace(0, len(draws) - 1, RANKED).round().astype(np.int64)]
+    return np.asarray((thinned < true).sum(axis=0))
+
+
+def of_ranks(ranks: Mapping[str, IntArray], coverage_90: Mapping[str, float]) -> RankStatistics:
+    """Statistics of ranks that are there."""
+    scores = {name: ndtri((each + 0.5) / (RANKED + 1)) for name, each in ranks.items()}
+    return RankStatistics(
+        ranks=ranks,
+        ranked=RANKED,
+        p_value={name: _p_value(each, scores[name]) for name, each in ranks.items()},
+        mean_square={name: float(np.mean(each**2)) / _UNIFORM for name, each in scores.items()},
+        coverage_90=coverage_90,
+    )
+
+
+# Mean square of the normal scores of ranks that are equally likely: a little less than one.
+_UNIFORM = float(np.mean(ndtri((np.arange(RANKED + 1) + 0.5) / (RANKED + 1)) ** 2))
+
+
+def _p_value(ranks: IntArray, scores: FloatArray) -> float:
+    """Three times the least p-value of chi-square over bins, mean and mean square of the normal scores."""
+    from scipy.stats import chi2, chisquare
+
+    n = len(ranks)
+    # RANKED + 1 possible ranks fall into BINS equal bins
+    bins = float(chisquare(np.bincount(ranks * BINS // (RANKED + 1), minlength=BINS)).pvalue)
+    bias = 2 * float(ndtr(-abs(scores.mean()) * np.sqrt(n / _UNIFORM)))
+    squares = float((scores**2).sum() / _UNIFORM)
+    spread = 2 * min(float(chi2.cdf(squares, n)), float(chi2.sf(squares, n)))
+    return min(1.0, 3 * min(bins, bias, spread))
