@@ -109,6 +109,8 @@ def calibrate(
 @click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
 @click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
+@click.option("--thin", type=click.IntRange(min=1), default=1, help="Save every so many-th draw. [default: all]")
+@click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, no draws.")
 @_common
 def infer(
     touches: Path,
@@ -121,10 +123,15 @@ def infer(
     each_sample: bool,
     method: str,
     draws: int,
+    thin: int,
+    summary_only: bool,
     seed: int,
     quiet: bool,
 ) -> None:
     """Read touches: posterior of location, load and radius for each.
+
+    The file is written block by block, however many touches there are. A run that was interrupted goes on where it
+    stopped when the same command is given again.
 
     Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
     """
@@ -148,15 +155,18 @@ def infer(
             each_sample=each_sample,
             method=method,
             draws=draws,
+            thin=thin,
+            summary_only=summary_only,
+            output=output,
             seed=seed,
             progress=advance,
         )
-        posteriors.save(output)
     if not quiet:
-        stats = posteriors.sample_stats
+        stats, missed = posteriors.sample_stats, posteriors.missed
         click.echo(
             f"{output}: {len(posteriors.rows.touch)} touches, "
-            f"bulk ESS {stats['ess_bulk'].min():.0f} or more, R-hat {stats['rhat'].max():.3f} or less"
+            f"bulk ESS {stats['ess_bulk'].min():.0f} or more, R-hat {stats['rhat'].max():.3f} or less; "
+            + (f"{missed} missed the targets (grade 0 in sample_stats)" if missed else "all meet the targets")
         )
         _echo_notes(posteriors.notes)
 

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from bayestouch.posterior_groups import (
     touches_of,
 )
 from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.summaries import PROBABILITIES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,12 +50,14 @@ def save_touches(result: TouchPosteriors, path: str | Path) -> None:
 def load(path: str | Path) -> Calibration | TouchPosteriors:
     """Read a posterior file, whichever of the two it holds.
 
+    Draws of touches beyond 1 GB stay on file and are read when asked for.
+
     Raises
     ------
     InputError
         The file is missing, is no posterior file of bayestouch, is damaged, or was written by a later version.
     """
-    groups, attributes = read_groups(path)
+    groups, attributes, draws = read_groups(path)
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
     if kind not in ("calibration", "touches"):
         raise InputError("expected a posterior file that bayestouch wrote, got another netCDF file", file=path)
@@ -62,7 +66,9 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
             f"expected format {FORMAT}, got {shown(form)}: another version of bayestouch wrote it", file=path
         )
     try:
-        return calibration_of(groups, attributes) if kind == "calibration" else touches_of(groups, attributes)
+        if kind == "calibration":
+            return calibration_of(groups, attributes)
+        return touches_of(groups, attributes, draws)
     except InputError as error:
         raise InputError(error.message, file=path, column=error.column) from None
 
@@ -118,23 +124,28 @@ def to_dataframe(
     import pandas as pd
 
     touches = isinstance(result, TouchPosteriors)
-    groups, _ = _groups(result)
+    summary = result.summary if isinstance(result, TouchPosteriors) and tuple(probabilities) == PROBABILITIES else {}
+    # Draws that lie on file stay there where the summary serves.
+    groups, _ = _groups(replace(result, posterior={}) if isinstance(result, TouchPosteriors) and summary else result)
+    source = groups["summary" if summary else "posterior"]
     parts = []
-    for name, variable in groups["posterior"].data_vars.items():
-        draws = np.asarray(variable.values).reshape(variable.sizes["chain"] * variable.sizes["draw"], -1)
-        count = draws.shape[1]
-        place = groups["posterior"]["touch"].values if touches else _elements(variable.dims, count)
-        with np.errstate(invalid="ignore"):  # a flat tip's r_c is infinite
-            sd = draws.std(axis=0)
+    for name, variable in source.data_vars.items():
+        if summary:
+            statistics = summary[str(name)]
+        else:
+            draws = np.asarray(variable.values).reshape(variable.sizes["chain"] * variable.sizes["draw"], -1)
+            with np.errstate(invalid="ignore"):  # a flat tip's r_c is infinite
+                sd = draws.std(axis=0)
+            statistics = np.stack([draws.mean(axis=0), sd, *quantiles(draws, probabilities, axis=0)])
+        count = statistics.shape[1]
+        place = source["touch"].values if touches else _elements(variable.dims, count)
         columns = {
             "parameter": np.full(count, str(name), dtype=object),
             "touch" if touches else "element": place,
             "unit": np.full(count, variable.attrs["units"], dtype=object),
-            "mean": draws.mean(axis=0),
-            "sd": sd,
         }
-        rows = quantiles(draws, probabilities, axis=0)
-        columns |= {f"q{100 * p:g}": row for p, row in zip(probabilities, rows, strict=True)}
+        names = ("mean", "sd", *(f"q{100 * p:g}" for p in probabilities))
+        columns |= dict(zip(names, statistics, strict=True))
         if touches:
             reference = groups["constant_data"]
             columns["reference"] = reference[name].values if name in reference else np.full(count, np.nan)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayestouch.draws_on_file import DrawsOnFile, stamp_of
 from bayestouch.errors import InputError
 from bayestouch.files import reading, replacing
 
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 # Arrays may be this much larger than the file (compressed by whoever saved it again), beyond the first so many bytes.
 _LARGEST_RATIO, _FREE_BYTES = 200, 1 << 26
+#: Draws of touches beyond so many bytes are left on file.
+LARGEST_IN_MEMORY = 1 << 30
 
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str]) -> None:
@@ -33,8 +36,10 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
             group.to_netcdf(temporary, mode="a", group=name, engine="h5netcdf")
 
 
-def read_groups(path: str | Path) -> tuple[dict[str, xr.Dataset], dict[str, str]]:
+def read_groups(path: str | Path) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None]:
     """Read every group of a netCDF file into memory, and the text attributes of its root.
+
+    Draws of touches that are larger than `LARGEST_IN_MEMORY` stay on file; they are given last.
 
     Raises
     ------
@@ -54,14 +59,32 @@ def read_groups(path: str | Path) -> tuple[dict[str, xr.Dataset], dict[str, str]
             with h5py.File(file, "r") as root:
                 attributes = {str(key): value for key, value in root.attrs.items() if isinstance(value, str)}
             with xr.open_datatree(file, engine="h5netcdf", phony_dims="access") as tree:
+                draws = _left_on_file(tree, file)
                 declared = sum(node.dataset.nbytes for node in tree.subtree)
                 if declared > _FREE_BYTES + _LARGEST_RATIO * file.stat().st_size:
                     raise InputError(f"declares {declared} bytes of arrays, more than it can hold", file=file)
-                groups = {name: child.to_dataset().load() for name, child in tree.children.items()}
+                groups = {
+                    name: child.to_dataset().load()
+                    for name, child in tree.children.items()
+                    if draws is None or name != "posterior"
+                }
         except (InputError, MemoryError):
             raise
         # A damaged file makes the HDF5 libraries raise whatever it led them to.
         except Exception as error:
             why = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"is damaged or no netCDF file ({why})", file=file) from None
-    return groups, attributes
+    return groups, attributes, draws
+
+
+def _left_on_file(tree: xr.DataTree, file: Path) -> DrawsOnFile | None:
+    """Draws of touches that would fill the memory."""
+    if "posterior" not in tree.children:
+        return None
+    variables = tree["posterior"].data_vars
+    if sum(variable.nbytes for variable in variables.values()) <= LARGEST_IN_MEMORY:
+        return None
+    if any(v.dims != ("chain", "draw", "touch") or v.dtype.kind != "f" for v in variables.values()):
+        return None
+    shapes = {str(name): variable.shape for name, variable in variables.items()}
+    return DrawsOnFile(file.absolute(), shapes, stamp_of(file))

@@ -1,9 +1,9 @@
 """Results as groups of named arrays, the ArviZ schema, and back.
 
 ``posterior`` (with ``chain`` and ``draw``), ``sample_stats``, ``observed_data`` and ``constant_data`` are ArviZ's. Our
-own: ``rows``, the touches with their prediction; ``tips``, how probable each known tip is; and of a calibration
-``noise``, ``mode``, ``laplace`` and ``extra``.
-What is text (sensor, parameters, settings, notes) goes with them as attributes.
+own: ``rows``, the touches with their prediction; ``summary``, five numbers of each parameter of each touch; ``tips``,
+how probable each known tip is; and of a calibration ``noise``, ``mode``, ``laplace`` and ``extra``. What is text
+(sensor, parameters, settings, notes) goes with them as attributes.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.draws_on_file import DrawsOnFile, NoDraws
 from bayestouch.errors import InputError
 from bayestouch.noise import Noise
 from bayestouch.parameter_text import parameters_from_json, parameters_to_json
@@ -23,6 +24,7 @@ from bayestouch.posterior_arrays import array_of, arrays_of, by_touch, dataset, 
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.sensor import Sensor
 from bayestouch.sensor_toml import sensor_from_toml, sensor_to_toml
+from bayestouch.summaries import STATISTICS
 from bayestouch.tip_probabilities import TipProbabilities
 
 if TYPE_CHECKING:
@@ -97,12 +99,16 @@ def touch_groups(result: TouchPosteriors) -> tuple[Groups, Attributes]:
     rows = _row_groups(result.rows, result.sensor, units)
     posterior = {name: (("chain", "draw", "touch"), values) for name, values in result.posterior.items()}
     groups = {
-        "posterior": dataset(posterior, units).assign_coords(touch),
+        **({"posterior": dataset(posterior, units).assign_coords(touch)} if posterior else {}),
         "sample_stats": by_touch(result.sample_stats, {}).assign_coords(touch),
         **rows,
         # The reference values of a touch file are those to hold the draws against, by the same names.
         "constant_data": by_touch(result.reference, units).assign_coords(touch),
     }
+    if result.summary:
+        summary = {name: (("statistic", "touch"), values) for name, values in result.summary.items()}
+        statistic = {"statistic": ("statistic", np.array(STATISTICS, dtype=object))}
+        groups["summary"] = dataset(summary, units).assign_coords(touch | statistic)
     if result.tips is not None:
         groups["tips"] = result.tips.to_group(result.rows.touch)
     return groups, _attributes("touches", result)
@@ -139,8 +145,15 @@ def calibration_of(groups: Groups, attributes: Attributes) -> Calibration:
     )
 
 
-def touches_of(groups: Groups, attributes: Attributes) -> TouchPosteriors:
+def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None = None) -> TouchPosteriors:
     """Rebuild posteriors of touches; the inverse of `touch_groups`.
+
+    Parameters
+    ----------
+    groups, attributes
+        As read.
+    draws : DrawsOnFile, optional
+        In place of the group ``posterior``, where that was left on file.
 
     Raises
     ------
@@ -150,18 +163,26 @@ def touches_of(groups: Groups, attributes: Attributes) -> TouchPosteriors:
     sensor, common = _common(groups, attributes)
     rows = _rows(groups, sensor)
     t = len(rows.touch)
-    posterior = arrays_of(group_of(groups, "posterior"), "chain", "draw", "touch")
+    summary = arrays_of(groups["summary"], "statistic", "touch") if "summary" in groups else {}
+    for name, values in summary.items():
+        if values.shape != (len(STATISTICS), t):
+            raise InputError(f"expected an array of shape {(len(STATISTICS), t)}, got {values.shape}", column=name)
+    in_memory = {}
+    if draws is None and ("posterior" in groups or not summary):
+        in_memory = arrays_of(group_of(groups, "posterior"), "chain", "draw", "touch")
     statistics, reference = arrays_of(group_of(groups, "sample_stats")), arrays_of(group_of(groups, "constant_data"))
-    for name, values in (posterior | statistics | reference).items():
-        if values.shape[-1:] != (t,):
-            raise InputError(f"expected {t} touches, got an array of shape {values.shape}", column=name)
+    shapes = {name: values.shape for name, values in (in_memory | statistics | reference).items()}
+    for name, shape in (shapes | dict(draws.shapes if draws is not None else {})).items():
+        if shape[-1:] != (t,):
+            raise InputError(f"expected {t} touches, got an array of shape {shape}", column=name)
     return TouchPosteriors(
         sensor=sensor,
-        posterior=posterior,
+        posterior=draws or in_memory or NoDraws(),
         sample_stats=statistics,
         reference=reference,
         rows=rows,
         tips=TipProbabilities.from_groups(groups, t),
+        summary=summary,
         **common,
     )
 

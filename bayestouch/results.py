@@ -131,9 +131,11 @@ class TouchPosteriors:
         Touch parameters with their priors: ``R``, ``theta_c``, ``P`` on a finger (``r_c`` is derived from R);
         ``x``, ``y``, ``P`` on a pad.
     posterior : mapping of (chain, draw, t) arrays
-        Draws, in public units (mm, degree, N/m or N).
+        Draws, in public units (mm, degree, N/m or N); of a large file they are read when asked for. Empty where only
+        summaries were kept.
     sample_stats : mapping of (t,) arrays
-        ``ess_bulk`` and ``rhat`` (worst parameter of the touch), ``acceptance``, ``log_density`` at the mode.
+        ``ess_bulk`` and ``rhat`` (worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``: 1 where
+        the targets are met. They are those of all draws, however few were kept.
     reference : mapping of (t,) arrays
         Reference values by the same names as `posterior`, NaN unknown.
     rows : TouchRows
@@ -142,6 +144,8 @@ class TouchPosteriors:
         As in `Calibration`.
     tips : TipProbabilities or None
         How probable each tip is for each touch, where the prior over indenters has known tips.
+    summary : mapping of (5, t) arrays
+        Mean, sd and 5, 50 and 95 % quantiles of all draws, however few were kept; empty where all are.
     """
 
     sensor: Sensor
@@ -153,21 +157,39 @@ class TouchPosteriors:
     settings: Mapping[str, str | float]
     notes: tuple[str, ...] = ()
     tips: TipProbabilities | None = None
+    summary: Mapping[str, FloatArray] = field(default_factory=dict)
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""
+        if name in self.summary:
+            return np.asarray(self.summary[name][0])
         return np.asarray(self.posterior[name].mean(axis=(0, 1)))
 
     def sd(self, name: str) -> FloatArray:
         """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (a flat tip's r_c)."""
+        if name in self.summary:
+            return np.asarray(self.summary[name][1])
         with np.errstate(invalid="ignore"):
             return np.asarray(self.posterior[name].std(axis=(0, 1)))
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[FloatArray, FloatArray]:
-        """Central interval of a parameter: two (t,) arrays."""
+        """Central interval of a parameter: two (t,) arrays.
+
+        Raises
+        ------
+        InputError
+            Only summaries were kept, and the probability is not 0.9.
+        """
+        if name in self.summary and probability == 0.9:
+            return self.summary[name][2], self.summary[name][4]
         tail = (1 - probability) / 2
         low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
         return low, high
+
+    @property
+    def missed(self) -> int:
+        """How many touches missed the targets of effective sample size, R-hat and Pareto shape."""
+        return int((self.sample_stats["grade"] == 0).sum())
 
     def plot_pp(self, truth: Mapping[str, FloatArray] | None = None, **options: Any) -> Axes:
         """P-P plot of touches with known truth, see `bayestouch.pp_plot`."""

@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import Any
+
 from bayestouch.errors import InputError, shown
 from bayestouch.indenter_priors import IndenterPrior
+from bayestouch.inference.run import Kept, TouchRun, fingerprint, read_in_memory, read_to_file
+from bayestouch.posterior import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
@@ -23,6 +28,9 @@ def infer(
     each_sample: bool = False,
     method: str = "emcee",
     draws: int = 1024,
+    thin: int = 1,
+    summary_only: bool = False,
+    output: str | Path | None = None,
     seed: int = 0,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -53,6 +61,15 @@ def infer(
         weights are poor (fingers only).
     draws : int
         Draws a touch, over all chains.
+    thin : int
+        Of each chain every so many-th draw is kept. Grades and `TouchPosteriors.summary` are of all draws.
+    summary_only : bool
+        Keep no draws: means, standard deviations, quantiles and grades alone.
+    output : str or Path, optional
+        Posterior file to write block by block, so that memory holds one block of draws however many touches there
+        are. An interrupted run leaves ``OUTPUT.partial``; the same call goes on from it, and its result is the same
+        to the last bit. What is returned is the file, opened: of draws beyond 1 GB each parameter is read when it is
+        asked for.
     seed : int
         Seed of every random number; a touch's draws depend on it and on the touch's place in the table alone.
     workers : int, optional
@@ -63,12 +80,14 @@ def infer(
     Raises
     ------
     InputError
-        If the table does not fit the calibrated sensor or no row is in contact.
+        If the table does not fit the calibrated sensor or no row is in contact, or the output cannot be written.
     """
     if method not in ("emcee", "importance"):
         raise InputError(f"method: expected emcee or importance, got {method!r}")
     if draws < 64:
         raise InputError(f"draws: expected at least 64, got {draws}")
+    if thin < 1 or thin > draws // 16:
+        raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
     if indenter is not None and not isinstance(indenter, IndenterPrior):
         raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {shown(indenter)}")
     m = calibration.sensor.n_elements
@@ -76,29 +95,30 @@ def infer(
         raise InputError(f"the table has {touches.n_elements} elements, the calibrated sensor {m}")
     if not touches.in_contact.any():
         raise InputError("no row of the table is in contact: there is nothing to infer")
-    if isinstance(calibration.sensor.body, Finger):
-        from bayestouch.inference.finger import infer_finger
-
-        return infer_finger(
-            touches,
-            calibration,
-            plug_in=plug_in,
-            use_load=use_load,
-            check_sensor=check_sensor,
-            each_sample=each_sample,
-            method=method,
-            draws=draws,
-            seed=seed,
-            workers=workers,
-            progress=progress,
-            indenter=indenter,
-        )
-    if each_sample or method != "emcee":
+    kept = Kept(draws, thin, summary_only)
+    path = None if output is None else Path(output)
+    if path is not None and path.is_dir():
+        raise InputError("expected the name of a file to write, this is a folder", file=path)
+    finger = isinstance(calibration.sensor.body, Finger)
+    options: dict[str, Any] = {"plug_in": plug_in, "use_load": use_load, "draws": draws, "seed": seed}
+    if finger:
+        options |= {"check_sensor": check_sensor, "each_sample": each_sample, "method": method, "indenter": indenter}
+    elif each_sample or method != "emcee":
         raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
-    if indenter is not None:
+    elif indenter is not None:
         raise InputError("indenter is an option of fingers; a pad does not tell radii")
-    from bayestouch.inference.pad import infer_pad
+    run = _run(touches, calibration, workers, options)
+    if path is None:
+        return read_in_memory(run, kept, progress)
+    read_to_file(run, kept, path, fingerprint(touches, calibration, kept, options), progress)
+    return load_touches(path)
 
-    return infer_pad(
-        touches, calibration, plug_in=plug_in, use_load=use_load, draws=draws, seed=seed, progress=progress
-    )
+
+def _run(touches: Touches, calibration: Calibration, workers: int | None, options: dict[str, Any]) -> TouchRun:
+    if isinstance(calibration.sensor.body, Finger):
+        from bayestouch.inference.finger import finger_run
+
+        return finger_run(touches, calibration, workers=workers, **options)
+    from bayestouch.inference.pad import pad_run
+
+    return pad_run(touches, calibration, **options)

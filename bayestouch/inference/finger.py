@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +32,60 @@ FloatArray = NDArray[np.float64]
 ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
-def infer_finger(
+@dataclass(frozen=True, eq=False)
+class FingerRun:
+    """Touches on a finger that are ready to be read. A `TouchRun`.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        The calibrated sensor.
+    means : TouchMeans
+        The touches, averaged.
+    readings : TouchReadings
+        The same as the posterior wants them.
+    task : DrawTask
+        Sensor, priors and how to draw.
+    workers : int or None
+        Threads.
+    settings, notes
+        Of the result.
+    """
+
+    calibration: Calibration
+    means: TouchMeans
+    readings: TouchReadings
+    task: DrawTask
+    workers: int | None
+    settings: Mapping[str, str | float]
+    notes: tuple[str, ...]
+
+    @property
+    def n_touches(self) -> int:
+        """How many touches."""
+        return self.means.n_touches
+
+    def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of some of the touches, which do not depend on the others."""
+        some = np.arange(start, stop)
+        drawn = draw_all(self.task, self.readings.select(some), self.workers, progress, start)
+        means, priors, chain = _select(self.means, some), self.task.priors, self.task.chain
+        log_probability = drawn.pop(TIPS, None)
+        draws = {name: drawn[name] for name in DRAWN}
+        return TouchPosteriors(
+            sensor=self.calibration.sensor,
+            parameters=_parameters(priors),
+            posterior=draws,
+            sample_stats={name: value for name, value in drawn.items() if name not in draws},
+            reference=_reference(means, chain),
+            rows=_rows(means, chain, self.task.noise, draws),
+            settings=self.settings,
+            notes=self.notes,
+            tips=_tips(priors, log_probability),
+        )
+
+
+def finger_run(
     touches: Touches,
     calibration: Calibration,
     *,
@@ -43,10 +97,9 @@ def infer_finger(
     draws: int,
     seed: int,
     workers: int | None,
-    progress: Progress | None,
     indenter: IndenterPrior | None = None,
-) -> TouchPosteriors:
-    """Posteriors of touches on a finger; see `bayestouch.infer`."""
+) -> FingerRun:
+    """Make touches on a finger ready to be read; see `bayestouch.infer`."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
     means = _rows_as_touches(corrected) if each_sample else corrected.averaged()
     typical = float(calibration.settings["typical_load"])
@@ -58,10 +111,9 @@ def infer_finger(
         means, noise = corrected_means(means, check), widened(noise, check.excess)
         readings, notes = _readings(means, calibration, use_load and not check.force_left_out)
         notes += fault_notes(check, "N/m")
-    priors = IndenterPriors.of(chain, typical, indenter)
     task = DrawTask(
         chain=chain,
-        priors=priors,
+        priors=IndenterPriors.of(chain, typical, indenter),
         table=table,
         noise=noise,
         reading_covariance=None if plug_in else covariance,
@@ -70,33 +122,28 @@ def infer_finger(
         seed=seed,
         least_ess=min(400.0, 0.5 * draws),
     )
-    drawn = draw_all(task, readings, workers, progress)
-    log_probability = drawn.pop(TIPS, None)
-    posterior_draws = {name: drawn[name] for name in DRAWN}
-    rows = _rows(means, chain, noise, posterior_draws)
-    reference = _reference(means, chain)
-    return TouchPosteriors(
-        sensor=calibration.sensor,
-        parameters=_parameters(priors),
-        posterior=posterior_draws,
-        sample_stats={name: value for name, value in drawn.items() if name not in posterior_draws},
-        reference=reference,
-        rows=rows,
-        settings={
-            "body": "finger",
-            "contact": chain.contact,
-            "plug_in": float(plug_in),
-            "use_load": float(use_load),
-            **({} if check is None else fault_settings(check)),
-            "each_sample": float(each_sample),
-            "method": method,
-            "indenter": str(indenter or UniformRadius()),
-            "seed": float(seed),
-            "version": bayestouch.__version__,
-        },
-        notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes))),
-        tips=_tips(priors, log_probability),
-    )
+    settings: dict[str, str | float] = {
+        "body": "finger",
+        "contact": chain.contact,
+        "plug_in": float(plug_in),
+        "use_load": float(use_load),
+        **({} if check is None else fault_settings(check)),
+        "each_sample": float(each_sample),
+        "method": method,
+        "indenter": str(indenter or UniformRadius()),
+        "draws": float(draws),
+        "least_ess": task.least_ess,
+        "seed": float(seed),
+        "version": bayestouch.__version__,
+    }
+    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))
+    return FingerRun(calibration, means, readings, task, workers, settings, notes)
+
+
+def _select(means: TouchMeans, index: NDArray[np.int64]) -> TouchMeans:
+    values = {each.name: getattr(means, each.name) for each in fields(means) if not each.name.startswith("pure_error")}
+    some: dict[str, Any] = {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
+    return replace(means, **some)
 
 
 def _model(calibration: Calibration, typical: float) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:

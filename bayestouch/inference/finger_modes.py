@@ -61,9 +61,8 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
     chain, touches = posterior.chain, posterior.touches
     low, high = posterior.priors.location.support
     angles = np.arange(low, high + GRID_STEP, GRID_STEP)
-    prior_load = float(posterior.priors.load.quantile(0.5))
     measured = np.isfinite(touches.load)
-    typical = float(np.median(touches.load[measured])) if measured.any() else prior_load
+    typical = float(posterior.priors.load.quantile(0.5))
     diagonal = posterior.whitener if posterior.whitener.ndim == 2 else _row_norm(posterior.whitener)
     readings = np.where(diagonal > 0, touches.readings, 0.0)
     weights = diagonal**2
@@ -83,7 +82,8 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
         out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
     ends = posterior.priors.load.support
     out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
-    return out
+    # The last digits of a matrix product depend on how many touches it holds: without them a touch's draws do not.
+    return out.astype(np.float32).astype(np.float64)
 
 
 def _row_norm(whitener: FloatArray) -> FloatArray:

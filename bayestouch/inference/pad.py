@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +19,7 @@ from bayestouch.inference.pad_lattice import Lattice, lattice_for
 from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
 from bayestouch.inference.pad_reader import PadReader, PadTouches
 from bayestouch.parameters import Normal, Parameter, Uniform
+from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.sampling import BlockDraws, Demands, sample_blocks
 from bayestouch.touches import Touches
@@ -38,7 +42,95 @@ _LEAST_SHARE = 0.4
 _THINNED = 200
 
 
-def infer_pad(
+@dataclass(frozen=True, eq=False)
+class PadRun:
+    """Touches on a pad that are ready to be read. A `bayestouch.inference.run.TouchRun`.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        Of the pad.
+    reader : PadReader
+        What the calibration says of readings.
+    readings : PadReadings
+        The touches, averaged.
+    draws, seed : int
+        Draws of each touch in all, and the seed.
+    settings, notes
+        Of the result.
+    """
+
+    calibration: Calibration
+    reader: PadReader
+    readings: PadReadings
+    draws: int
+    seed: int
+    settings: Mapping[str, str | float]
+    notes: tuple[str, ...]
+
+    @property
+    def n_touches(self) -> int:
+        """How many touches."""
+        return self.readings.n_touches
+
+    @cached_property
+    def lattice(self) -> Lattice:
+        """Places that are tried for every touch."""
+        return lattice_for(self.reader)
+
+    def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of some of the touches, which do not depend on the others."""
+        reader, readings = self.reader, self.readings.select(np.arange(start, stop))
+        known = reader.touches(readings)
+        names = (*COORDINATES[: reader.map.dimensions], "P")
+        n, t = -(-self.draws // CHAINS), readings.n_touches
+        posterior = {name: np.empty((CHAINS, n, t)) for name in names}
+        stats = {name: np.empty(t) for name in _STATS}
+        predicted, sd = np.empty(known.readings.shape), np.empty(known.readings.shape)
+        done = 0
+        for index, parts, modes in _blocks(reader, known, self.lattice):
+            result = sample_blocks(
+                lambda x, blocks: reader.log_density(known, x, blocks - start),
+                parts,
+                walkers=CHAINS,
+                draws=n,
+                seed=self.seed,
+                blocks=start + index,
+                demands=_demands(n),
+            )
+            for axis, name in enumerate(names):
+                posterior[name][:, :, index] = result.draws[..., axis]
+            for name, values in _grades(result).items():
+                stats[name][index] = values
+            stats["modes"][index] = modes
+            thinned = _thinned(result.draws)
+            stats["reference_level"][index] = _levels(parts, thinned, readings.location[index])
+            predicted[index], sd[index] = _predicted(reader, known.select(index), thinned)
+            done += len(index)
+            if progress is not None:
+                progress(done / t)
+        return TouchPosteriors(
+            sensor=self.calibration.sensor,
+            parameters=_parameters(reader, self.calibration),
+            posterior=posterior,
+            sample_stats=stats,
+            reference={**_by_axis(readings.location), "P": readings.load},
+            rows=TouchRows(
+                touch=readings.touch,
+                location=_by_axis(readings.location),
+                radius_mm=readings.radius_mm,
+                load=readings.load,
+                observed=readings.readings,
+                predicted=predicted,
+                sd=sd,
+                counts=known.counts,
+            ),
+            settings=self.settings,
+            notes=self.notes,
+        )
+
+
+def pad_run(
     touches: Touches,
     calibration: Calibration,
     *,
@@ -46,9 +138,8 @@ def infer_pad(
     use_load: bool = True,
     draws: int = 1000,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-) -> TouchPosteriors:
-    """Posteriors of location and load of touches on a pad.
+) -> PadRun:
+    """Make touches on a pad ready to be read.
 
     Parameters
     ----------
@@ -63,16 +154,14 @@ def infer_pad(
     draws : int
         Draws of each touch in all.
     seed : int
-    progress : callable, optional
-        Called with the share done, 0 to 1.
 
     Returns
     -------
-    TouchPosteriors
-        ``sample_stats["modes"]`` is the number of separate places that a posterior names, and ``"reference_level"``
-        the probability of the smallest region (of highest density) that contains the reference location, NaN where
-        it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the posterior mean of
-        the readings.
+    PadRun
+        In what it reads, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
+        ``"reference_level"`` the probability of the smallest region (of highest density) that contains the reference
+        location, NaN where it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the
+        posterior mean of the readings.
 
     Raises
     ------
@@ -86,67 +175,36 @@ def infer_pad(
     readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
     if not use_load:
         readings = readings.without_load()
-    known = reader.touches(readings)
-    lattice = lattice_for(reader)
-    names = (*COORDINATES[: reader.map.dimensions], "P")
-    n, t = -(-draws // CHAINS), readings.n_touches
-    posterior = {name: np.empty((CHAINS, n, t)) for name in names}
-    stats = {name: np.empty(t) for name in _STATS}
-    predicted, sd = np.empty(known.readings.shape), np.empty(known.readings.shape)
+    settings: dict[str, str | float] = {
+        "body": "pad",
+        "kernel": calibration.settings["kernel"],
+        "samples": reader.samples,
+        "plug_in": float(plug_in),
+        "use_load": float(use_load),
+        "draws": float(draws),
+        "least_ess": _demands(-(-draws // CHAINS)).ess_bulk,
+        "seed": float(seed),
+        "version": bayestouch.__version__,
+    }
+    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings))))
+    return PadRun(calibration, reader, readings, draws, seed, settings, notes)
+
+
+def infer_pad(
+    touches: Touches, calibration: Calibration, *, progress: Progress | None = None, **options: Any
+) -> TouchPosteriors:
+    """Posteriors of location and load of touches on a pad, in memory; as `pad_run`."""
+    run = pad_run(touches, calibration, **options)
+    return run.read(0, run.n_touches, progress)
+
+
+def _demands(n: int) -> Demands:
+    """What chains of n draws must reach."""
     # R-hat of chains that are right scatters by as many hundredths as there are chains for each hundred draws.
-    demands = Demands(ess_bulk=min(400.0, _LEAST_SHARE * CHAINS * n), rhat=1 + max(0.02, 3 / n))
-    done = 0
-    for index, parts, modes in _blocks(reader, known, lattice):
-        result = sample_blocks(
-            lambda x, blocks: reader.log_density(known, x, blocks),
-            parts,
-            walkers=CHAINS,
-            draws=n,
-            seed=seed,
-            blocks=index,
-            demands=demands,
-        )
-        for axis, name in enumerate(names):
-            posterior[name][:, :, index] = result.draws[..., axis]
-        for name, values in _grades(result).items():
-            stats[name][index] = values
-        stats["modes"][index] = modes
-        thinned = _thinned(result.draws)
-        stats["reference_level"][index] = _levels(parts, thinned, readings.location[index])
-        predicted[index], sd[index] = _predicted(reader, known.select(index), thinned)
-        done += len(index)
-        if progress is not None:
-            progress(done / t)
-    return TouchPosteriors(
-        sensor=calibration.sensor,
-        parameters=_parameters(reader, calibration),
-        posterior=posterior,
-        sample_stats=stats,
-        reference={**_by_axis(readings.location), "P": readings.load},
-        rows=TouchRows(
-            touch=readings.touch,
-            location=_by_axis(readings.location),
-            radius_mm=readings.radius_mm,
-            load=readings.load,
-            observed=readings.readings,
-            predicted=predicted,
-            sd=sd,
-            counts=known.counts,
-        ),
-        settings={
-            "body": "pad",
-            "kernel": calibration.settings["kernel"],
-            "samples": reader.samples,
-            "plug_in": float(plug_in),
-            "use_load": float(use_load),
-            "seed": float(seed),
-            "version": bayestouch.__version__,
-        },
-        notes=tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings)))),
-    )
+    return Demands(ess_bulk=min(400.0, _LEAST_SHARE * CHAINS * n), rhat=1 + max(0.02, 3 / n))
 
 
-_STATS = ("ess_bulk", "rhat", "acceptance", "pareto_k", "second_round", "modes", "reference_level")
+_STATS = ("ess_bulk", "rhat", "acceptance", "pareto_k", "second_round", "grade", "modes", "reference_level")
 
 
 def _blocks(reader: PadReader, known: PadTouches, lattice: Lattice) -> Iterator[tuple[IntArray, ManyParts, IntArray]]:
@@ -169,6 +227,7 @@ def _grades(result: BlockDraws) -> dict[str, FloatArray]:
         "acceptance": result.acceptance,
         "pareto_k": result.pareto_k,
         "second_round": result.second_round.astype(float),
+        "grade": result.grade.astype(float),
     }
 
 

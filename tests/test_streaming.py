@@ -1,0 +1,340 @@
+"""Posteriors written block by block: the same numbers as in memory, whatever is kept and however often it is killed."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import arviz as az
+import numpy as np
+import pytest
+import xarray as xr
+from test_finger_calibration import dataset, known_touches
+
+import bayestouch
+from bayestouch import posterior_file
+from bayestouch.calibration import calibrate
+from bayestouch.cli import main
+from bayestouch.dataset import save_dataset
+from bayestouch.draws_on_file import DrawsOnFile, NoDraws
+from bayestouch.errors import InputError
+from bayestouch.inference import run as run_module
+from bayestouch.partial import partial_folder
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.summaries import STATISTICS, summarise
+from bayestouch.touches import Touches
+
+DRAWS = 128
+
+
+@pytest.fixture(scope="module")
+def read() -> tuple[Touches, Calibration]:
+    data = dataset(known_touches(1, step=3.0))
+    return data.touches, calibrate(data, draws=40)
+
+
+@pytest.fixture
+def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Blocks of seven touches, where thousands are the rule."""
+    monkeypatch.setattr(run_module, "BLOCK_DRAWS", 1)
+    monkeypatch.setattr(run_module, "BLOCK_UNIT", 7)
+
+
+@pytest.fixture(scope="module")
+def whole(read: tuple[Touches, Calibration]) -> TouchPosteriors:
+    return bayestouch.infer(*read, draws=DRAWS, seed=5)
+
+
+def same(mine: TouchPosteriors, other: TouchPosteriors) -> None:
+    for name in ("posterior", "sample_stats", "reference"):
+        first, second = getattr(mine, name), getattr(other, name)
+        assert set(first) == set(second)
+        for key in first:
+            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
+    for name in ("touch", "observed", "predicted", "sd", "counts", "load", "radius_mm"):
+        np.testing.assert_array_equal(getattr(mine.rows, name), getattr(other.rows, name))
+    assert mine.settings == other.settings
+    assert mine.notes == other.notes
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_a_file_of_blocks_holds_what_memory_would(
+    read: tuple[Touches, Calibration], whole: TouchPosteriors, tmp_path: Path
+) -> None:
+    path = tmp_path / "posterior.nc"
+    streamed = bayestouch.infer(*read, draws=DRAWS, seed=5, output=path)
+    assert len(streamed.rows.touch) > 3 * 7, "several blocks, the last of them not full"
+    same(streamed, whole)
+    assert [each.name for each in tmp_path.iterdir()] == ["posterior.nc"], "nothing is left beside it"
+    # and to the last attribute what saving from memory writes, but for the summary
+    whole.save(tmp_path / "memory.nc")
+    with xr.open_datatree(path, engine="h5netcdf") as mine, xr.open_datatree(tmp_path / "memory.nc") as memory:
+        assert mine.attrs == memory.attrs
+        assert set(mine.children) == {*memory.children, "summary"}
+        for name in memory.children:
+            xr.testing.assert_identical(mine[name].to_dataset(), memory[name].to_dataset())
+        assert mine["summary"]["R"].sel(statistic="q95").dims == ("touch",)
+        assert mine["summary"]["R"].attrs["units"] == "mm"
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("where", ["memory", "file"])
+def test_draws_are_thinned_and_summaries_are_of_all(
+    read: tuple[Touches, Calibration], whole: TouchPosteriors, where: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "thinned.nc"
+    output = path if where == "file" else None
+    thinned = bayestouch.infer(*read, draws=DRAWS, seed=5, thin=3, output=output)
+    for name, draws in whole.posterior.items():
+        np.testing.assert_array_equal(thinned.posterior[name], draws[:, ::3])
+        np.testing.assert_allclose(thinned.mean(name), whole.mean(name), rtol=1e-12)
+        np.testing.assert_allclose(thinned.sd(name), whole.sd(name), rtol=1e-9)
+        np.testing.assert_allclose(thinned.interval(name), whole.interval(name), rtol=1e-12)
+    np.testing.assert_array_equal(thinned.sample_stats["ess_bulk"], whole.sample_stats["ess_bulk"])
+    if where == "file":
+        same(bayestouch.load(path), thinned)
+        assert dict(az.from_netcdf(path)["posterior"].sizes)["draw"] == 11
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("where", ["memory", "file"])
+def test_summaries_alone(read: tuple[Touches, Calibration], whole: TouchPosteriors, where: str, tmp_path: Path) -> None:
+    path = tmp_path / "summary.nc"
+    output = path if where == "file" else None
+    alone = bayestouch.infer(*read, draws=DRAWS, seed=5, summary_only=True, output=output)
+    assert len(alone.posterior) == 0
+    assert "R" not in alone.posterior
+    for name in whole.posterior:
+        np.testing.assert_allclose(alone.mean(name), whole.mean(name), rtol=1e-12)
+        np.testing.assert_allclose(alone.interval(name), whole.interval(name), rtol=1e-12)
+    table, full = alone.to_dataframe(), whole.to_dataframe()
+    assert list(table.columns) == list(full.columns)
+    np.testing.assert_allclose(table["q95"], full["q95"], rtol=1e-12)
+    for key, values in whole.sample_stats.items():
+        np.testing.assert_array_equal(alone.sample_stats[key], values)
+    if where == "file":
+        assert isinstance(alone.posterior, NoDraws)
+        with pytest.raises(InputError, match="only summaries were kept"):
+            alone.interval("R", 0.5)
+        assert "posterior" not in az.from_netcdf(path).groups()
+        with xr.open_datatree(path, engine="h5netcdf") as tree:
+            assert list(tree["summary"]["statistic"].values) == list(STATISTICS)
+            assert tree["sample_stats"]["grade"].dims == ("touch",)
+        again = tmp_path / "again.nc"
+        alone.save(again)
+        np.testing.assert_array_equal(bayestouch.load(again).mean("R"), alone.mean("R"))
+
+
+def test_summaries_are_those_of_numpy() -> None:
+    rng = np.random.default_rng(0)
+    draws = rng.normal(size=(4, 25, 9)) * 10.0 ** np.arange(-4, 5)
+    draws[:, 3:9, 8] = np.inf  # a flat's r_c
+    mean, sd, *quantiles = summarise({"x": draws})["x"]
+    flat = draws[..., :8].reshape(-1, 8)
+    np.testing.assert_allclose(mean[:8], flat.mean(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(sd[:8], flat.std(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(np.array(quantiles)[:, :8], np.quantile(flat, [0.05, 0.5, 0.95], axis=0), rtol=1e-12)
+    assert np.isinf(mean[8])
+    assert np.isnan(sd[8])
+    last = draws[..., 8].ravel()
+    np.testing.assert_array_equal(
+        np.array(quantiles)[:, 8], np.quantile(last, [0.05, 0.5, 0.95], method="inverted_cdf")
+    )
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_large_draws_stay_on_file(
+    read: tuple[Touches, Calibration],
+    whole: TouchPosteriors,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(posterior_file, "LARGEST_IN_MEMORY", 1000)
+    path = tmp_path / "posterior.nc"
+    lazy = bayestouch.infer(*read, draws=DRAWS, seed=5, output=path)
+    assert isinstance(lazy.posterior, DrawsOnFile)
+    same(lazy, whole)
+    np.testing.assert_array_equal(lazy.posterior.some("R", slice(3, 5)), whole.posterior["R"][..., 3:5])
+    with pytest.raises(KeyError):
+        lazy.posterior["x"]
+    lazy.save(tmp_path / "copy.nc")
+    path.write_bytes(b"something else")
+    with pytest.raises(InputError, match="has changed since"):
+        lazy.posterior["R"]
+
+
+@pytest.mark.usefixtures("small_blocks")
+def test_pads_are_written_in_blocks(tmp_path: Path) -> None:
+    simulated = bayestouch.simulate(bayestouch.simulation.PadDesign(), seed=1)
+    touches = simulated.dataset.touches
+    touches = touches.select(np.isin(touches.touch, np.unique(touches.touch)[:17]))
+    calibration = bayestouch.calibrate(simulated.dataset, kernel="half-space", draws=40)
+    memory = bayestouch.infer(touches, calibration, draws=DRAWS, seed=2)
+    same(bayestouch.infer(touches, calibration, draws=DRAWS, seed=2, output=tmp_path / "pad.nc"), memory)
+
+
+# What is killed, and goes on.
+
+_SCRIPT = """
+import sys, bayestouch
+from bayestouch.inference import run
+run.BLOCK_DRAWS, run.BLOCK_UNIT = 1, 3
+data = bayestouch.load_dataset({folder!r})
+calibration = bayestouch.load({calibration!r})
+options = dict(method="importance", draws={draws}, seed={seed}, workers=1)
+bayestouch.infer(data.touches, calibration, output={output!r}, **options)
+"""
+
+
+class Killed:
+    """A run of its own process, killed when so many blocks are done and a little later."""
+
+    def __init__(self, folder: Path, calibration: Path, output: Path, draws: int = 1000, seed: int = 1) -> None:
+        self.output, self.finished = output, output.with_name(f"{output.name}.partial") / "finished.txt"
+        self.script = _SCRIPT.format(
+            folder=str(folder), calibration=str(calibration), output=str(output), draws=draws, seed=seed
+        )
+
+    def done(self) -> int:
+        return len(self.finished.read_text().split()) if self.finished.exists() else 0
+
+    def start(self) -> subprocess.Popen[bytes]:
+        return subprocess.Popen([sys.executable, "-c", self.script], stderr=subprocess.PIPE)
+
+    def whole(self) -> None:
+        assert subprocess.run([sys.executable, "-c", self.script], check=False).returncode == 0
+
+    def kill(self, blocks: int, later: float, how: signal.Signals = signal.SIGKILL) -> bool:
+        """Whether it was killed before it was through."""
+        process, target = self.start(), self.done() + blocks
+        deadline = time.monotonic() + 120
+        while process.poll() is None and self.done() < target and time.monotonic() < deadline:
+            time.sleep(0.001)
+        time.sleep(later)
+        process.send_signal(how)
+        _, error = process.communicate()
+        assert process.returncode in (0, -how, 1), error.decode()
+        return process.returncode != 0
+
+
+@pytest.fixture(scope="module")
+def files(read: tuple[Touches, Calibration], tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("killed")
+    save_dataset(dataset(known_touches(1, step=3.0)), folder / "finger")
+    read[1].save(folder / "calibration.nc")
+    return folder / "finger", folder / "calibration.nc"
+
+
+def _killed_again_and_again(files: tuple[Path, Path], tmp_path: Path, kills: int, rng: random.Random) -> None:
+    uninterrupted = Killed(*files, tmp_path / "whole.nc")
+    uninterrupted.whole()
+    run = Killed(*files, tmp_path / "posterior.nc")
+    killed = 0
+    while killed < kills:
+        before = run.done()
+        if run.kill(rng.choice([0, 1, 2]), rng.uniform(0, 0.03), rng.choice([signal.SIGKILL, signal.SIGINT])):
+            killed += 1
+            assert run.done() >= before, "no finished block is lost"
+            assert not run.output.exists()
+        else:  # it was quicker
+            assert run.output.read_bytes() == uninterrupted.output.read_bytes()
+            run.output.unlink()
+    run.whole()
+    # bit for bit, the whole file
+    assert run.output.read_bytes() == uninterrupted.output.read_bytes()
+    assert not run.finished.parent.exists()
+
+
+def test_a_killed_run_goes_on_and_ends_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
+    _killed_again_and_again(files, tmp_path, 3, random.Random(3))
+
+
+@pytest.mark.slow
+def test_a_run_killed_a_hundred_times_ends_the_same(files: tuple[Path, Path], tmp_path: Path) -> None:
+    _killed_again_and_again(files, tmp_path, 100, random.Random(4))
+
+
+def test_what_a_killed_run_leaves_is_no_result(files: tuple[Path, Path], tmp_path: Path) -> None:
+    run = Killed(*files, tmp_path / "posterior.nc")
+    assert run.kill(2, 0.0)
+    assert run.done() >= 2
+    left = run.finished.parent / "posterior"
+    with pytest.raises(InputError, match="expected a posterior file"):
+        bayestouch.load(left)
+    with pytest.raises(OSError, match="signature"):
+        xr.open_datatree(left, engine="h5netcdf")
+    # Other options are another run: it begins anew, and ends as if nothing had been there.
+    other = Killed(*files, tmp_path / "posterior.nc", draws=400, seed=2)
+    clean = Killed(*files, tmp_path / "clean.nc", draws=400, seed=2)
+    other.whole()
+    clean.whole()
+    assert other.output.read_bytes() == clean.output.read_bytes()
+
+
+def test_a_line_cut_off_does_not_count(tmp_path: Path) -> None:
+    with partial_folder(tmp_path / "a.nc", "x") as partial:
+        partial.add(0)
+        partial.add(4096)
+        (partial.folder / "finished.txt").open("a").write("81")
+        assert partial.finished() == {0, 4096}
+        assert partial.layout() is None, "no growing file"
+
+
+def test_two_runs_at_once_do_not_mix(tmp_path: Path) -> None:
+    with (
+        partial_folder(tmp_path / "a.nc", "x"),
+        pytest.raises(InputError, match="another run is writing"),
+        partial_folder(tmp_path / "a.nc", "x"),
+    ):
+        pass
+
+
+def test_a_full_disk_is_one_line_and_the_run_goes_on_later(
+    read: tuple[Touches, Calibration], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, small_blocks: None
+) -> None:
+    from bayestouch.growing_file import GrowingFile
+
+    path, write, writes = tmp_path / "posterior.nc", GrowingFile.write, 0
+
+    def full(self: GrowingFile, *arguments: object) -> None:
+        nonlocal writes
+        writes += 1
+        if writes == 3:
+            raise OSError(28, "No space left on device")
+        write(self, *arguments)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(GrowingFile, "write", full)
+    with pytest.raises(InputError, match=r"posterior\.nc: cannot be written: No space left"):
+        bayestouch.infer(*read, draws=DRAWS, seed=5, output=path)
+    assert not path.exists()
+    blocks = -(-read[0].n_touches // 7)
+    bayestouch.infer(*read, draws=DRAWS, seed=5, output=path)
+    assert writes == 3 + blocks - 2, "two blocks were there"
+
+
+def test_the_command_says_how_many_missed(
+    files: tuple[Path, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "posterior.nc"
+    arguments = ["infer", str(files[0] / "touches.csv"), "--calibration", str(files[1]), "-o", str(path)]
+    assert main([*arguments, "--draws", "128", "--summary-only"]) == 0
+    said = capsys.readouterr().out
+    result = bayestouch.load(path)
+    assert isinstance(result, TouchPosteriors)
+    missed = int((result.sample_stats["grade"] == 0).sum())
+    assert (f"{missed} missed the targets" if missed else "all meet the targets") in said
+    assert main([*arguments, "--draws", "128", "--thin", "200"]) == 2
+    assert "thin" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [({"thin": 0}, "thin"), ({"thin": 100}, "thin"), ({"output": "."}, "folder"), ({"output": "no/x.nc"}, "no/x.nc")],
+)
+def test_options_that_cannot_be(read: tuple[Touches, Calibration], options: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        bayestouch.infer(*read, draws=DRAWS, **options)  # type: ignore[arg-type]
