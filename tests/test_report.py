@@ -238,6 +238,29 @@ def check_finger_tables_have_the_papers_form(finger_report: Report) -> None:
         assert (parts["total"]["P"] is None) is block["with_force_sensor"]
 
 
+def check_plug_in_stands_beside_propagated(finger_report: Report, dataset: bayestouch.DataSet) -> None:
+    """Recomputed from the saved calibration."""
+    saved = bayestouch.load(finger_report.path / "calibration.nc")
+    plugged = bayestouch.infer(dataset.touches, saved, plug_in=True, draws=256, seed=3)
+    propagated = bayestouch.load(finger_report.path / "posterior.nc")
+    rows = {row["parameter"]: row for row in finger_report.numbers["trust"]["calibration_uncertainty"]}
+    assert set(rows) == {"theta_c", "R", "P"}
+    for name in ("theta_c", "R"):
+        for way, posteriors in (("plug_in", plugged), ("propagated", propagated)):
+            # a calibration read back from its file may differ in the last digit, and turn a proposal away
+            assert rows[name][way]["posterior_sd"] == pytest.approx(np.median(posteriors.sd(name)), rel=1e-3)
+        low, high = plugged.interval("theta_c", 0.9)
+        true = plugged.reference["theta_c"]
+        inside = 100 * np.mean((low <= true) & (true <= high))
+        # a touch at the very end of its interval counts either way
+        assert rows["theta_c"]["plug_in"]["percent_inside"]["90"] == pytest.approx(inside, abs=101 / len(true))
+    assert all(row["propagated"]["posterior_sd"] > row["plug_in"]["posterior_sd"] for row in rows.values())
+    cells = Page((finger_report.path / "index.html").read_text("utf-8")).cells
+    assert {number(row[way]["posterior_sd"]) for row in rows.values() for way in ("plug_in", "propagated")} <= set(
+        cells
+    )
+
+
 def test_finger_report(tmp_path: Path) -> None:
     dataset = small(FINGER).dataset
     named = replace(dataset, sensor=replace(dataset.sensor, name=NAME, source={"origin": "<b>a lab</b>"}))
@@ -247,6 +270,7 @@ def test_finger_report(tmp_path: Path) -> None:
     check_finger_numbers_are_those_of_the_posterior(report)
     check_finger_page_shows_the_numbers(report)
     check_finger_tables_have_the_papers_form(report)
+    check_plug_in_stands_beside_propagated(report, named)
     assert report.numbers["paper"] is None
     assert all(row["true_mean"] is None for row in report.numbers["calibration"]["parameters"])
 
@@ -331,6 +355,9 @@ def test_without_references_the_report_says_so() -> None:
     text = "".join(Page(render(numbers, pictures)).text)
     assert {picture.name for picture in pictures}.isdisjoint({"coverage", "all_tips", "estimate_by_location"})
     assert numbers["estimates"]["by_indenter"] == [] == numbers["trust"]["coverage"]
+    for row in numbers["trust"]["calibration_uncertainty"]:
+        assert row["touches"] == 0 and row["plug_in"]["percent_inside"] is None
+        assert row["plug_in"]["posterior_sd"] < row["propagated"]["posterior_sd"]
     assert numbers["residuals"]["prediction"] is None
     for sentence in (
         "have no reference location",

@@ -21,7 +21,13 @@ from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.peak_table import same_finger_as_paper
 from bayestouch.reporting.radii import by_indenter, contact_models, fits_by_contact_model, radius_limits
 from bayestouch.reporting.residuals import about_residuals
-from bayestouch.reporting.trust import calibration_convergence, convergence, coverage, element_spacing
+from bayestouch.reporting.trust import (
+    calibration_convergence,
+    calibration_uncertainty,
+    convergence,
+    coverage,
+    element_spacing,
+)
 
 
 def all_numbers(evidence: Evidence) -> dict[str, Any]:
@@ -40,6 +46,7 @@ def all_numbers(evidence: Evidence) -> dict[str, Any]:
         "residuals": about_residuals(evidence),
         "trust": {
             "coverage": coverage(evidence),
+            "calibration_uncertainty": calibration_uncertainty(evidence),
             "convergence": convergence(evidence.posteriors),
             "calibration_convergence": calibration_convergence(evidence.calibration),
         },

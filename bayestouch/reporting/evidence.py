@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -40,6 +40,9 @@ class Evidence:
         True values of calibration parameters by name, where the data are simulated by this run.
     seed, draws, plug_in
         Options of the run.
+    counterpart : Evidence or None
+        The same touches read the other way: plugged in where this is propagated, propagated where this is plugged in
+        (fingers only).
     """
 
     dataset: DataSet
@@ -51,6 +54,7 @@ class Evidence:
     seed: int
     draws: int
     plug_in: bool
+    counterpart: Evidence | None = None
 
     @property
     def sensor(self) -> Sensor:
@@ -109,24 +113,33 @@ def gather(
     dataset = with_calibration(dataset)
     calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
     advance(_CALIBRATED)
-    half = 0.5 * (_READ - _CALIBRATED)
+    finger = isinstance(dataset.sensor.body, Finger)
+    runs = 4 if finger else 2
 
-    def read(use_load: bool, start: float) -> TouchPosteriors:
+    def read(exact: bool, use_load: bool, run: int) -> TouchPosteriors:
         return infer(
             dataset.touches,
             calibration,
-            plug_in=plug_in,
+            plug_in=exact,
             use_load=use_load,
             draws=draws,
             seed=seed,
-            progress=lambda done: advance(start + half * done),
+            progress=lambda done: advance(_CALIBRATED + (_READ - _CALIBRATED) * (run + done) / runs),
         )
 
-    posteriors = read(True, _CALIBRATED)
-    measured = np.isfinite(posteriors.rows.load).any()
-    without_load = read(False, _CALIBRATED + half) if measured else None
+    def both(exact: bool, run: int) -> tuple[TouchPosteriors, TouchPosteriors | None]:
+        posteriors = read(exact, True, run)
+        measured = np.isfinite(posteriors.rows.load).any()
+        return posteriors, read(exact, False, run + 1) if measured else None
+
+    seen, unseen = both(plug_in, 0)
+    evidence = Evidence(dataset, calibration, seen, unseen, embedded, truth, seed, draws, plug_in)
+    if finger:
+        seen, unseen = both(not plug_in, 2)
+        other = replace(evidence, posteriors=seen, without_load=unseen, plug_in=not plug_in)
+        evidence = replace(evidence, counterpart=other)
     advance(_READ)
-    return Evidence(dataset, calibration, posteriors, without_load, embedded, truth, seed, draws, plug_in)
+    return evidence
 
 
 def _ignore(fraction: float) -> None:

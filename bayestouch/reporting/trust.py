@@ -130,6 +130,36 @@ def coverage(evidence: Evidence) -> list[dict[str, Any]]:
     return rows
 
 
+def calibration_uncertainty(evidence: Evidence) -> list[dict[str, Any]] | None:
+    """What the calibration's uncertainty does to the posteriors: plugged in beside propagated, by parameter.
+
+    Median posterior standard deviation, and how often intervals hold the reference, in %. Those of the load are read
+    without the force sensor, where there is one. None where the touches were read in one way only.
+    """
+    other = evidence.counterpart
+    if other is None:
+        return None
+    ways = (
+        {"plug_in": evidence, "propagated": other} if evidence.plug_in else {"plug_in": other, "propagated": evidence}
+    )
+    covered = {way: {row["parameter"]: row for row in coverage(each)} for way, each in ways.items()}
+    units = {parameter.name: parameter.unit for parameter in evidence.posteriors.parameters}
+    rows = []
+    for name in ("theta_c", "R", "P"):
+        row: dict[str, Any] = {"parameter": name, "unit": units[name]}
+        for way, each in ways.items():
+            read = each.without_load if name == "P" and each.without_load is not None else each.posteriors
+            inside = covered[way].get(name)
+            row["touches"] = 0 if inside is None else inside["touches"]
+            row["se_90"] = None if inside is None else inside["se_90"]
+            row[way] = {
+                "posterior_sd": float(np.median(read.sd(name))),
+                "percent_inside": None if inside is None else inside["percent_inside"],
+            }
+        rows.append(row)
+    return rows
+
+
 def _coverage_row(name: str, unit: str, n: int, inside: dict[str, float]) -> dict[str, Any]:
     standard_error = 100 * float(np.sqrt(0.9 * 0.1 / n))
     return {"parameter": name, "unit": unit, "touches": int(n), "percent_inside": inside, "se_90": standard_error}
