@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -11,6 +12,7 @@ import numpy as np
 import pytest
 
 STUDIES = Path(__file__).parents[1] / "studies"
+SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).parents[2] / "shared"))
 
 
 def study(name: str) -> ModuleType:
@@ -101,3 +103,15 @@ def test_sweet_spots(tmp_path: Path) -> None:
     assert by_sign[0].score.rank_correlation > 0.4
     assert np.abs(by_sign[0].seen_by_map.error).mean() < np.abs(by_sign[0].seen.error).mean()
     assert (tmp_path / "sweet_spots.png").stat().st_size > 10_000
+
+
+@pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
+def test_sweet_spots_of_a_measured_pad() -> None:
+    """Spread and bias of the barometers' locations are predicted from half of the touches."""
+    module = study("sweet_spots_measured")
+    found = module.study_pad("baro-line")
+    some = found.inside
+    # 18 touches: their root mean square is good to a sixth; twice that
+    assert module.rms(found.error[some]) == pytest.approx(module.rms(found.spots.sd[some]), rel=0.35)
+    sign = module.explained_sign(found.predicted_bias[some].T, found.kernel_error[some].T)
+    assert sign.r_squared > 0.6

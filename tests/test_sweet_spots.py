@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch import InputError
+from bayestouch import InputError, calibrate, infer, simulate
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
+from bayestouch.inference.pad_reader import PadReader
 from bayestouch.reliability import (
     KnownFinger,
     TouchEstimator,
@@ -22,12 +23,14 @@ from bayestouch.reliability import (
     explained_sign,
     explained_size,
     known_bias,
+    pad_known_bias,
+    pad_spots,
     shared_by_indenters,
     sweet_spots,
     touch_information,
 )
 from bayestouch.reliability.many_fits import fit_many_touches
-from bayestouch.simulation import FingerDesign
+from bayestouch.simulation import FingerDesign, PadDesign
 
 DESIGN = FingerDesign(shear_modulus_MPa=0.08, samples_per_touch=4, edge_step_deg=6.0, flat_step_deg=12.0)
 TIPS, PLACES = [1.59, 6.01, 12.3], [-3.0, 0.0, 2.0, 4.4]
@@ -133,3 +136,26 @@ def test_coverage_of_intervals_that_know_of_noise_alone() -> None:
     assert expected_coverage(1.0, 0.0) == pytest.approx(0.9)
     wide = stats.norm(scale=np.sqrt(2))
     assert expected_coverage(1.0, 1.0) == pytest.approx(1 - 2 * wide.cdf(-stats.norm.ppf(0.95)))
+
+
+def test_pads_locate_as_well_as_predicted() -> None:
+    """On a line of elements: size of errors, and bias of a reader that takes one element for weaker than it is."""
+    design = PadDesign(element_x_mm=(0.0, 6.75, 13.5, 20.25), element_y_mm=None, n_touches=120, calibration_step_mm=1.0)
+    simulated = simulate(design, seed=3)
+    calibration = calibrate(simulated.dataset, kernel="layer", draws=64)
+    reader = PadReader.from_calibration(calibration)
+    posteriors = infer(simulated.dataset.touches, calibration, draws=256)
+    x = posteriors.reference["x"]
+    inside = (x > 0) & (x < 20.25)
+    spots = pad_spots(reader, x[inside, None], reads=design.samples_per_touch)
+    z = (posteriors.mean("x") - x)[inside] / spots.sd
+    # some 90 touches: a mean square of one to a tenth and a half; loads from 1 to 3 N are predicted at their mean
+    assert np.mean(z**2) == pytest.approx(1.0, abs=0.5)
+    assert spots.by_element.sum(axis=-1)[:, 0] == pytest.approx(spots.sd**2, rel=1e-9)
+    place = np.array([[4.0], [9.0]])
+    sensitivity = reader.map.sensitivity * np.array([1.0, 1.02, 1.0, 1.0])
+    stronger = replace(reader, map=replace(reader.map, sensitivity=sensitivity))
+    bias = pad_known_bias(reader, stronger, place)[:, 0]
+    assert bias[0] > 0 > bias[1]  # drawn towards the stronger element
+    with pytest.raises(InputError, match="expected places"):
+        pad_spots(reader, np.zeros((3, 2)))

@@ -15,6 +15,7 @@ _PUBLIC = {
     "Explained": "bias_scores",
     "KnownFinger": "known_finger",
     "Optimism": "distinguishability",
+    "PadSpots": "pad_maps",
     "RadiusScale": "information",
     "SweetSpots": "maps",
     "TouchEstimator": "location_bias",
@@ -31,6 +32,8 @@ _PUBLIC = {
     "log_evidence": "evidence",
     "observed_bias": "bias_scores",
     "optimism": "distinguishability",
+    "pad_known_bias": "pad_maps",
+    "pad_spots": "pad_maps",
     "shared_by_indenters": "bias_scores",
     "smallest_radius": "paper_criterion",
     "strain_difference": "paper_criterion",
@@ -73,6 +76,9 @@ if TYPE_CHECKING:
     from bayestouch.reliability.maps import draw_bias as draw_bias
     from bayestouch.reliability.maps import known_bias as known_bias
     from bayestouch.reliability.maps import sweet_spots as sweet_spots
+    from bayestouch.reliability.pad_maps import PadSpots as PadSpots
+    from bayestouch.reliability.pad_maps import pad_known_bias as pad_known_bias
+    from bayestouch.reliability.pad_maps import pad_spots as pad_spots
     from bayestouch.reliability.paper_criterion import Annulus as Annulus
     from bayestouch.reliability.paper_criterion import smallest_radius as smallest_radius
     from bayestouch.reliability.paper_criterion import strain_difference as strain_difference
