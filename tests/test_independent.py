@@ -50,8 +50,7 @@ def lack_of_fit(data: DataSet) -> float:
     assert data.calibration is not None
     assert isinstance(data.sensor.body, Finger)
     priors, _ = FingerPriors.of(data.sensor)
-    assert data.sensor.force_noise_sd is not None
-    fit, _ = fit_finger(data.calibration.averaged(), data.sensor.body, priors, data.sensor.force_noise_sd)
+    fit, _ = fit_finger(data.calibration.averaged(), data.sensor.body, priors)
     return fit.lack_of_fit
 
 
