@@ -30,9 +30,10 @@ from bayestouch.calibration.empirical_reading import reading_table
 from bayestouch.calibration.finger import FingerFit, fit_finger
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
+from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
 from bayestouch.dataset import load_dataset
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.inference.finger_modes import find_modes, with_whitener
 from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (

@@ -24,9 +24,10 @@ from bayestouch.calibration.finger import FingerFit, fit_finger
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import indenter_radius
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.inference.finger_modes import find_modes
 from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.noise import Noise

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.inference.finger_modes import find_modes
 from bayestouch.inference.finger_profile import profile_proposal
 from bayestouch.inference.finger_reader import (

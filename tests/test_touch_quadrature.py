@@ -12,7 +12,8 @@ from touch_quadrature import Marginals, OneTouch, integrate
 
 import bayestouch
 from bayestouch.calibration.finger_posterior import finger_chain
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.touches import Touches, touches_from
 
 # True R (mm; an edge is 0, a flat 12.7), location (degree; elements every 8.8 to ±26.4), samples, force reading.

@@ -43,6 +43,8 @@ class AnnulusModes:
         Fourier modes ``k``.
     core_radius_mm, outer_radius_mm : float
         ``r_a`` and ``r_b`` in mm.
+    poisson_ratio : (...) array
+        σ.
     growing, decaying : pair of (..., n_modes) arrays
         Radial strain is ``(growing[0] + growing[1]/ρ²) ρ^k + (decaying[0] + decaying[1]/ρ²) (α/ρ)^k``.
     surface_displacement_mm : (..., n_modes) array
@@ -54,6 +56,7 @@ class AnnulusModes:
     modes: FloatArray
     core_radius_mm: float
     outer_radius_mm: float
+    poisson_ratio: FloatArray
     growing: tuple[FloatArray, FloatArray]
     decaying: tuple[FloatArray, FloatArray]
     surface_displacement_mm: FloatArray
@@ -151,6 +154,7 @@ def solve_annulus(
         modes=k,
         core_radius_mm=core_radius_mm,
         outer_radius_mm=outer_radius_mm,
+        poisson_ratio=sigma,
         growing=(half[0], half[1]),
         decaying=(half[2], half[3]),
         surface_displacement_mm=outer_radius_mm * half[4],

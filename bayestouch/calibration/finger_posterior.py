@@ -210,7 +210,7 @@ def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
     flat = vectors.reshape(-1, vectors.shape[-1])
     response = fit.likelihood.sign * np.exp(flat[:, at.response])
     depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = np.stack([_peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    peak = np.stack([peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
     noise, missed, force = public_noise(fit.likelihood.known, at, flat)
     values = {
         "sigma": sigma,
@@ -226,7 +226,7 @@ def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
     return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
 
 
-def _peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:
+def peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:
     """Compressive strain (m,) under a knife edge of 1 N/mm above each element at μ = 1 MPa."""
     from bayestouch.body.annulus import solve_annulus
     from bayestouch.chain.response import modes_needed

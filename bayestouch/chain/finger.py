@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.chain.response import ContactSpectra, ResponseTable
+from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 
 FloatArray = NDArray[np.float64]
 
@@ -35,6 +35,10 @@ class FingerChain:
         Largest line load in N/m that the table must hold.
     contact : str
         Contact model.
+    layer_share : float
+        Share of the exact contact on the bonded layer in the pressure spectrum; the rest is that of `contact`.
+    aperture_mm, friction : float
+        Width of the elements and friction under the probe, see `bayestouch.chain.response.mode_strain`.
     """
 
     core_radius_mm: float
@@ -47,6 +51,9 @@ class FingerChain:
     shear_modulus_MPa: float
     largest_load: float
     contact: str = "layer"
+    layer_share: float = 0.0
+    aperture_mm: float = 0.0
+    friction: float = 0.0
 
     @property
     def n_elements(self) -> int:
@@ -56,18 +63,35 @@ class FingerChain:
     @cached_property
     def spectra(self) -> ContactSpectra:
         """Contact and body at this Poisson's ratio."""
-        return ContactSpectra.of(
-            (self.core_radius_mm, self.outer_radius_mm),
-            self.poisson_ratio,
-            largest_kappa=self.largest_load / 1000 * self.outer_radius_mm / self.shear_modulus_MPa,
-            largest_sensing_radius_mm=float(self.sensing_radius_mm.max()),
-            contact=self.contact,
-        )
+
+        def of(contact: str) -> ContactSpectra:
+            return ContactSpectra.of(
+                (self.core_radius_mm, self.outer_radius_mm),
+                self.poisson_ratio,
+                largest_kappa=self.largest_load / 1000 * self.outer_radius_mm / self.shear_modulus_MPa,
+                largest_sensing_radius_mm=float(self.sensing_radius_mm.max()),
+                contact=contact,
+            )
+
+        solved = of(self.contact)
+        if not self.layer_share:
+            return solved
+        towards = of("layer").spectra - solved.spectra
+        return replace(solved, spectra=solved.spectra + self.layer_share * towards)
 
     @cached_property
     def table(self) -> ResponseTable:
         """Response of the elements over κ and angle."""
-        return ResponseTable.of(self.spectra, self.sensing_radius_mm)
+        return ResponseTable.of(
+            self.spectra, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
+        )
+
+    @property
+    def mode_strain(self) -> NDArray[np.complex128]:
+        """Strain of each element per unit of each mode of the pressure, see `bayestouch.chain.response.mode_strain`."""
+        return mode_strain(
+            self.spectra.body, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
+        )
 
     @property
     def gain(self) -> FloatArray:
@@ -100,7 +124,7 @@ class FingerChain:
         """The same finger with some values changed; keeps the solved contact where it is not concerned."""
         new = replace(self, **changes)  # type: ignore[arg-type]
         keep = {"response", "angle", "offset"}
-        if set(changes) <= keep | {"sensing_radius_mm"} and "spectra" in self.__dict__:
+        if set(changes) <= keep | {"sensing_radius_mm", "aperture_mm", "friction"} and "spectra" in self.__dict__:
             shallowest = float(new.sensing_radius_mm.max())
             if shallowest <= float(self.sensing_radius_mm.max()) + 1e-3:
                 new.__dict__["spectra"] = self.spectra

@@ -10,15 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bayestouch
+from bayestouch.affected.described import KEY, AffectedChain
 from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import IndenterPrior, UniformRadius
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
+from bayestouch.inference.finger_affected import observe, prepare
 from bayestouch.inference.finger_check import check_finger, corrected_means, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
-from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchReadings
+from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
@@ -48,6 +51,8 @@ class FingerRun:
         Sensor, priors and how to draw.
     workers : int or None
         Threads.
+    affected : AffectedChain or None
+        Effects of the calibration.
     settings, notes
         Of the result.
     """
@@ -57,6 +62,7 @@ class FingerRun:
     readings: TouchReadings
     task: DrawTask
     workers: int | None
+    affected: AffectedChain | None
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
 
@@ -68,7 +74,8 @@ class FingerRun:
     def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
         """Posteriors of some of the touches, which do not depend on the others."""
         some = np.arange(start, stop)
-        drawn = draw_all(self.task, self.readings.select(some), self.workers, progress, start)
+        readings = self.readings.select(some)
+        drawn = draw_all(self.task, readings, self.workers, progress, start)
         means, priors, chain = _select(self.means, some), self.task.priors, self.task.chain
         log_probability = drawn.pop(TIPS, None)
         draws = {name: drawn[name] for name in DRAWN}
@@ -78,7 +85,7 @@ class FingerRun:
             posterior=draws,
             sample_stats={name: value for name, value in drawn.items() if name not in draws},
             reference=_reference(means, chain),
-            rows=_rows(means, chain, self.task.noise, draws),
+            rows=_rows(means, chain, self.task.noise, draws, readings.context, self.affected),
             settings=self.settings,
             notes=self.notes,
             tips=_tips(priors, log_probability),
@@ -101,19 +108,30 @@ def finger_run(
 ) -> FingerRun:
     """Make touches on a finger ready to be read; see `bayestouch.infer`."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
-    means = _rows_as_touches(corrected) if each_sample else corrected.averaged()
     typical = float(calibration.settings["typical_load"])
+    observed, affected = None, None
+    if KEY in calibration.settings:
+        affected = AffectedChain.of(calibration)
+        observed, note = observe(corrected, affected, calibration.noise, each_sample)
+        means = observed.means
+    else:
+        means, note = _rows_as_touches(corrected) if each_sample else corrected.averaged(), ""
     readings, notes = _readings(means, calibration, use_load)
-    chain, table, covariance = _model(calibration, typical)
+    notes += (note,) if note else ()
+    chain, table, covariance = _model(calibration, typical, affected)
+    priors = IndenterPriors.of(chain, typical, indenter)
     noise, check = calibration.noise, None
-    if check_sensor:
+    if affected is not None and observed is not None:
+        assert isinstance(chain, FingerChain)
+        readings = prepare(readings, observed, affected, chain, table, priors, noise, plug_in=plug_in)
+    elif check_sensor:
         check = check_finger(readings, chain, table, noise, covariance, typical)
         means, noise = corrected_means(means, check), widened(noise, check.excess)
-        readings, notes = _readings(means, calibration, use_load and not check.force_left_out)
-        notes += fault_notes(check, "N/m")
+        readings, fewer = _readings(means, calibration, use_load and not check.force_left_out)
+        notes += (*fewer, *fault_notes(check, "N/m"))
     task = DrawTask(
         chain=chain,
-        priors=IndenterPriors.of(chain, typical, indenter),
+        priors=priors,
         table=table,
         noise=noise,
         reading_covariance=None if plug_in else covariance,
@@ -137,7 +155,7 @@ def finger_run(
         "version": bayestouch.__version__,
     }
     notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))
-    return FingerRun(calibration, means, readings, task, workers, settings, notes)
+    return FingerRun(calibration, means, readings, task, workers, affected, settings, notes)
 
 
 def _select(means: TouchMeans, index: NDArray[np.int64]) -> TouchMeans:
@@ -146,9 +164,11 @@ def _select(means: TouchMeans, index: NDArray[np.int64]) -> TouchMeans:
     return replace(means, **some)
 
 
-def _model(calibration: Calibration, typical: float) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
+def _model(
+    calibration: Calibration, typical: float, affected: AffectedChain | None = None
+) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
     """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
-    elastic = finger_chain(calibration)
+    elastic = finger_chain(calibration) if affected is None else affected.model.chain(affected.vector)
     ends = IndenterPriors.of(elastic, typical).location.support
     if calibration.settings.get("e_map") == "empirical":
         from bayestouch.calibration.empirical_map import EmpiricalCalibration
@@ -156,7 +176,10 @@ def _model(calibration: Calibration, typical: float) -> tuple[CalibratedFinger, 
 
         empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
-    return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
+    table = ReadingTable.of(elastic, *ends)
+    if affected is not None and affected.placed is not None:
+        table = table.corrected(affected.placed, elastic.shear_modulus_MPa)
+    return elastic, table, CalibrationCovariance(elastic, calibration.covariance)
 
 
 def _readings(means: TouchMeans, calibration: Calibration, use_load: bool) -> tuple[TouchReadings, tuple[str, ...]]:
@@ -191,9 +214,21 @@ def _reference(means: TouchMeans, chain: CalibratedFinger) -> dict[str, FloatArr
     }
 
 
-def _rows(means: TouchMeans, chain: CalibratedFinger, noise: Noise, draws: dict[str, FloatArray]) -> TouchRows:
+def _rows(
+    means: TouchMeans,
+    chain: CalibratedFinger,
+    noise: Noise,
+    draws: dict[str, FloatArray],
+    context: TouchContext | None,
+    affected: AffectedChain | None,
+) -> TouchRows:
     centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
-    predicted = chain.predict(centre["R"], np.radians(centre["theta_c"]), centre["P"])
+    angle = np.radians(centre["theta_c"])
+    predicted = chain.predict(centre["R"], angle, centre["P"])
+    if affected is not None and affected.placed is not None:
+        predicted = predicted + affected.placed.readings(centre["R"], angle, centre["P"])
+    if context is not None:
+        predicted = np.asarray(context.readings(predicted, angle, centre["P"], np.arange(len(angle))))
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     return TouchRows(
         touch=means.touch,

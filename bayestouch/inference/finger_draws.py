@@ -163,8 +163,9 @@ def draw_touches(task: DrawTask, touches: TouchReadings, numbers: IntArray, roun
     search = replace(task.priors, radius=search_prior(task.priors.radius, task.chain.outer_radius_mm))
     posterior = FingerPosterior(task.chain, touches, search, noise_whitener(task.noise, touches), task.table)
     mode, hessian = find_modes(posterior)
-    if task.reading_covariance is not None:
-        covariance = task.reading_covariance(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
+    covariance_of = task.reading_covariance if touches.context is None else touches.context.covariance
+    if covariance_of is not None:
+        covariance = covariance_of(posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(task.noise, touches, covariance))
         mode, hessian = find_modes(posterior, mode)
     posterior = replace(posterior, priors=task.priors)

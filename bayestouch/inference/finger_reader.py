@@ -47,6 +47,24 @@ class CalibratedFinger(Protocol):
         ...
 
 
+class TouchContext(Protocol):
+    """What effects make of the readings of touches that were made when they were made."""
+
+    def select(self, index: IntArray) -> TouchContext:
+        """Some of the touches."""
+        ...
+
+    def readings(
+        self, signal: NDArray[np.floating], angle: FloatArray, load: FloatArray, touch: IntArray
+    ) -> NDArray[np.floating]:
+        """Readings (n, m) from signals of the elastic finger under touches at `angle` (rad) with `load`, all (n,)."""
+        ...
+
+    def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Covariance (t, m, m) of the mean readings beyond each element's own noise."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class TouchReadings:
     """Mean readings of unknown touches; t touches, m elements.
@@ -59,12 +77,15 @@ class TouchReadings:
         Raw readings behind each; 0 where missing.
     load, load_sd : (t,) arrays
         Measured load and its standard error, N/m; NaN load where not measured or not to be used.
+    context : TouchContext, optional
+        What effects make of these touches.
     """
 
     readings: FloatArray
     counts: IntArray
     load: FloatArray
     load_sd: FloatArray
+    context: TouchContext | None = None
 
     @property
     def n_touches(self) -> int:
@@ -73,7 +94,8 @@ class TouchReadings:
 
     def select(self, index: IntArray) -> TouchReadings:
         """Some of the touches."""
-        return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index])
+        context = None if self.context is None else self.context.select(index)
+        return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], context)
 
 
 @dataclass(frozen=True)
@@ -157,18 +179,30 @@ class FingerPosterior:
         readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
         difference: NDArray[np.floating]
         if self.table is None:
-            difference = self.chain.predict(radius, angle, load) - readings
+            difference = self._affected(self.chain.predict(radius, angle, load), angle, load, blocks) - readings
         else:
             kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
             rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
             rows *= load.astype(np.float32).reshape(-1, 1)
             rows = rows.reshape(*load.shape, -1)
+            rows = self._affected(rows, angle, load, blocks)
             rows -= readings.astype(np.float32)
             difference, whitener = rows, whitener.astype(np.float32)
         if whitener.ndim == 2:
             difference *= whitener[:, None]
             return difference
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
+
+    def _affected(
+        self, rows: NDArray[np.floating], angle: FloatArray, load: FloatArray, blocks: IntArray
+    ) -> NDArray[np.floating]:
+        """Signals (B, W, m) after the effects of the touches `blocks` (B,)."""
+        context = self.touches.context
+        if context is None:
+            return rows
+        touch = np.repeat(blocks, load.shape[1])
+        flat = context.readings(rows.reshape(-1, rows.shape[-1]), angle.ravel(), load.ravel(), touch)
+        return flat.reshape(rows.shape)
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
         """Log prior density with the transform's Jacobian, force reading included; (B, W)."""

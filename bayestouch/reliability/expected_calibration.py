@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from bayestouch.calibration.finger_likelihood import LOAD_REACH
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
 from bayestouch.fit import whiten_rank_one
-from bayestouch.inference.finger_covariance import calibration_jacobian
 from bayestouch.noise import Noise
 from bayestouch.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces

@@ -12,8 +12,9 @@ from bayestouch.calibration.empirical_map import EmpiricalCalibration
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_covariance import calibration_jacobian, reading_covariance
+from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.inference.finger_reader import CalibratedFinger
 from bayestouch.noise import Noise
 from bayestouch.results import Calibration

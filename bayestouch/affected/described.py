@@ -1,0 +1,179 @@
+"""A chain with effects as text and numbers: how a calibration file and ``model.toml`` hold it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.finger_model import FingerModel
+from bayestouch.affected.observations import PlainRows
+from bayestouch.affected.placed_table import PlacedTable
+from bayestouch.calibration.finger_flat import FlatLayout
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, Values, effect_classes
+from bayestouch.errors import InputError
+from bayestouch.results import Calibration
+from bayestouch.sensor import Finger
+
+FloatArray = NDArray[np.float64]
+
+#: Key of the settings of a calibration that holds the text, and of the arrays that hold the peaks and corrections.
+KEY, PEAK = "effects", "effect_peak"
+
+
+@dataclass(frozen=True, eq=False)
+class EffectList:
+    """Effects of a chain, and the setting that they suit themselves to.
+
+    Attributes
+    ----------
+    setting : Setting
+        How the sensor was touched when the effects were fitted.
+    effects : tuple of Effect
+        In the order in which they were added.
+    noise : mapping of str to float
+        What effects of the noise add: ``share``, ``power``, ``common``, ``common_touch``.
+    """
+
+    setting: Setting
+    effects: tuple[Effect, ...]
+    noise: Mapping[str, float]
+
+    @property
+    def plain(self) -> tuple[Effect, ...]:
+        """Those whose values are parameters of the chain."""
+        return tuple(e for e in self.effects if not isinstance(e, RandomEffect | NoiseEffect))
+
+    @property
+    def drifts(self) -> tuple[RandomEffect, ...]:
+        """Random functions of time."""
+        return tuple(e for e in self.effects if isinstance(e, RandomEffect))
+
+    @property
+    def of_noise(self) -> tuple[NoiseEffect, ...]:
+        """Effects of the noise."""
+        return tuple(e for e in self.effects if isinstance(e, NoiseEffect))
+
+    def to_text(self) -> str:
+        """As JSON."""
+        setting = asdict(self.setting)
+        setting["element_place"] = [axis.tolist() for axis in self.setting.element_place]
+        names = [effect.name for effect in self.effects]
+        return json.dumps({"names": names, "noise": dict(self.noise), "setting": setting})
+
+    @classmethod
+    def from_text(cls, text: str) -> EffectList:
+        """From what `to_text` gave.
+
+        Raises
+        ------
+        InputError
+            An effect is not known here (an entry point may be missing), or the text is damaged.
+        """
+        try:
+            content: dict[str, Any] = json.loads(text)
+            raw = dict(content["setting"])
+            raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
+            raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
+            setting, names, noise = Setting(**raw), list(content["names"]), dict(content["noise"])
+        except (ValueError, KeyError, TypeError) as error:
+            raise InputError("expected the effects of a chain as JSON", column=KEY) from error
+        return cls(setting, named_effects(names, setting), noise)
+
+
+def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
+    """Effects by name, suited to a setting.
+
+    Raises
+    ------
+    InputError
+        There is no such effect, or it cannot occur in this setting.
+    """
+    classes, out = effect_classes(), []
+    for name in names:
+        if name not in classes:
+            raise InputError(f"unknown effect {name!r}; known are {', '.join(classes)}")
+        effect = classes[name].suited(setting)
+        if effect is None:
+            raise InputError(f"effect {name} cannot occur, or not be seen, in the way this sensor was touched")
+        out.append(effect)
+    return tuple(out)
+
+
+@dataclass(frozen=True, eq=False)
+class AffectedChain:
+    """The chain of a calibration with effects.
+
+    Attributes
+    ----------
+    model : FingerModel
+        Without touches.
+    vector : (d,) array
+        Its parameters at the mode.
+    covariance : (d, d) array
+        Their covariance.
+    listed : EffectList
+        All effects.
+    values : mapping of str to tuple of float
+        Values of every effect by its name.
+    placed : PlacedTable or None
+        A correction by element and relative location, without a cause.
+    """
+
+    model: FingerModel
+    vector: FloatArray
+    covariance: FloatArray
+    listed: EffectList
+    values: Mapping[str, Values]
+    placed: PlacedTable | None = None
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> AffectedChain:
+        """Rebuild it from a calibration."""
+        from bayestouch.calibration.finger_posterior import finger_chain
+
+        finger = calibration.sensor.body
+        assert isinstance(finger, Finger)
+        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        chain = finger_chain(calibration)
+        sign = np.where(chain.response < 0, -1.0, 1.0)
+        model = FingerModel(
+            observed=PlainRows(0),
+            finger=finger,
+            layout=FlatLayout(finger.n_elements, discrepancy=False),
+            flat_prior=None,
+            sign=sign,
+            contact=chain.contact,
+            peak=np.asarray(calibration.extra[PEAK]),
+            reference_load=listed.setting.reference_load,
+            largest_load=chain.largest_load,
+            effects=listed.plain,
+        )
+        values = {
+            effect.name: tuple(float(calibration.mode[p.name]) for p in effect.public_parameters())
+            for effect in listed.effects
+        }
+        response = np.where(chain.response == 0, 1e-300, np.abs(chain.response))
+        base = [np.log(response), chain.sensing_radius_mm, chain.angle]
+        vector = np.concatenate([*base, [chain.poisson_ratio, np.log(chain.shear_modulus_MPa)]])
+        for effect in listed.plain:
+            inward = [p.inward(v) for p, v in zip(effect.parameters, values[effect.name], strict=True)]
+            vector = np.concatenate([vector, inward])
+        scale = np.ones(len(vector))
+        scale[: finger.n_elements] = 1 / (sign * response)
+        return cls(
+            model,
+            vector,
+            calibration.covariance * np.outer(scale, scale),
+            listed,
+            values,
+            PlacedTable.from_arrays(calibration.extra),
+        )
+
+    def static(self) -> FingerModel:
+        """The model with those effects only that are the same in all samples."""
+        return replace(self.model, effects=tuple(e for e in self.model.effects if not e.needs_samples))

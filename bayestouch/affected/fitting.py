@@ -1,0 +1,207 @@
+"""Fits of a finger with effects to its touches, with random functions of time beside the parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.finger_model import FingerModel
+from bayestouch.affected.linear import Functions, Linearised
+from bayestouch.affected.whitening import NoiseModel, Whitening
+from bayestouch.effects.effect import Values
+from bayestouch.effects.random import RandomEffect
+
+FloatArray = NDArray[np.float64]
+Drift = tuple[RandomEffect, Values]
+
+MAX_ITERATIONS = 12
+# Half the sum of squares: what is gained below this is far below one standard deviation of any parameter.
+SETTLED = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Fitted:
+    """A model at its maximum a posteriori.
+
+    Attributes
+    ----------
+    model : FingerModel
+        With its effects.
+    vector : (d,) array
+        Parameters at the mode.
+    drifts : tuple of (RandomEffect, values)
+        Random functions of time, their hyper-parameters held.
+    noise : NoiseModel
+        Noise of one reading and of the loads.
+    whitening : Whitening
+        What it makes of the touches.
+    linear : Linearised
+        Around the mode.
+    """
+
+    model: FingerModel
+    vector: FloatArray
+    drifts: tuple[Drift, ...]
+    noise: NoiseModel
+    whitening: Whitening
+    linear: Linearised
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects in the model."""
+        drifts = tuple(drift.name for drift, _ in self.drifts)
+        return tuple(effect.name for effect in self.model.effects) + drifts + self.noise.names
+
+    @property
+    def drifted(self) -> FloatArray:
+        """What the random functions add to the mean reading of each touch, (t, m)."""
+        if self.linear.functions is None:
+            return np.zeros_like(self.model.known.means.readings)
+        return np.asarray(np.tensordot(self.linear.weights(), self.linear.functions.raw, axes=1))
+
+    def chi_square(self) -> float:
+        """Sum of squares of the whitened means' residuals."""
+        return float((self.linear.plain**2).sum())
+
+
+def drift_columns(model: FingerModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
+    """Basis functions of the drifts for each touch, (k, t, m)."""
+    observed = model.known
+    recording = replace(model.poses(vector), signal=model.predict(vector).touches)
+    out = [np.zeros((0, *recording.signal.shape))]
+    for drift, values in drifts:
+        basis = drift.basis(observed.touch_time_s, values, *observed.span)
+        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own))
+    return np.concatenate(out)
+
+
+def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> FloatArray:
+    """Columns (k, t, m), or (m k, t, m) of each element's `own`, from basis (k, t) or (k, t, m) and scale (t, m)."""
+    full = basis[:, :, None] * scale if basis.ndim == 2 else basis * scale
+    if not own:
+        return np.asarray(full)
+    m, k = scale.shape[1], len(basis)
+    columns = np.zeros((m, k, *scale.shape))
+    for e in range(m):
+        columns[e, :, :, e] = full[:, :, e]
+    return columns.reshape(m * k, *scale.shape)
+
+
+def functions_of(
+    model: FingerModel,
+    vector: FloatArray,
+    whitening: Whitening,
+    drifts: tuple[Drift, ...],
+    further: FloatArray | None = None,
+) -> Functions | None:
+    """Random functions of the drifts and `further` ones (k, t, m), whitened; None without any."""
+    if not drifts and further is None:
+        return None
+    raw = drift_columns(model, vector, drifts)
+    if further is not None:
+        raw = np.concatenate([raw, further])
+    return Functions.of(raw, whitening.touches(raw))
+
+
+def linearised(
+    model: FingerModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
+) -> Linearised:
+    """The model made linear around a vector."""
+    observed, predicted = model.known, model.predict(vector)
+    touches, samples = model.derivatives(vector)
+    deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+    mean, spread, _, _ = model.prior()
+    d = len(vector)
+    return Linearised(
+        residual=whitening.touches(observed.means.readings - predicted.touches),
+        jacobian=np.ascontiguousarray(whitening.touches(touches).reshape(d, -1).T),
+        deviation=whitening.samples(deviation),
+        deviation_jacobian=None if samples is None else whitening.samples(samples).reshape(d, -1).T,
+        touch=observed.row_touch,
+        pull=mean - vector,
+        precision=1 / spread**2,
+        functions=functions,
+    )
+
+
+def fit(
+    model: FingerModel,
+    start: FloatArray,
+    noise: NoiseModel,
+    drifts: tuple[Drift, ...] = (),
+    *,
+    whitening: Whitening | None = None,
+    further: FloatArray | None = None,
+) -> Fitted:
+    """Maximum a posteriori by damped Gauss-Newton steps.
+
+    Parameters
+    ----------
+    model : FingerModel
+        What is fitted.
+    start : (d,) array
+        Where to start.
+    noise : NoiseModel
+        Noise of one reading and of the loads.
+    drifts : tuple of (RandomEffect, values)
+        Random functions of time.
+    whitening : Whitening, optional
+        Whitening to keep, for fits that are to be compared; by default that at `start`.
+    further : (k, t, m) array, optional
+        Further random functions: what each of their weights, standard normal, adds to the mean readings.
+    """
+    _, _, low, high = model.prior()
+    margin = 1e-9 * np.where(np.isfinite(high - low), high - low, 1.0)
+    vector = np.clip(start, low + margin, high - margin)
+    if whitening is None:
+        whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
+    # Only a gain drift's functions depend on the vector, and by far less than their own size is known.
+    functions = functions_of(model, vector, whitening, drifts, further)
+    linear = linearised(model, vector, whitening, functions)
+    for _ in range(MAX_ITERATIONS):
+        step = _at_bounds(linear, vector, low + 2 * margin, high - 2 * margin).step()
+        cost, share = linear.cost(), 1.0
+        better = None
+        while better is None and share > 1e-3:
+            moved = np.clip(vector + share * step, low + margin, high - margin)
+            trial = linearised(model, moved, whitening, functions)
+            better = trial if trial.cost() < cost else None
+            share *= 0.3
+        if better is None:
+            break
+        vector, linear = moved, better
+        if cost - linear.cost() < SETTLED:
+            break
+    linear = _at_bounds(linear, vector, low + 2 * margin, high - 2 * margin)
+    return Fitted(model, vector, drifts, noise, whitening, linear)
+
+
+def fit_from_both(
+    model: FingerModel,
+    start: FloatArray,
+    noise: NoiseModel,
+    drifts: tuple[Drift, ...] = (),
+    *,
+    whitening: Whitening | None = None,
+) -> Fitted:
+    """The better of two fits: from `start`, and from the finger as built where `start` is far from that."""
+    one = fit(model, start, noise, drifts, whitening=whitening)
+    home = model.homeward(start)
+    if home is None:
+        return one
+    two = fit(model, home, noise, drifts, whitening=one.whitening)
+    return min(one, two, key=lambda each: each.linear.cost())
+
+
+def _at_bounds(linear: Linearised, vector: FloatArray, low: FloatArray, high: FloatArray) -> Linearised:
+    """The model with those parameters held that lie at a bound and would leave it."""
+    held = np.zeros(len(vector), dtype=bool)
+    for _ in range(len(vector)):
+        step = linear.holding(held).step()
+        leaving = ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0))
+        if not (leaving & ~held).any():
+            break
+        held |= leaving
+    return linear.holding(held)

@@ -1,0 +1,270 @@
+"""A model made linear around a vector, in whitened space: fits, scores, and held-out predictive densities.
+
+Nothing here knows of tactile sensors. Rows come in groups (touches) of m readings each; the noise of whitened rows is
+independent with variance one. A few parameters have normal priors of their own; besides there may be many weights
+of random functions, all with standard normal priors, which are integrated out of everything.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Functions:
+    """Random functions: what each weight does to the means of the touches; k weights.
+
+    Attributes
+    ----------
+    raw : (k, t, m) array
+        In the unit of the readings.
+    white : (t m, k) array
+        Whitened.
+    root : (k, k) array
+        Cholesky factor of the weights' precision given the data and nothing else.
+    """
+
+    raw: FloatArray
+    white: FloatArray
+    root: FloatArray
+
+    @classmethod
+    def of(cls, raw: FloatArray, white: FloatArray) -> Functions:
+        """Functions from columns as they are (k, t, m) and whitened (k, t, m)."""
+        flat = np.ascontiguousarray(white.reshape(len(white), -1).T)
+        return cls(raw, flat, np.asarray(np.linalg.cholesky(flat.T @ flat + np.eye(flat.shape[1]))))
+
+    def without(self, rows: FloatArray) -> FloatArray:
+        """Rows (t m, q) times the precision of the data when the weights are integrated out."""
+        return np.asarray(rows - self.white @ self.weights(rows))
+
+    def weights(self, rows: FloatArray) -> FloatArray:
+        """Most probable weights (k, q) for whitened data (t m, q)."""
+        return np.asarray(np.linalg.solve(self.root.T, np.linalg.solve(self.root, self.white.T @ rows)))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """A linearised model; t touches, n samples, m elements, d parameters.
+
+    Attributes
+    ----------
+    residual : (t, m) array
+        Mean reading minus prediction (with the functions at zero), whitened; zero where missing.
+    jacobian : (t m, d) array
+        Derivative of the whitened prediction.
+    deviation : (n, m) array
+        Sample minus mean of its touch, minus the prediction of that, whitened.
+    deviation_jacobian : (n m, d) array or None
+        Its derivative; None where it is zero.
+    touch : (n,) int array
+        Touch of each sample.
+    pull, precision : (d,) arrays
+        Prior mean minus the parameters, and prior precision.
+    functions : Functions or None
+        Random functions.
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    deviation: FloatArray
+    deviation_jacobian: FloatArray | None
+    touch: IntArray
+    pull: FloatArray
+    precision: FloatArray
+    functions: Functions | None = None
+
+    @property
+    def plain(self) -> FloatArray:
+        """Residual (t, m) after the most probable functions have been taken out."""
+        if self.functions is None:
+            return self.residual
+        return self.functions.without(self.residual.reshape(-1, 1)).reshape(self.residual.shape)
+
+    def hessian(self) -> FloatArray:
+        """Precision of the parameters given the data, functions integrated out, (d, d)."""
+        total = self.jacobian.T @ self.integrated(self.jacobian) + np.diag(self.precision)
+        if self.deviation_jacobian is not None:
+            total = total + self.deviation_jacobian.T @ self.deviation_jacobian
+        return np.asarray(total)
+
+    def gradient(self) -> FloatArray:
+        """Slope of the log posterior over the parameters, (d,)."""
+        total = self.precision * self.pull + self.jacobian.T @ self.plain.ravel()
+        if self.deviation_jacobian is not None:
+            total = total + self.deviation_jacobian.T @ self.deviation.ravel()
+        return np.asarray(total)
+
+    def integrated(self, rows: FloatArray) -> FloatArray:
+        """Whitened rows (t m, q) times the precision of the data with the functions integrated out."""
+        return rows if self.functions is None else self.functions.without(rows)
+
+    def cost(self) -> float:
+        """Minus the log posterior, up to a constant."""
+        data = float(self.residual.ravel() @ self.plain.ravel()) + float((self.deviation**2).sum())
+        return 0.5 * (data + float((self.precision * self.pull**2).sum()))
+
+    def holding(self, held: NDArray[np.bool_]) -> Linearised:
+        """The same with some parameters (d,) where they are: at a bound, they neither move nor absorb anything."""
+        if not held.any():
+            return self
+        within = self.deviation_jacobian
+        return replace(
+            self,
+            jacobian=np.where(held, 0.0, self.jacobian),
+            deviation_jacobian=None if within is None else np.where(held, 0.0, within),
+            pull=np.where(held, 0.0, self.pull),
+        )
+
+    def step(self) -> FloatArray:
+        """Step of the parameters to the maximum a posteriori, (d,)."""
+        matrix = self.hessian()
+        scale = np.sqrt(np.diag(matrix))
+        even = matrix / np.outer(scale, scale)
+        return np.asarray(np.linalg.solve(_conditioned(even), self.gradient() / scale) / scale)
+
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters, (d, d)."""
+        matrix = self.hessian()
+        scale = np.sqrt(np.diag(matrix))
+        return np.asarray(np.linalg.inv(_conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+
+    def weights(self) -> FloatArray:
+        """Most probable weights of the functions, (k,)."""
+        if self.functions is None:
+            return np.zeros(0)
+        return self.functions.weights(self.residual.reshape(-1, 1))[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """Slope of the log likelihood along columns that are not in the model, and its covariance if none belongs there.
+
+    Attributes
+    ----------
+    slope : (q,) array
+        Products of the columns with the residual at the fit.
+    information : (q, q) array
+        Covariance of the slope: products of the columns after the model's parameters have taken out of them what
+        they can. Next to nothing where the effect is absorbed.
+    raw : (q,) array
+        Squares of the columns before that.
+    """
+
+    slope: FloatArray
+    information: FloatArray
+    raw: FloatArray
+
+    @property
+    def seen(self) -> float:
+        """Share of the columns' squares that the model's parameters do not absorb."""
+        total = float(self.raw.sum())
+        return float(np.trace(self.information)) / total if total > 0 else 0.0
+
+    def chi_square(self, ridge: float = 1e-9) -> float:
+        """Squared length of the slope in its covariance: chi-square with q degrees of freedom if nothing is missing."""
+        matrix = self.information + np.diag(ridge * self.raw + 1e-300)
+        return float(self.slope @ np.linalg.solve(matrix, self.slope))
+
+    def estimate(self, precision: FloatArray) -> FloatArray:
+        """Amplitudes after one step, with prior precision (q,)."""
+        return np.asarray(np.linalg.solve(self.information + np.diag(precision + 1e-300), self.slope))
+
+
+class Scorer:
+    """Scores of columns against one fitted model."""
+
+    def __init__(self, fitted: Linearised) -> None:
+        self.fitted = fitted
+        self.plain = fitted.plain.ravel()
+        self.root = np.linalg.cholesky(_conditioned(fitted.hessian()))
+
+    def __call__(self, touches: FloatArray, samples: FloatArray | None = None) -> Score:
+        """Score of whitened columns (q, t, m) and, where they differ within touches, (q, n, m)."""
+        fitted, q = self.fitted, len(touches)
+        flat = touches.reshape(q, -1).T
+        inside = fitted.integrated(flat)
+        slope, raw = flat.T @ self.plain, (flat * flat).sum(axis=0)
+        gram, cross = flat.T @ inside, fitted.jacobian.T @ inside
+        if samples is not None:
+            within = samples.reshape(q, -1).T
+            slope, raw = slope + within.T @ fitted.deviation.ravel(), raw + (within * within).sum(axis=0)
+            gram = gram + within.T @ within
+            if fitted.deviation_jacobian is not None:
+                cross = cross + fitted.deviation_jacobian.T @ within
+        absorbed = np.linalg.solve(self.root, cross)
+        return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
+
+
+def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
+    """Log predictive density of each touch from the touches of other folds, (t,), up to a constant.
+
+    Parameters
+    ----------
+    model : Linearised
+        Around its fit: the model without a fold is worked out from it by taking rows away, which is exact for
+        what is linear.
+    fold : (t,) int array
+        Fold of each touch.
+    """
+    t, m = model.residual.shape
+    design, hessian = _whole(model)
+    d = len(model.pull)
+    gradient = design.T @ model.residual.ravel()
+    gradient[:d] += model.precision * model.pull
+    if model.deviation_jacobian is not None:
+        gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
+    by_touch = design.reshape(t, m, -1)
+    out = np.zeros(t)
+    for k in np.unique(fold):
+        rows = np.flatnonzero(fold == k)
+        flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
+        less, slope = hessian - flat.T @ flat, gradient - flat.T @ residual.ravel()
+        inside = np.flatnonzero(fold[model.touch] == k)
+        within = None
+        if model.deviation_jacobian is not None:
+            within = model.deviation_jacobian.reshape(len(model.deviation), m, d)[inside].reshape(-1, d)
+            less[:d, :d] -= within.T @ within
+            slope[:d] -= within.T @ model.deviation[inside].ravel()
+        root = np.linalg.cholesky(_conditioned(less))
+        step = np.linalg.solve(root.T, np.linalg.solve(root, slope))
+        error = residual - (flat @ step).reshape(residual.shape)
+        spread = np.linalg.solve(root, flat.T).T.reshape(*residual.shape, -1)
+        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
+        solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+        _, volume = np.linalg.slogdet(covariance)
+        out[rows] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        left = model.deviation[inside]
+        if within is not None:
+            left = left - (within @ step[:d]).reshape(left.shape)
+        np.add.at(out, model.touch[inside], -0.5 * (left**2).sum(axis=1))
+    return out
+
+
+def _whole(model: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Columns of parameters and weights side by side (t m, d + k), and the precision of both."""
+    own = model.jacobian.T @ model.jacobian + np.diag(model.precision)
+    if model.deviation_jacobian is not None:
+        own = own + model.deviation_jacobian.T @ model.deviation_jacobian
+    if model.functions is None:
+        return model.jacobian, np.asarray(own)
+    white = model.functions.white
+    cross = model.jacobian.T @ white
+    lower = model.functions.root @ model.functions.root.T
+    return np.concatenate([model.jacobian, white], axis=1), np.block([[own, cross], [cross.T, lower]])
+
+
+def _conditioned(matrix: FloatArray) -> FloatArray:
+    """The matrix with a hair more on its diagonal: a parameter that nothing fixes must not fail the factor."""
+    return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
+
+
+def with_functions(model: Linearised, functions: Functions | None) -> Linearised:
+    """The same model with other random functions."""
+    return replace(model, functions=functions)

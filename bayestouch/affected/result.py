@@ -1,0 +1,275 @@
+"""A fitted finger with effects as a calibration that can be saved, and used to read touches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import bayestouch
+from bayestouch.affected.described import KEY, PEAK, EffectList
+from bayestouch.affected.fitting import Fitted
+from bayestouch.calibration.finger_posterior import layout, peak_strain
+from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, Values
+from bayestouch.noise import Noise
+from bayestouch.results import Calibration, TouchRows
+from bayestouch.sensor import Sensor
+
+FloatArray = NDArray[np.float64]
+
+CHAINS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class AddedEffect:
+    """An effect with its posterior.
+
+    Attributes
+    ----------
+    effect : Effect
+        The effect.
+    values, sd : tuple of float
+        Most probable values, and standard deviations; NaN where a value is held.
+    """
+
+    effect: Effect
+    values: Values
+    sd: Values
+
+
+def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
+    """Effects of a fit: those of the chain, the drifts, those of the noise (effect, values, sd)."""
+    model, covariance = fitted.model, fitted.linear.covariance()
+    out, place = [], model.n_base
+    for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
+        rows = np.arange(place, place + len(values))
+        spread = np.sqrt(np.diag(covariance)[rows])
+        # The sd of a logarithm is a share of the value.
+        sd = [s * v if p.logarithmic else s for s, v, p in zip(spread, values, effect.parameters, strict=True)]
+        out.append(AddedEffect(effect, values, tuple(map(float, sd))))
+        place += len(values)
+    for drift, values in fitted.drifts:
+        out.append(AddedEffect(drift, values, tuple(float("nan") for _ in values)))
+    return out + [AddedEffect(*each) for each in noise_effects]
+
+
+def calibration_of(
+    fitted: Fitted,
+    added: list[AddedEffect],
+    *,
+    sensor: Sensor,
+    setting: Setting,
+    rest: FloatArray | None,
+    draws: int,
+    seed: int,
+    notes: tuple[str, ...] = (),
+    extra: Mapping[str, FloatArray] | None = None,
+) -> Calibration:
+    """The calibration: draws from the normal approximation about the mode.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The fit.
+    added : list of AddedEffect
+        Its effects in the order in which they were added.
+    sensor : Sensor
+        A finger as built.
+    setting : Setting
+        What the effects suited themselves to.
+    rest : (m,) array or None
+        Rest reading that was subtracted.
+    draws, seed : int
+        How many draws to keep, and their seed.
+    notes : tuple of str
+        For the report.
+    extra : mapping of arrays, optional
+        Further arrays: a correction.
+    """
+    model, means = fitted.model, fitted.model.known.means
+    m, at = model.n_elements, model.layout
+    covariance = fitted.linear.covariance()
+    rng = np.random.default_rng([seed, 2])
+    vectors = _draws(fitted, covariance, draws, rng)
+    response = model.sign * np.exp(fitted.vector[at.response])
+    scale = np.ones(len(fitted.vector))
+    scale[:m] = response
+    chain, noise = model.chain(fitted.vector), fitted.noise
+    missed = discrepancy(fitted)
+    force_sd = float(np.median(noise.load_sd[np.isfinite(means.load)] * np.sqrt(_reads(fitted))))
+    listed = EffectList(
+        setting,
+        tuple(each.effect for each in added),
+        {name: getattr(noise, name) for name in ("share", "power", "common", "common_touch")},
+    )
+    predicted = model.predict(fitted.vector).touches + fitted.drifted
+    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    spread = Noise(noise.sd, missed, 0.0, force_sd)
+    angle = means.angle_deg
+    assert angle is not None
+    rows = TouchRows(
+        touch=means.touch,
+        location={"theta_c": angle},
+        radius_mm=means.indenter_radius_mm,
+        load=means.load,
+        observed=means.readings,
+        predicted=predicted,
+        sd=spread.mean_sd(counts, predicted),
+        counts=counts,
+    )
+    mode, posterior = _public(fitted, added, vectors, missed, force_sd, rng)
+    priors, _ = FingerPriors.of(sensor)
+    of_chain = [name for each in model.effects for name in _rows_of(each)]
+    own = tuple(p for each in added for p in each.effect.public_parameters())
+    readings = int((counts > 0).sum())
+    peak = np.abs(response) * model.reference_load
+    return Calibration(
+        sensor=sensor,
+        parameters=(*priors.parameters(sensor.reading_unit, discrepancy=True), *own),
+        mode=mode,
+        posterior=posterior,
+        covariance=covariance * np.outer(scale, scale),
+        layout=(*layout(m), *of_chain),
+        noise=spread,
+        rows=rows,
+        settings={
+            "body": "finger",
+            "contact": model.contact,
+            "e_map": "model",
+            "seed": float(seed),
+            "version": bayestouch.__version__,
+            "largest_load": chain.largest_load,
+            "typical_load": model.reference_load,
+            "sampler": "normal approximation",
+            KEY: listed.to_text(),
+        },
+        statistics={
+            "touches": float(model.known.n_touches),
+            "lack_of_fit": fitted.chi_square() / max(readings - model.n_base, 1),
+            "error_percent_peak": float(
+                100
+                * np.mean(
+                    np.sqrt(np.nanmean((means.readings - predicted)[:, _alive(counts)] ** 2, axis=0))
+                    / peak[_alive(counts)]
+                )
+            ),
+            "noise_percent_peak": float(100 * np.mean((noise.sd / peak)[_alive(counts)])),
+        },
+        extra={PEAK: model.peak, **({} if rest is None else {"rest_reading": rest}), **(extra or {})},
+        notes=notes,
+    )
+
+
+def discrepancy(fitted: Fitted) -> FloatArray:
+    """What the model still misses of each element's mean readings, (m,), in the unit of the readings.
+
+    The mean square of an element's whitened residuals is drawn towards that of all elements by as much as its own
+    scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
+    """
+    plain = fitted.linear.plain
+    present = (fitted.whitening.root != 0).any(axis=2)
+    count = np.maximum(present.sum(axis=0), 1)
+    freedom = np.maximum(count - 3.0, 1.0)
+    square = (plain**2).sum(axis=0) / freedom
+    alive = present.any(axis=0)
+    if not alive.any():
+        return np.zeros(len(square))
+    whole = float((square * count)[alive].sum() / count[alive].sum())
+    scatter = 2 / freedom
+    between = max(float(np.var(square[alive]) - scatter[alive].mean()), 0.0)
+    shrunk = (square * between + whole * scatter) / (between + scatter)
+    error = np.sqrt(2 / freedom[alive].sum())
+    excess = np.maximum(shrunk - 1, 0.0) if whole > 1 + 2 * error else np.zeros(len(square))
+    reads = np.median(np.maximum(fitted.model.known.means.counts, 1))
+    return np.asarray(np.where(alive, np.sqrt(excess) * fitted.noise.sd / np.sqrt(reads), 0.0))
+
+
+def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
+    return np.asarray((counts > 0).any(axis=0))
+
+
+def _reads(fitted: Fitted) -> FloatArray:
+    means = fitted.model.known.means
+    reads = np.maximum(means.counts.max(axis=1), 1)[np.isfinite(means.load)]
+    return np.asarray(reads, dtype=np.float64)
+
+
+def _rows_of(effect: Effect) -> list[str]:
+    """Names of an effect's rows of the covariance."""
+    pairs = zip(effect.public_parameters(), effect.parameters, strict=True)
+    return [f"log {public.name}" if own.logarithmic else public.name for public, own in pairs]
+
+
+def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
+    """Draws (n, d) about the mode; those beyond a bound are drawn again, and at last put on it."""
+    _, _, low, high = fitted.model.prior()
+    count = CHAINS * -(-draws // CHAINS)
+    root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
+    out = fitted.vector + rng.standard_normal((count, len(covariance))) @ root.T
+    for _ in range(20):
+        outside = np.flatnonzero(((out < low) | (out > high)).any(axis=1))
+        if not len(outside):
+            break
+        out[outside] = fitted.vector + rng.standard_normal((len(outside), len(covariance))) @ root.T
+    return np.asarray(np.clip(out, low, high))
+
+
+def _public(
+    fitted: Fitted,
+    added: list[AddedEffect],
+    vectors: FloatArray,
+    missed: FloatArray,
+    force_sd: float,
+    rng: np.random.Generator,
+) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """Mode and draws of everything by public name."""
+    model, at = fitted.model, fitted.model.layout
+    chain = model.chain(fitted.vector)
+    dof = np.maximum(np.nan_to_num(model.known.means.pure_error_dof), 1.0)
+    noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))
+    response = model.sign * np.exp(vectors[:, at.response])
+    sigma, depth, mu = vectors[:, at.sigma], vectors[:, at.depth], np.exp(vectors[:, at.log_mu])
+    peak = np.stack([peak_strain(chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    draws: dict[str, FloatArray] = {
+        "sigma": sigma,
+        "mu": mu,
+        "r_s": depth,
+        "theta_s": np.degrees(vectors[:, at.angle]),
+        "response": response,
+        "gain": response * 1000 * mu[:, None] / peak,
+        "noise_sd": noise,
+        "discrepancy_sd": np.broadcast_to(missed, noise.shape),
+        "force_noise_sd": np.full(len(vectors), force_sd),
+    }
+    mode: dict[str, FloatArray] = {
+        "sigma": np.asarray(chain.poisson_ratio),
+        "mu": np.asarray(chain.shear_modulus_MPa),
+        "r_s": chain.sensing_radius_mm,
+        "theta_s": np.degrees(chain.angle),
+        "response": chain.response,
+        "gain": chain.response
+        * 1000
+        * chain.shear_modulus_MPa
+        / peak_strain(chain, chain.poisson_ratio, chain.sensing_radius_mm),
+        "noise_sd": fitted.noise.sd,
+        "discrepancy_sd": missed,
+        "force_noise_sd": np.asarray(force_sd),
+    }
+    place = {effect.name: i for i, effect in enumerate(model.effects)}
+    start = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
+    for each in added:
+        effect = each.effect
+        for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
+            mode[public.name] = np.asarray(each.values[i])
+            if isinstance(effect, RandomEffect | NoiseEffect):
+                sd = each.sd[i] if np.isfinite(each.sd[i]) else 0.0
+                low, high = own.prior.support
+                draws[public.name] = np.clip(each.values[i] + sd * rng.standard_normal(len(vectors)), low, high)
+            else:
+                column = vectors[:, start[place[effect.name]] + i]
+                draws[public.name] = np.exp(column) if own.logarithmic else column
+    shaped = {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in draws.items()}
+    return mode, shaped

@@ -1,0 +1,79 @@
+"""Derivatives of a finger's readings over its calibration parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.chain.finger import FingerChain
+
+FloatArray = NDArray[np.float64]
+
+# Central differences; the chain is smooth on these scales.
+STEP_RADIUS_MM, STEP_ANGLE, STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 1e-4, 1e-4, 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Neighbours:
+    """A finger and its like, one step of a calibration parameter away: solved once for many touches.
+
+    Attributes
+    ----------
+    unit : FingerChain
+        With responses of 1.
+    moved : tuple of (FingerChain, FingerChain, float)
+        A step up, a step down and the distance between them: of the depths, the angles, σ, log μ.
+    """
+
+    unit: FingerChain
+    moved: tuple[tuple[FingerChain, FingerChain, float], ...]
+
+    @classmethod
+    def of(cls, chain: FingerChain) -> Neighbours:
+        """Solve them."""
+
+        def moved(name: str, step: float, distance: float) -> tuple[FingerChain, FingerChain, float]:
+            value = getattr(chain, name)
+            return chain.with_(**{name: value + step}), chain.with_(**{name: value - step}), distance
+
+        mu = chain.shear_modulus_MPa
+        return cls(
+            # not reading / response: the response of a dead element is zero
+            unit=chain.with_(response=np.ones(chain.n_elements)),
+            moved=(
+                moved("sensing_radius_mm", STEP_RADIUS_MM, 2 * STEP_RADIUS_MM),
+                moved("angle", STEP_ANGLE, 2 * STEP_ANGLE),
+                moved("poisson_ratio", STEP_POISSON, 2 * STEP_POISSON),
+                moved("shear_modulus_MPa", STEP_LOG_MODULUS * mu, 2 * STEP_LOG_MODULUS),
+            ),
+        )
+
+    def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """As `calibration_jacobian`."""
+        touch = (radius_mm, angle, load)
+        return np.stack(
+            [
+                self.unit.predict(*touch) - self.unit.offset,
+                *((up.predict(*touch) - down.predict(*touch)) / distance for up, down, distance in self.moved),
+            ]
+        )
+
+
+def calibration_jacobian(chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+    """Derivative of the readings with respect to the calibration parameters.
+
+    Parameters
+    ----------
+    chain : FingerChain
+        Calibrated finger.
+    radius_mm, angle, load : (t,) arrays
+        Touches: composite radius R (mm), location (rad), load (N/m).
+
+    Returns
+    -------
+    (5, t, m) array
+        With respect to the element's own response, depth (mm) and angle (rad), then σ and log μ.
+    """
+    return Neighbours.of(chain).jacobian(radius_mm, angle, load)

@@ -1,0 +1,174 @@
+"""Which effects the residual speaks for: signatures of all of them against it, in seconds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted, drift_columns
+from bayestouch.affected.linear import Score, Scorer
+from bayestouch.diagnosis.significance import normal_score, quadratic_score
+from bayestouch.effects.effect import Effect, Values
+from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.random import RandomEffect
+
+FloatArray = NDArray[np.float64]
+
+# An effect of which the base parameters leave less than this share is taken up by them.
+ABSORBED = 0.02
+# Standard deviations of random functions that are tried, over the peak or as shares.
+DRIFT_SIZES = tuple(np.geomspace(1e-3, 0.3, 10).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect with what its score says.
+
+    Attributes
+    ----------
+    effect : Effect
+        The effect.
+    start : tuple of float
+        Values from which to refit.
+    z : float
+        Normal score of the best of its signatures; signed where it has one amplitude.
+    trials : int
+        Signatures that were tried.
+    gain : float
+        Log likelihood that adding it would gain, about.
+    seen : float
+        Share of the signature's squares that the model's parameters do not absorb.
+    signature : (t, m) array
+        What the effect does to the mean readings at its start, in the unit of the readings.
+    """
+
+    effect: Effect
+    start: Values
+    z: float
+    trials: int
+    gain: float
+    seen: float
+    signature: FloatArray
+
+
+def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidate, ...]:
+    """Score every effect that is not in the model and is not noise, the largest gain first."""
+    scorer = Scorer(fitted.linear)
+    found = []
+    for effect in effects:
+        if effect.name in fitted.names or isinstance(effect, NoiseEffect):
+            continue
+        score = _score_random if isinstance(effect, RandomEffect) else _score_effect
+        found.append(score(fitted, scorer, effect))  # type: ignore[arg-type]
+    return tuple(sorted(found, key=lambda each: -each.gain))
+
+
+def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
+    """Best of an effect's signatures: finite differences between a probe and the same shape with no amplitude."""
+    model = fitted.model.with_effects((*fitted.model.effects, effect))
+    best: tuple[float, Values, Score, FloatArray] | None = None
+    memo: dict[Values, object] = {}
+    for probe in effect.probes:
+        null = effect.without(probe)
+        if null not in memo:
+            memo[null] = model.predict(model.extended(fitted.vector, null))
+        at_null = memo[null]
+        touches, samples = [], []
+        for i in effect.amplitudes:
+            values = tuple(p if k == i else n for k, (p, n) in enumerate(zip(probe, null, strict=True)))
+            moved = model.predict(model.extended(fitted.vector, values))
+            touches.append(moved.touches - at_null.touches)  # type: ignore[attr-defined]
+            if moved.samples is not None:
+                samples.append(moved.samples - at_null.samples)  # type: ignore[attr-defined]
+        raw = np.stack(touches)
+        score = scorer(fitted.whitening.touches(raw), fitted.whitening.samples(np.stack(samples)) if samples else None)
+        chi_square = _allowed(effect, score)
+        if best is None or chi_square > best[0]:
+            best = (chi_square, probe, score, raw)
+    assert best is not None
+    chi_square, probe, score, raw = best
+    count = len(effect.amplitudes)
+    amplitude = score.estimate(1e-6 * score.raw)
+    start = list(probe)
+    for place, i in enumerate(effect.amplitudes):
+        if np.isfinite(effect.parameters[i].null or 0.0):
+            low, high = effect.parameters[i].prior.support
+            reach = 3 * float(effect.parameters[i].prior.quantile(0.841) - effect.parameters[i].prior.quantile(0.5))
+            start[i] = float(np.clip(amplitude[place] * probe[i], max(low, -reach), min(high, reach)))
+    z = normal_score(chi_square, count)
+    if count == 1 and score.slope[0] < 0:
+        z = -z
+    return Candidate(
+        effect=effect,
+        start=tuple(start),
+        z=z,
+        trials=len(effect.probes),
+        gain=0.5 * chi_square - 0.5 * count * np.log(max(float(fitted.model.known.n_touches), 2.0)),
+        seen=score.seen,
+        signature=np.asarray(np.tensordot(amplitude, raw, axes=1)),
+    )
+
+
+def _allowed(effect: Effect, score: Score) -> float:
+    """Chi-square of a score; zero where its one amplitude would have to leave its support."""
+    chi_square = score.chi_square()
+    if len(effect.amplitudes) == 1:
+        parameter = effect.parameters[effect.amplitudes[0]]
+        null = parameter.null if parameter.null is not None else 0.0
+        if np.isinf(null) or null <= parameter.prior.support[0]:
+            # A probe is on the side that is allowed: so must the estimate be.
+            return chi_square if score.slope[0] > 0 else 0.0
+    return chi_square
+
+
+def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candidate:
+    """Variance component: the middle of the correlation times stands for all in the score."""
+    times = effect.parameters[1].probes
+    time = times[len(times) // 2]
+    raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time)),))
+    score = scorer(fitted.whitening.touches(raw))
+    z, _ = quadratic_score(score.slope, score.information)
+    size, gain = best_size(score)
+    weights = np.linalg.solve(score.information + np.eye(len(score.slope)) / size**2, score.slope)
+    return Candidate(
+        effect=effect,
+        start=(size, time),
+        z=z,
+        trials=1,
+        gain=gain,
+        seen=score.seen,
+        signature=np.asarray(np.tensordot(weights, raw, axes=1)),
+    )
+
+
+def best_size(score: Score) -> tuple[float, float]:
+    """Standard deviation of a random function with the highest marginal likelihood, and what that gains over none."""
+    gains = []
+    for size in DRIFT_SIZES:
+        root = np.linalg.cholesky(np.eye(len(score.slope)) + size**2 * score.information)
+        white = np.linalg.solve(root, size * score.slope)
+        gains.append(0.5 * float(white @ white) - float(np.log(np.diag(root)).sum()))
+    k = int(np.argmax(gains))
+    return DRIFT_SIZES[k], gains[k]
+
+
+def refine_drift(fitted: Fitted, effect: RandomEffect) -> tuple[Values, float]:
+    """Size and time of a drift with the highest marginal likelihood, and its gain over none.
+
+    `fitted` is the model without the drift.
+    """
+    scorer = Scorer(fitted.linear)
+    best: tuple[Values, float] = ((DRIFT_SIZES[0], effect.parameters[1].probes[0]), -np.inf)
+    for time in effect.parameters[1].probes:
+        raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time)),))
+        size, gain = best_size(scorer(fitted.whitening.touches(raw)))
+        if gain > best[1]:
+            best = ((size, time), gain)
+    return best
+
+
+def without_drift(fitted: Fitted, effect: RandomEffect) -> Fitted:
+    """The same fit with a drift left out of its list; to be fitted anew."""
+    return replace(fitted, drifts=tuple(pair for pair in fitted.drifts if pair[0].name != effect.name))

@@ -1,0 +1,48 @@
+"""A chosen correction fitted together with the finger, and what it does anywhere."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted, drift_columns, fit
+from bayestouch.affected.placed_table import PlacedTable
+from bayestouch.diagnosis.placed import Correction, correct, where_of
+
+FloatArray = NDArray[np.float64]
+
+TABLE_STEP_DEG = 0.5
+
+
+def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
+    """The finger fitted anew under the correction that suits it; None where none does."""
+    chosen = correct(fitted)
+    if chosen is None:
+        return None
+    new = fit(fitted.model, fitted.vector, fitted.noise, fitted.drifts, further=chosen.columns(*where_of(fitted)))
+    return new, chosen
+
+
+def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Weights (k,) of the correction of a corrected fit, and their covariance (k, k)."""
+    functions = fitted.linear.functions
+    assert functions is not None
+    first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))
+    covariance = np.linalg.inv(functions.root @ functions.root.T)
+    return fitted.linear.weights()[first:], np.asarray(covariance[first:, first:], dtype=np.float64)
+
+
+def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
+    """The correction of a corrected fit over the locations that were touched."""
+    model = fitted.model
+    angle = where_of(fitted)[1]
+    grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, TABLE_STEP_DEG)
+    weights, covariance = weights_of(fitted)
+    one, outer = np.ones(len(grid)), model.finger.outer_radius_mm
+    edge = chosen.columns(0 * one, grid, one)
+    flat = chosen.columns(outer * one, grid, one)
+    even = np.tensordot(weights, edge, axes=1)
+    # A load of 1 N/m under a flat: P R is r_b/1000 N.
+    wide = (np.tensordot(weights, flat, axes=1) - even) / (outer / 1000)
+    variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
+    return PlacedTable(grid, even, wide, np.sqrt(np.maximum(variance, 0.0)))

@@ -1,0 +1,186 @@
+"""Which touches a diagnosis fits and chooses with, and which it holds out of everything."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.observations import Observations, history_of
+from bayestouch.affected.timing import one_clock, typical_gap
+from bayestouch.averages import first_of, groups
+from bayestouch.dataset import DataSet
+from bayestouch.effects.effect import Setting
+from bayestouch.errors import InputError
+from bayestouch.sensor import Finger
+from bayestouch.splits import with_calibration
+from bayestouch.touches import Touches
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+# Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
+ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
+
+
+@dataclass(frozen=True, eq=False)
+class DiagnosisData:
+    """Touches of a data set, on one clock and parted.
+
+    Attributes
+    ----------
+    dataset : DataSet
+        With a calibration, split off where there was none.
+    table : Touches
+        All rows, calibration first, with their rest reading subtracted; touches are numbered through.
+    time_s, held_s : (n,) arrays
+        Clock of the rows.
+    unit : str
+        Unit of the times.
+    rest : (m,) array or None
+        Rest reading that was subtracted from the calibration's rows.
+    training, held_out : (n,) bool arrays
+        Rows of the touches that fits and choices see, and of those that nothing sees.
+    notes : tuple of str
+        How it was parted, and what was assumed.
+    """
+
+    dataset: DataSet
+    table: Touches
+    time_s: FloatArray
+    held_s: FloatArray
+    unit: str
+    rest: FloatArray | None
+    training: BoolArray
+    held_out: BoolArray
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of(cls, dataset: DataSet) -> DiagnosisData:
+        """Part a data set.
+
+        Every other touch of ``touches.csv`` that has references joins the calibration touches, so that fits see all
+        radii and the whole time; the others are held out. Where too few have references, every fourth calibration
+        touch is held out.
+
+        Raises
+        ------
+        InputError
+            No touch has the references that a calibration needs.
+        """
+        dataset = with_calibration(dataset)
+        calibration, touches = dataset.calibration, dataset.touches
+        assert calibration is not None
+        first, second = one_clock(calibration, touches)
+        rest = calibration.rest_reading()
+        parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
+        table = without_dead(joined(*parts))
+        known = _known(table, isinstance(dataset.sensor.body, Finger))
+        ids, group = groups(table.touch)
+        read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
+        held = np.zeros(len(ids), dtype=bool)
+        if int((known & read).sum()) >= ENOUGH_READ:
+            held[np.flatnonzero(known & read)[1::2]] = True
+            how = (
+                "every other touch to be read that has references is held out; the rest is fitted with the calibration"
+            )
+        elif int((known & ~read).sum()) >= ENOUGH_CALIBRATION:
+            held[np.flatnonzero(known & ~read)[2::4]] = True
+            how = "too few touches to be read have references: every fourth calibration touch is held out"
+        else:
+            how = "too few touches to hold any out: errors are not estimated"
+        if not (known & ~held).any():
+            raise InputError("no touch has a known indenter, location and reading: there is nothing to diagnose with")
+        return cls(
+            dataset=dataset,
+            table=table,
+            time_s=np.concatenate([first.time_s, second.time_s]),
+            held_s=np.concatenate([first.held_s, second.held_s]),
+            unit=first.unit,
+            rest=rest,
+            training=(known & ~held)[group],
+            held_out=held[group],
+            notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, first.note, second.note) if note)),
+        )
+
+    @property
+    def n_held_out(self) -> int:
+        """Touches held out."""
+        return len(np.unique(self.table.touch[self.held_out]))
+
+    def observations(self, rows: BoolArray) -> Observations:
+        """Observations of some rows; they know what was read before each, whichever part that is in."""
+        history = history_of(self.table, self.time_s)
+        span = (float(self.time_s.min()), float(self.time_s.max()))
+        return Observations.of(self.table.select(rows), self.time_s[rows], self.held_s[rows], self.unit, history, span)
+
+    def setting(self, contact: str, reference_load: float) -> Setting:
+        """What effects may suit themselves to."""
+        body = self.dataset.sensor.body
+        finger = isinstance(body, Finger)
+        table = self.table.select(self.training)
+        columns = (table.angle_deg,) if finger else (table.x_mm, table.y_mm)
+        places = [axis for axis in columns if axis is not None]
+        elements = (body.element_angles_deg,) if isinstance(body, Finger) else (body.element_x_mm, body.element_y_mm)
+        contact_rows = self.table.in_contact
+        return Setting(
+            finger=finger,
+            n_elements=body.n_elements,
+            element_place=tuple(np.asarray(axis, dtype=float) for axis in elements if axis is not None),
+            place_range=tuple((float(np.nanmin(axis)), float(np.nanmax(axis))) for axis in places),
+            reference_load=reference_load,
+            load_unit=body.load_unit,
+            contact=contact if finger else "",
+            has_edges=bool((table.indenter_radius_mm == 0).any()),
+            hold_s=float(self.held_s[contact_rows].max(initial=0.0)),
+            gap_s=typical_gap(self.time_s[contact_rows], self.held_s[contact_rows]),
+            span_s=float(np.ptp(self.time_s)),
+            time_unit=self.unit,
+        )
+
+
+def joined(first: Touches, second: Touches) -> Touches:
+    """Rows of two tables, touches numbered through from zero; columns that only one has are unknown in the other."""
+
+    def numbers(name: str) -> FloatArray | None:
+        parts = [getattr(first, name), getattr(second, name)]
+        if all(part is None for part in parts):
+            return None
+        rows = (first.n_rows, second.n_rows)
+        shapes = [(n, first.n_elements) if name == "readings_sd" else (n,) for n in rows]
+        return np.concatenate(
+            [np.full(s, np.nan) if part is None else part for s, part in zip(shapes, parts, strict=True)]
+        )
+
+    _, one = groups(first.touch)
+    _, two = groups(second.touch)
+    start = int(one.max()) + 1 if len(one) else 0
+    names = ("time_s", "indenter_radius_mm", "angle_deg", "x_mm", "y_mm", "load", "depth_mm", "contact")
+    return replace(
+        first,
+        touch=np.concatenate([one, two + start]),
+        sample=np.concatenate([first.sample, second.sample]),
+        readings=np.concatenate([first.readings, second.readings]),
+        extra={},
+        notes=tuple(dict.fromkeys((*first.notes, *second.notes))),
+        **{name: numbers(name) for name in (*names, "readings_sd", "reads")},  # type: ignore[arg-type]
+    )
+
+
+def without_dead(table: Touches) -> Touches:
+    """The table without the readings of elements that read the same in every row: they tell nothing."""
+    return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
+
+
+def _known(table: Touches, finger: bool) -> BoolArray:
+    """Touches with every reference that a fit needs, (t,)."""
+    ids, group = groups(table.touch)
+    contact = table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0)
+    columns = (table.indenter_radius_mm, table.angle_deg) if finger else (table.x_mm, table.y_mm)
+    known = np.bincount(group[contact], minlength=len(ids)) > 0
+    for values in columns:
+        if values is not None:
+            known &= ~np.isnan(first_of(np.where(contact, values, np.nan), group, len(ids)))
+    return np.asarray(known)

@@ -1,0 +1,54 @@
+"""Models with effects of the noise in them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.outliers import from_median, wrong_readings
+from bayestouch.affected.whitening import NoiseModel, Whitening
+from bayestouch.diagnosis.noise_search import NoiseCandidate
+
+FloatArray = NDArray[np.float64]
+
+# Sizes of a shared error that all samples of a touch have, over the peak.
+TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
+
+
+def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
+    """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
+    noise, model, vector = fitted.noise, fitted.model, fitted.vector
+    name, values = found.effect.name, found.values
+    noise = noise.with_(effects=(*noise.effects, (name, values)))
+    if name == "outliers":
+        own = np.maximum(noise.sd**2 - values[0] * (values[1] * noise.peak) ** 2, 0.005 * noise.sd**2)
+        wrong = wrong_readings(from_median(model.known.table), np.sqrt(own), noise.peak, values)
+        cleaned = model.known.without(wrong)
+        model = model.observing(cleaned)
+        sd = np.sqrt(cleaned.means.pure_error_variance)
+        noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
+    elif name == "common_mode_noise":
+        own = np.maximum(noise.sd**2 - (values[0] * noise.peak) ** 2, 0.02 * noise.sd**2)
+        noise = noise.with_(sd=np.sqrt(own), common=values[0])
+        noise = noise.with_(common_touch=_touch_size(fitted, noise))
+    elif name == "signal_dependent_noise":
+        noise = noise.with_(share=values[0], power=values[1])
+        added = noise.added(model.predict(vector).touches).mean(axis=0)
+        noise = noise.with_(sd=np.sqrt(np.maximum(noise.sd**2 - added, 0.02 * noise.sd**2)))
+    return fit(model, vector, noise, fitted.drifts)
+
+
+def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
+    """Size of the shared error that does not average out over a touch, by the likelihood of the touches' means."""
+    model, vector = fitted.model, fitted.vector
+    predicted, by_load = model.predict(vector).touches, model.by_load(vector)
+    residual = model.known.means.readings - predicted - fitted.drifted
+
+    def log_likelihood(size: float) -> float:
+        root = Whitening.of(model.known, noise.with_(common_touch=size), predicted, by_load).root
+        z = np.einsum("tij,tj->ti", root, np.nan_to_num(residual))
+        volume = np.log(np.maximum(np.einsum("tii->ti", root), 1e-300))
+        return float(-0.5 * (z**2).sum() + np.where(np.einsum("tii->ti", root) > 0, volume, 0.0).sum())
+
+    return float(TOUCH_SIZES[int(np.argmax([log_likelihood(size) for size in TOUCH_SIZES]))])

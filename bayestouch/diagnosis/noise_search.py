@@ -1,0 +1,172 @@
+"""Effects of the noise: they show in how samples scatter about the mean of their touch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted
+from bayestouch.diagnosis.significance import normal_score
+from bayestouch.effects.effect import Values
+from bayestouch.effects.noise import NoiseEffect
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseCandidate:
+    """A fitted effect of the noise.
+
+    Attributes
+    ----------
+    effect : NoiseEffect
+        The effect.
+    values, sd : tuple of float
+        Most probable values, and their standard deviations.
+    z : float
+        Normal score of its likelihood ratio.
+    difference : (t,) array
+        What it gains in log density in each touch, fitted to the touches of the other half.
+    """
+
+    effect: NoiseEffect
+    values: Values
+    sd: Values
+    z: float
+    difference: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Samples about the mean of their touch; n samples, m elements.
+
+    Attributes
+    ----------
+    z : (n, m) array
+        Deviation over the sd of one reading, freed of the mean's own scatter; NaN missing.
+    signal : (n, m) array
+        Predicted reading over the peak.
+    sd : (m,) array
+        Sd of one reading over the peak.
+    weight : (n,) array
+        Information of a sample: k samples hold k - 1 independent deviations.
+    touch : (n,) int array
+        Touch of each sample.
+    half : (n,) int array
+        0 or 1: the half of the touches it belongs to.
+    """
+
+    z: FloatArray
+    signal: FloatArray
+    sd: FloatArray
+    weight: FloatArray
+    touch: IntArray
+    half: IntArray
+
+    @classmethod
+    def of(cls, fitted: Fitted) -> Scatter | None:
+        """Scatter of a fitted model's touches; None without repeats."""
+        model = fitted.model
+        observed, predicted = model.known, model.predict(fitted.vector)
+        count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
+        repeated = count > 1
+        if not repeated.any():
+            return None
+        rows = np.flatnonzero(repeated)
+        share = 1 - 1 / count[rows]
+        # Whitened by the noise that is in the model already: what follows is about what else there is.
+        deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
+        white = fitted.whitening.samples(deviation)[rows] / np.sqrt(share)[:, None]
+        z = np.where(np.isnan(deviation[rows]), np.nan, white)
+        # Scaled to variance one element by element: it is about its shape, not its size.
+        present = ~np.isnan(z)
+        total = np.maximum((present * share[:, None]).sum(axis=0), 1e-300)
+        size = np.sqrt((np.where(present, z, 0.0) ** 2 * share[:, None]).sum(axis=0) / total)
+        size = np.where(size > 0, size, 1.0)
+        touch = observed.row_touch[rows]
+        return cls(
+            z=z / size,
+            signal=predicted.touches[touch] / model.peak,
+            sd=size * fitted.noise.sd / model.peak,
+            weight=share,
+            touch=touch,
+            half=(touch // 8) % 2,
+        )
+
+
+def score_noise(fitted: Fitted, effects: tuple[NoiseEffect, ...]) -> tuple[NoiseCandidate, ...]:
+    """Fit every effect of the noise that is not in the model; largest gain first."""
+    scatter = Scatter.of(fitted)
+    if scatter is None:
+        return ()
+    out = [_score(scatter, effect, fitted.model.known.n_touches) for effect in effects]
+    return tuple(sorted(out, key=lambda each: -float(each.difference.sum())))
+
+
+def _score(scatter: Scatter, effect: NoiseEffect, n_touches: int) -> NoiseCandidate:
+    null = effect.without(effect.probes[0])
+
+    def log_density(values: Values) -> FloatArray:
+        return effect.log_density(scatter.z, scatter.signal, scatter.sd, values) * scatter.weight
+
+    at_null = log_density(null)
+    gain = np.zeros(n_touches)
+    for half in (0, 1):
+        fit_to, judge = scatter.half != half, scatter.half == half
+        values, _ = _maximum(effect, lambda v, rows=fit_to: float(log_density(v)[rows].sum()))  # type: ignore[misc]
+        np.add.at(gain, scatter.touch[judge], (log_density(values) - at_null)[judge])
+    values, best = _maximum(effect, lambda v: float(log_density(v).sum()))
+    ratio = 2 * (best - float(at_null.sum()))
+    return NoiseCandidate(
+        effect=effect,
+        values=values,
+        sd=_spread(effect, values, lambda v: float(log_density(v).sum())),
+        z=normal_score(max(ratio, 0.0), len(effect.parameters)),
+        difference=gain,
+    )
+
+
+def _maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:
+    """Values of the highest likelihood, from the best of the probes."""
+    from scipy.optimize import minimize
+
+    ends = [each.normal_prior[2:] for each in effect.parameters]
+    low, high = np.array(ends).T
+
+    def outward(x: FloatArray) -> Values:
+        pairs = zip(effect.parameters, np.clip(x, low, high), strict=True)
+        return tuple(each.outward(float(value)) for each, value in pairs)
+
+    start: Values = max(effect.probes, key=log_likelihood)
+    inward = np.array([p.inward(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
+    steps = [0.3 * (abs(v) if v != 0 else 0.1) for v in inward]
+    simplex = np.vstack([inward, inward + np.diag(steps)])
+    options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 0.02, "maxfev": 120}
+
+    def cost(x: Any) -> float:
+        return -log_likelihood(outward(np.asarray(x)))
+
+    found = minimize(cost, inward.tolist(), method="Nelder-Mead", options=options)
+    values = outward(np.asarray(found.x))
+    return values, log_likelihood(values)
+
+
+def _spread(effect: NoiseEffect, values: Values, log_likelihood: Callable[[Values], float]) -> Values:
+    """Standard deviations from the curvature along each value."""
+    out = []
+    for i, value in enumerate(values):
+        step = 0.05 * abs(value) + 1e-6
+
+        def at(shift: float, i: int = i) -> float:
+            return log_likelihood(tuple(v + shift * (k == i) for k, v in enumerate(values)))
+
+        low, high = effect.parameters[i].prior.support
+        step = min(step, 0.5 * (value - low) if np.isfinite(low) else step, high - value if np.isfinite(high) else step)
+        bend = (2 * at(0.0) - at(step) - at(-step)) / step**2 if step > 0 else 0.0
+        out.append(float(1 / np.sqrt(bend)) if bend > 0 else float("nan"))
+    return tuple(out)

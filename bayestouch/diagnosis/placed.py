@@ -1,0 +1,167 @@
+"""A correction without a cause: smooth functions of where the touch is from each element, in proportion to the load.
+
+Three random functions are added up: one of the angle from element to touch that all elements share, one of each
+element's own, and one that all share and that grows with P R, as the width of contacts does. Their sizes are chosen by
+the marginal likelihood, so that none stays where there is nothing to correct.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
+from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
+from bayestouch.contact import composite_radius
+from bayestouch.smooth import SmoothBasis
+
+FloatArray = NDArray[np.float64]
+
+# Lengths of the functions, degree: features of the strain are some 10° wide.
+SHARED_LENGTH, OWN_LENGTH, WIDE_LENGTH = 5.0, 9.0, 7.0
+SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
+PARTS = ("shared", "own", "wide")
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Basis of the correction for one finger.
+
+    Attributes
+    ----------
+    element_deg : (m,) array
+        Angles of the elements.
+    peak : (m,) array
+        Size of each element's reading under the reference load.
+    reference_load : float
+        N/m.
+    widest : float
+        R of a flat, mm: its contact under the reference load counts as wide, and others as P R does.
+    shared, wide : SmoothBasis
+        Of the angle from element to touch, degree.
+    own : tuple of SmoothBasis
+        The same for each element, over what it has seen.
+    """
+
+    element_deg: FloatArray
+    peak: FloatArray
+    reference_load: float
+    widest: float
+    shared: SmoothBasis
+    wide: SmoothBasis
+    own: tuple[SmoothBasis, ...]
+
+    @classmethod
+    def of(cls, fitted: Fitted) -> Placed:
+        """Basis over the angles that the touches of a fit cover."""
+        model = fitted.model
+        element = np.degrees(fitted.vector[model.layout.angle])
+        angle = model.poses(fitted.vector).place[0]
+        low, high = float(angle.min()), float(angle.max())
+        return cls(
+            element_deg=element,
+            peak=model.peak,
+            reference_load=model.reference_load,
+            widest=model.finger.outer_radius_mm,
+            shared=SmoothBasis.of(low - element.max(), high - element.min(), SHARED_LENGTH, most=90),
+            wide=SmoothBasis.of(low - element.max(), high - element.min(), WIDE_LENGTH, most=60),
+            own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element),
+        )
+
+    def columns(self, radius_mm: ArrayLike, angle_deg: ArrayLike, load: ArrayLike) -> dict[str, FloatArray]:
+        """Readings per unit weight for touches (t,), each part (k, t, m), at size one."""
+        radius, angle, load = (np.asarray(values, dtype=float) for values in (radius_mm, angle_deg, load))
+        away = angle[:, None] - self.element_deg
+        scale = (load / self.reference_load)[:, None] * self.peak
+        shared = np.moveaxis(self.shared(away), -1, 0)
+        wide = (
+            np.moveaxis(self.wide(away), -1, 0) * (radius * load / (self.widest * self.reference_load))[None, :, None]
+        )
+        own = np.stack([basis(away[:, e]) for e, basis in enumerate(self.own)], axis=-1)
+        own = np.moveaxis(own, 1, 0)
+        return {
+            "shared": spread_over_elements(shared, scale, own=False),
+            "own": spread_over_elements(own, scale, own=True),
+            "wide": spread_over_elements(wide, scale, own=False),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A correction whose sizes are chosen.
+
+    Attributes
+    ----------
+    placed : Placed
+        Basis.
+    sizes : dict of str to float
+        Standard deviation of each part, over the peak reading.
+    gain : float
+        Log marginal likelihood gained over the model without.
+    linear : Linearised
+        The model that it was chosen for, with the correction among its random functions.
+    """
+
+    placed: Placed
+    sizes: dict[str, float]
+    gain: float
+    linear: Linearised
+
+    def columns(self, radius_mm: ArrayLike, angle_deg: ArrayLike, load: ArrayLike) -> FloatArray:
+        """What each weight, standard normal, adds to the readings of touches; (k, t, m)."""
+        parts = self.placed.columns(radius_mm, angle_deg, load)
+        return np.concatenate([self.sizes[name] * parts[name] for name in PARTS if self.sizes[name] > 0])
+
+
+def correct(fitted: Fitted) -> Correction | None:
+    """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
+    model, placed = fitted.model, Placed.of(fitted)
+    where = where_of(fitted)
+    parts = placed.columns(*where)
+    raw = np.concatenate([parts[name] for name in PARTS])
+    part = np.repeat(np.arange(len(PARTS)), [len(parts[name]) for name in PARTS])
+    score = Scorer(fitted.linear)(fitted.whitening.touches(raw))
+    sizes, gain = _best_sizes(score, part)
+    if gain <= 0 or not sizes.any():
+        return None
+    chosen = Correction(placed, dict(zip(PARTS, sizes.tolist(), strict=True)), gain, fitted.linear)
+    functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.columns(*where))
+    return replace(chosen, linear=with_functions(fitted.linear, functions))
+
+
+def where_of(fitted: Fitted) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Composite radius (mm), location (degree) and load of the touches of a fit."""
+    recording = fitted.model.poses(fitted.vector)
+    radius = composite_radius(recording.indenter_radius_mm, fitted.model.finger.outer_radius_mm)
+    return radius, recording.place[0], recording.load
+
+
+def _best_sizes(score: Score, part: NDArray[np.int64]) -> tuple[FloatArray, float]:
+    """Sizes of the parts with the highest marginal likelihood: one after the other, twice around."""
+    sizes, best = np.zeros(len(PARTS)), 0.0
+    for _ in range(2):
+        changed = False
+        for k in range(len(PARTS)):
+            for size in SIZES:
+                trial = sizes.copy()
+                trial[k] = size
+                gain = _gain(score, trial[part]) if size != sizes[k] else best
+                if gain > best + 1e-9:
+                    sizes, best, changed = trial, gain, True
+        if not changed:
+            break
+    return sizes, best
+
+
+def _gain(score: Score, size: FloatArray) -> float:
+    """Log marginal likelihood of random functions of given sizes over none."""
+    used = size > 0
+    if not used.any():
+        return 0.0
+    scale = size[used]
+    matrix = np.eye(int(used.sum())) + scale[:, None] * score.information[np.ix_(used, used)] * scale
+    root = np.linalg.cholesky(matrix)
+    white = np.linalg.solve(root, scale * score.slope[used])
+    return 0.5 * float(white @ white) - float(np.log(np.diag(root)).sum())

@@ -1,0 +1,51 @@
+"""Chi-squares, sums of them, and normal scores, also far out in the tails."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import gammaincc, ndtri
+
+FloatArray = NDArray[np.float64]
+
+# Beyond this, chi-squares underflow their tail and asymptotic forms take over.
+FAR = 600.0
+
+
+def normal_score(chi_square: float, freedom: float) -> float:
+    """Two-sided normal score z with the same tail probability as a chi-square."""
+    if chi_square > FAR:
+        return float(np.sqrt(max(chi_square - (freedom - 1) * np.log(max(chi_square / freedom, 1.0)), 0.0)))
+    tail = float(gammaincc(0.5 * freedom, 0.5 * max(chi_square, 0.0)))
+    return float(-ndtri(0.5 * max(tail, 1e-300))) if tail < 1 else 0.0
+
+
+def quadratic_score(slope: FloatArray, information: FloatArray) -> tuple[float, float]:
+    """Test of a random function: sum of squares of a slope whose covariance is `information` if nothing is missing.
+
+    The sum is distributed as a sum of chi-squares; its first two moments give a scaled chi-square (Satterthwaite).
+
+    Returns
+    -------
+    (float, float)
+        Normal score z (zero where the sum is below its mean), and tail probability.
+    """
+    mean, square = float(np.trace(information)), float((information**2).sum())
+    if mean <= 0 or square <= 0:
+        return 0.0, 1.0
+    scale, freedom = square / mean, mean**2 / square
+    chi_square = float(slope @ slope) / scale
+    tail = float(gammaincc(0.5 * freedom, 0.5 * chi_square))
+    return (normal_score(chi_square, freedom) if chi_square > freedom else 0.0), tail
+
+
+def at_least_one(tail: float, trials: int) -> float:
+    """Probability that the best of so many independent trials has a tail probability this small (Šidák)."""
+    return float(-np.expm1(trials * np.log1p(-min(tail, 1 - 1e-16))))
+
+
+def lack_of_fit_tail(ratio: float, freedom: float, pure_freedom: float) -> float:
+    """Tail probability of a lack of fit: F with the freedom of the residual and that of the pure error."""
+    from scipy.special import fdtrc
+
+    return float(fdtrc(freedom, pure_freedom, ratio)) if freedom > 0 and pure_freedom > 0 else float("nan")

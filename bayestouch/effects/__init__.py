@@ -1,0 +1,20 @@
+"""The catalogue of effects: what a real sensor adds to the chain, one small class each."""
+
+from __future__ import annotations
+
+from bayestouch.effects.catalogue import catalogue, effect_classes
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.random import RandomEffect
+
+__all__ = [
+    "Effect",
+    "EffectParameter",
+    "NoiseEffect",
+    "RandomEffect",
+    "Setting",
+    "Stage",
+    "Values",
+    "catalogue",
+    "effect_classes",
+]

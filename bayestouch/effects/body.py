@@ -1,0 +1,66 @@
+"""Effects of the body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import LogNormal, Normal, Uniform
+from bayestouch.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class SoftSpot(Effect):
+    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a bell.
+
+    Bubbles, thickness and cure vary over a mould. The response depends on where the touch is, so that all elements that
+    read this touch are raised alike, which no gain can do.
+
+    Reference: Nicolson and Fearing (1995), section 3.2, on errors that go with location rather than with elements.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "soft_spot"
+    stage: ClassVar[Stage] = "body"
+    summary: ClassVar[str] = "response that depends on where the touch is"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        unit = "degree" if setting.finger else "mm"
+        spans = [high - low for low, high in setting.place_range]
+        if min(spans) <= 0:
+            return None
+        width = max(spans)
+        widths = tuple(width * share for share in (0.03, 0.06, 0.12))
+        # Centres no further apart than the narrowest bell is wide, in the plane twice that.
+        count = 18 if len(spans) == 1 else 8
+        centres = [
+            EffectParameter(
+                name,
+                unit,
+                "middle of the region",
+                Uniform(low - 0.1 * width, high + 0.1 * width),
+                tuple(np.linspace(low, high, count).tolist()),
+            )
+            for name, (low, high) in zip(("centre", "centre_y"), setting.place_range, strict=False)
+        ]
+        return cls(
+            (
+                EffectParameter("share", "", "share of the response added", Normal(0.0, 0.2), (0.01,), 0.0),
+                EffectParameter("width", unit, "standard deviation of the bell", LogNormal(widths[1], 0.7), widths),
+                *centres,
+            )
+        )
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        share, width, *centre = values
+        squares = np.sum([(p - c) ** 2 for p, c in zip(recording.place, centre, strict=True)], axis=0)
+        return np.asarray(recording.signal * (1 + share * np.exp(-0.5 * squares / width**2))[:, None])

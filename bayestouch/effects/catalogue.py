@@ -1,0 +1,68 @@
+"""All effects that are known: those of the package and those that others add by an entry point."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+
+from bayestouch.effects.body import SoftSpot
+from bayestouch.effects.contact import BluntEdge, RigidCore, TangentialLoad
+from bayestouch.effects.effect import STAGES, Effect, Setting
+from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximity
+from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
+from bayestouch.effects.random import BaselineDrift, GainDrift
+from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
+from bayestouch.effects.rig import LoadMisalignment, LoadOffset, ProberEccentricity
+from bayestouch.errors import InputError
+
+GROUP = "bayestouch.effects"
+
+_BUILT_IN: tuple[type[Effect], ...] = (
+    ProberEccentricity,
+    LoadOffset,
+    LoadMisalignment,
+    RigidCore,
+    BluntEdge,
+    TangentialLoad,
+    SoftSpot,
+    Aperture,
+    Crosstalk,
+    ChannelLag,
+    Proximity,
+    GainNonlinearity,
+    Saturation,
+    BaselineDrift,
+    GainDrift,
+    Creep,
+    Memory,
+    CommonModeNoise,
+    SignalDependentNoise,
+    Outliers,
+)
+
+
+def effect_classes() -> dict[str, type[Effect]]:
+    """Effects by name, in the order of the stages: the package's own, then those of entry points.
+
+    Raises
+    ------
+    InputError
+        An entry point cannot be loaded, is no effect, or has a name that is taken.
+    """
+    classes = {effect.name: effect for effect in _BUILT_IN}
+    for point in sorted(entry_points(group=GROUP), key=lambda each: each.name):
+        try:
+            loaded = point.load()
+        except Exception as error:
+            raise InputError(f"effect {point.name} ({point.value}) cannot be loaded: {error}") from error
+        if not (isinstance(loaded, type) and issubclass(loaded, Effect)):
+            raise InputError(f"effect {point.name} ({point.value}): expected a subclass of bayestouch.effects.Effect")
+        if classes.get(loaded.name, loaded) is not loaded:
+            raise InputError(f"effect {point.name} ({point.value}): the name {loaded.name!r} is taken")
+        classes[loaded.name] = loaded
+    return dict(sorted(classes.items(), key=lambda item: STAGES.index(item[1].stage)))
+
+
+def catalogue(setting: Setting) -> tuple[Effect, ...]:
+    """Every effect that can occur and be seen in this setting, in the order of the stages."""
+    suited = (each.suited(setting) for each in effect_classes().values())
+    return tuple(effect for effect in suited if effect is not None)

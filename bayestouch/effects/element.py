@@ -1,0 +1,152 @@
+"""Effects of the elements, and of how they lie beside each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.chain.finger import FingerChain
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import LogNormal, Normal, Uniform
+from bayestouch.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Aperture(Effect):
+    """An element averages the strain over a width along the arc.
+
+    The average of cos kθ over a width w is cos kθ sin(u)/u, u = k w/(2 r_s): fine detail is lost, as it is with depth,
+    and an element that lies a little deeper reads almost the same. Where the data cannot tell, depth takes it up.
+
+    Reference: R. N. Bracewell, The Fourier Transform and Its Applications (2000), on running means.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("width", "mm", "width of the elements along the arc", Normal(0.0, 1.5, 0.0), (0.7,), 0.0),
+    )
+
+    name: ClassVar[str] = "aperture"
+    stage: ClassVar[Stage] = "element"
+    summary: ClassVar[str] = "elements of finite width"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls() if setting.finger else None
+
+    def finger(self, chain: FingerChain, values: Values) -> FingerChain:
+        return chain.with_(aperture_mm=values[0])
+
+
+@dataclass(frozen=True)
+class Crosstalk(Effect):
+    """A share of the signals of both neighbours is added to each channel.
+
+    Capacitance between neighbouring leads couples them the same way in both directions.
+
+    Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on capacitive coupling.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+    neighbours: tuple[tuple[int, int], ...]
+
+    name: ClassVar[str] = "crosstalk"
+    stage: ClassVar[Stage] = "element"
+    summary: ClassVar[str] = "leak from both neighbours"
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        pairs = neighbours(setting)
+        share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
+        return cls((share,), pairs) if pairs else None
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        leak = np.zeros_like(recording.signal)
+        here, there = np.array(self.neighbours).T
+        for i, j in zip(here, there, strict=True):
+            leak[:, i] += recording.signal[:, j]
+        return np.asarray(recording.signal + values[0] * leak)
+
+
+@dataclass(frozen=True)
+class ChannelLag(Effect):
+    """A multiplexed amplifier has not settled: a share of the channel scanned before is left over.
+
+    Channels are scanned in the order of the table; the first follows the last of the scan before.
+
+    Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
+    )
+
+    name: ClassVar[str] = "channel_lag"
+    stage: ClassVar[Stage] = "element"
+    summary: ClassVar[str] = "leak from the channel scanned before"
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls() if setting.n_elements > 2 else None
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        before = np.roll(recording.signal, 1, axis=1)
+        return np.asarray(recording.signal + values[0] * (before - recording.signal))
+
+
+@dataclass(frozen=True)
+class Proximity(Effect):
+    """Beside the strain, an element feels the probe come near: a broad bell over the distance to the probe.
+
+    Capacitive, thermal and optical elements do. `share` is its size over the peak reading, and `load_power` says how
+    it grows with the load, from not at all (0: the probe is there or it is not) to in proportion (1).
+
+    Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "proximity"
+    stage: ClassVar[Stage] = "element"
+    summary: ClassVar[str] = "broad response to the probe's nearness, beside the strain"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        if not setting.finger:
+            return None
+        widths = (15.0, 30.0, 60.0)
+        return cls(
+            (
+                EffectParameter("share", "", "size over the peak reading", Normal(0.0, 0.1), (0.001,), 0.0),
+                EffectParameter("width", "degree", "standard deviation of the bell", LogNormal(30.0, 0.5), widths),
+                EffectParameter("load_power", "", "power of the load", Uniform(0.0, 1.0), (0.0, 1.0)),
+            )
+        )
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        share, width, power = values
+        turn = (recording.element_place[0] - recording.place[0][:, None] + 180) % 360 - 180
+        size = recording.peak * (np.maximum(recording.load, 0.0) / recording.reference_load)[:, None] ** power
+        return np.asarray(recording.signal + share * size * np.exp(-0.5 * (turn / width) ** 2))
+
+
+def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:
+    """Ordered pairs of elements that lie side by side: on a line the next ones, in the plane those at the pitch."""
+    m = setting.n_elements
+    if m < 2:
+        return ()
+    if len(setting.element_place) == 1:
+        order = np.argsort(setting.element_place[0]).tolist()
+        pairs = list(pairwise(order))
+        return tuple(pairs + [(j, i) for i, j in pairs])
+    distance = np.sqrt(sum((axis[:, None] - axis) ** 2 for axis in setting.element_place))
+    np.fill_diagonal(distance, np.inf)
+    near = distance <= 1.2 * distance.min(axis=1, keepdims=True)
+    return tuple((int(i), int(j)) for i, j in np.argwhere(near | near.T))

@@ -1,0 +1,144 @@
+"""Effects of the noise: readings scatter in other ways than independently and alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import LogNormal, Normal, Uniform
+
+FloatArray = NDArray[np.float64]
+
+
+class NoiseEffect(Effect):
+    """An effect on the distribution of one sample's readings; the prediction stays."""
+
+    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+        """Log density of each sample under the effect, up to a constant.
+
+        Parameters
+        ----------
+        z : (n, m) array
+            Reading minus prediction over the sd of one reading; NaN missing.
+        signal : (n, m) array
+            Predicted reading over the peak.
+        sd : (m,) array
+            Sd of one reading over the peak.
+        values : tuple of float
+            Parameters of the effect.
+
+        Returns
+        -------
+        (n,) array
+        """
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class CommonModeNoise(NoiseEffect):
+    """An error that all elements share in each sample: hum on the supply, a jumping reference.
+
+    Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on common-impedance coupling.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(
+            "sd", "", "sd of the shared error, over the peak reading", Normal(0.0, 0.05, 0.0), (0.005,), 0.0
+        ),
+    )
+
+    name: ClassVar[str] = "common_mode_noise"
+    stage: ClassVar[Stage] = "noise"
+    summary: ClassVar[str] = "an error that all elements share in a sample"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls() if setting.n_elements > 2 else None
+
+    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+        present = ~np.isnan(z)
+        z = np.where(present, z, 0.0)
+        # The sd that `z` was scaled with holds the shared part too: what is left is each element's own.
+        own = np.maximum(1 - (values[0] / sd) ** 2, 0.02)
+        u = np.where(present, values[0] / sd / np.sqrt(own), 0.0)
+        w = z / np.sqrt(own)
+        length2 = (u * u).sum(axis=1)
+        squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
+        volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
+        return np.asarray(-0.5 * (squares + volume))
+
+
+@dataclass(frozen=True)
+class SignalDependentNoise(NoiseEffect):
+    """Noise that grows with the signal: sd² = sd_0² + (share |y/peak|^power)², in units of the peak.
+
+    A gain that flickers adds noise in proportion to the signal (power 1), light and charge as its root (0.5).
+
+    Reference: J. R. Janesick, Photon Transfer (2007), on noise against signal.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(
+            "share", "", "sd of the added noise at the peak, over the peak", Normal(0.0, 0.05, 0.0), (0.005,), 0.0
+        ),
+        EffectParameter("power", "", "power of the signal", LogNormal(0.8, 0.4), (1.0, 0.5)),
+    )
+
+    name: ClassVar[str] = "signal_dependent_noise"
+    stage: ClassVar[Stage] = "noise"
+    summary: ClassVar[str] = "noise that grows with the signal"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls()
+
+    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+        share, power = values
+        present = ~np.isnan(z)
+        squares = (share * np.abs(signal) ** power / sd) ** 2
+        # The pooled variance that `z` was scaled with holds the mean of the added part too.
+        with np.errstate(invalid="ignore"):
+            mean = np.where(present, squares, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
+        variance = np.maximum(1 - mean, 0.02) + squares
+        terms = np.where(present, z * z / variance + np.log(variance), 0.0)
+        return np.asarray(-0.5 * terms.sum(axis=1))
+
+
+@dataclass(frozen=True)
+class Outliers(NoiseEffect):
+    """Now and then a reading is off by much more than the noise: lost bits, loose contacts.
+
+    A share of the readings has normal errors of `size` in place of the usual noise.
+
+    Reference: D. W. Hogg, J. Bovy and D. Lang, Data analysis recipes: Fitting a model to data (2010), section 3.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("probability", "", "share of the readings", Uniform(0.0, 0.3), (0.003, 0.03), 0.0),
+        EffectParameter("size", "", "sd of their errors over the peak reading", LogNormal(0.3, 0.8), (0.1, 0.5)),
+    )
+
+    name: ClassVar[str] = "outliers"
+    stage: ClassVar[Stage] = "noise"
+    summary: ClassVar[str] = "readings that are wrong now and then"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls()
+
+    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+        probability, size = values
+        present = ~np.isnan(z)
+        z = np.where(present, z, 0.0)
+        own = np.maximum(1 - probability * (size / sd) ** 2, 0.005)
+        wide = own + (size / sd) ** 2
+        usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
+        wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
+        return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))

@@ -1,0 +1,164 @@
+"""Effects of the readout whose course is known: functions of the signal, of time held, and of the touches before."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import LogNormal, Normal, Uniform
+from bayestouch.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class GainNonlinearity(Effect):
+    """The gain changes with the reading: y (1 + share |y/peak|^power).
+
+    Expansive where `share` is above zero, compressive below. A power of 1 is the first term of a rational curve, 2 that
+    of a hyperbolic tangent or a sine; data rarely tell the power well.
+
+    Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("share", "", "change of gain at the peak", Normal(0.0, 0.3), (0.001,), 0.0),
+        EffectParameter("power", "", "power of the reading", LogNormal(1.4, 0.4), (1.0, 2.0)),
+    )
+
+    name: ClassVar[str] = "gain_nonlinearity"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "gain that changes with the reading"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls()
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        share, power = values
+        size = np.abs(recording.signal) / recording.peak
+        return np.asarray(recording.signal * np.maximum(1 + share * size**power, 0.05))
+
+
+@dataclass(frozen=True)
+class Saturation(Effect):
+    """Readings level off at a limit: y/(1 + |y/limit|^knee)^(1/knee).
+
+    `level` is the limit over the peak reading; as `shared` goes from 0 to 1 it goes from a share of each element's own
+    peak (a limit in the element) to one of the mean peak of all (a limit of the amplifier). The larger `knee`, the
+    harder the limit.
+
+    Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter(
+            "level",
+            "",
+            "limit over the peak reading",
+            LogNormal(1.0, 0.5),
+            (1.15, 1.05, 0.95, 0.85, 0.75, 0.6),
+            np.inf,
+        ),
+        EffectParameter("knee", "", "hardness of the limit", LogNormal(14.0, 0.5), (8.0, 25.0)),
+        EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
+    )
+
+    name: ClassVar[str] = "saturation"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "readings cut off at a level"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls()
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        level, knee, shared = values
+        if np.isinf(level):
+            return recording.signal
+        limit = level * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
+        over = np.minimum(np.abs(recording.signal) / limit, 5.0)
+        return np.asarray(recording.signal / (1 + over**knee) ** (1 / knee))
+
+
+@dataclass(frozen=True)
+class Creep(Effect):
+    """Readings change while the touch is held: y (1 + share (1 - exp(-t/time))).
+
+    Rubber creeps under a constant load, and so do adhesives and charge amplifiers.
+
+    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "creep"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "readings that change while the touch is held"
+    mixes: ClassVar[bool] = False
+    needs_samples: ClassVar[bool] = True
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        if setting.hold_s <= 0:
+            return None
+        times = tuple(setting.hold_s * share for share in (0.25, 1.0))
+        return cls(
+            (
+                EffectParameter("share", "", "share gained in the end", Normal(0.0, 0.2), (0.001,), 0.0),
+                EffectParameter("time", setting.time_unit, "time constant", LogNormal(times[1], 1.0), times),
+            )
+        )
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        share, time = values
+        gained = -np.expm1(-recording.held_s / time)
+        return np.asarray(recording.signal * (1 + share * gained)[:, None])
+
+
+@dataclass(frozen=True)
+class Memory(Effect):
+    """A share of the touches before is still there: each leaves `share` of its reading when the next begins.
+
+    What is left fades exponentially, so that `share` of the last touch is there after the usual pause, less of those
+    before it, and less at the end of a touch than at its beginning.
+
+    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, recovery after creep.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+    pause_s: float
+
+    name: ClassVar[str] = "memory"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "what is left of the touches before"
+    mixes: ClassVar[bool] = False
+    needs_samples: ClassVar[bool] = True
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        pause = setting.gap_s
+        if pause <= 0:
+            return None
+        times = tuple(pause * factor for factor in (0.4, 1.5, 5.0))
+        return cls(
+            (
+                EffectParameter("share", "", "share left after a pause", Normal(0.0, 0.1), (0.001,), 0.0),
+                EffectParameter("time", setting.time_unit, "time in which it fades", LogNormal(times[1], 0.8), times),
+            ),
+            pause,
+        )
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        share, time = values
+        if recording.history is None:
+            return recording.signal
+        left = recording.history.leftover(recording.time_s - recording.held_s, time)
+        fade = np.exp((self.pause_s - recording.held_s) / time)
+        return np.asarray(recording.signal + share * fade[:, None] * left)

@@ -1,0 +1,112 @@
+"""Effects of the rig: the touch was not quite where, or as hard as, the table says."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import Normal
+from bayestouch.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class ProberEccentricity(Effect):
+    """The prober turns about an axis beside the finger's: θ_c = θ + a sin θ + b cos θ.
+
+    An axis off by e gives an angle error of e/r_b radians that goes round once a turn. The elements' own angles take up
+    its value at each element, so that only its change across an element's field is seen.
+
+    Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("sine", "degree", "angle error per sin θ", Normal(0.0, 1.0), (0.1,), 0.0),
+        EffectParameter("cosine", "degree", "angle error per cos θ", Normal(0.0, 1.0), (0.1,), 0.0),
+    )
+
+    name: ClassVar[str] = "prober_eccentricity"
+    stage: ClassVar[Stage] = "rig"
+    summary: ClassVar[str] = "angle error of the prober, once around"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls() if setting.finger else None
+
+    def pose(self, recording: Recording, values: Values) -> Recording:
+        turn = np.radians(recording.place[0])
+        error = values[0] * np.sin(turn) + values[1] * np.cos(turn)
+        return replace(recording, place=(recording.place[0] + error, *recording.place[1:]))
+
+
+@dataclass(frozen=True)
+class LoadOffset(Effect):
+    """The force sensor reads `offset` where nothing presses: P = reading - offset.
+
+    The gains take up its mean; what is left is that readings do not go to zero with the load that is read, and that a
+    contact is a little narrower or wider than the load says.
+
+    Reference: E. O. Doebelin, Measurement Systems (2003), on bias and sensitivity of instruments.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "load_offset"
+    stage: ClassVar[Stage] = "rig"
+    summary: ClassVar[str] = "zero error of the force sensor"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        size = 0.1 * setting.reference_load
+        what = "added to every load reading"
+        return cls((EffectParameter("offset", setting.load_unit, what, Normal(0.0, size), (0.01 * size,), 0.0),))
+
+    def pose(self, recording: Recording, values: Values) -> Recording:
+        return replace(recording, load=recording.load - values[0])
+
+
+@dataclass(frozen=True)
+class LoadMisalignment(Effect):
+    """The force sensor sees the load at an angle that varies with location.
+
+    On a finger reading = P (1 + a sin θ + b cos θ): a prober whose axis is not that of the force sensor turns a part of
+    the load away. On a pad the share changes linearly from one side to the other, as on a tilted table. All elements
+    read too much or too little at the same places.
+
+    Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+    around: bool
+    centre: tuple[float, ...]
+    half_range: tuple[float, ...]
+
+    name: ClassVar[str] = "load_misalignment"
+    stage: ClassVar[Stage] = "rig"
+    summary: ClassVar[str] = "load error that varies slowly with location"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        names = ("sine", "cosine") if setting.finger else ("x", "y")[: len(setting.place_range)]
+        prior = Normal(0.0, 0.1)
+        parameters = tuple(EffectParameter(n, "", f"load error ({n}) as a share", prior, (0.001,), 0.0) for n in names)
+        centre = tuple(0.5 * (low + high) for low, high in setting.place_range)
+        half = tuple(max(0.5 * (high - low), 1e-9) for low, high in setting.place_range)
+        return cls(parameters, setting.finger, centre, half)
+
+    def pose(self, recording: Recording, values: Values) -> Recording:
+        if self.around:
+            turn = np.radians(recording.place[0])
+            error = values[0] * np.sin(turn) + values[1] * np.cos(turn)
+        else:
+            scaled = zip(values, recording.place, self.centre, self.half_range, strict=False)
+            error = np.sum([v * (place - middle) / half for v, place, middle, half in scaled], axis=0)
+        return replace(recording, load=recording.load / np.maximum(1 + error, 0.1))
