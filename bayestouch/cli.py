@@ -135,40 +135,34 @@ def infer(
 
     Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
     """
-    import bayestouch
     from bayestouch.indenter_text import indenter_from_text
-    from bayestouch.posterior import load_calibration
+    from bayestouch.inference import Kept, Options, infer_to_file
+    from bayestouch.posterior import load_calibration, load_grades
     from bayestouch.touch_table import read_touches
 
     _check_output(output)
-    prior = None if indenter is None else indenter_from_text(indenter)
+    options = Options(
+        indenter=None if indenter is None else indenter_from_text(indenter),
+        plug_in=plug_in,
+        use_load=not no_load,
+        check_sensor=not no_check,
+        each_sample=each_sample,
+        method=method,
+        kept=Kept(draws, thin, summary_only),
+        seed=seed,
+    )
     calibrated = load_calibration(calibration)
-    table = read_touches(touches, calibrated.sensor)
     with progress_bar("infer", quiet) as advance:
-        posteriors = bayestouch.infer(
-            table,
-            calibrated,
-            indenter=prior,
-            plug_in=plug_in,
-            use_load=not no_load,
-            check_sensor=not no_check,
-            each_sample=each_sample,
-            method=method,
-            draws=draws,
-            thin=thin,
-            summary_only=summary_only,
-            output=output,
-            seed=seed,
-            progress=advance,
-        )
+        infer_to_file(read_touches(touches, calibrated.sensor), calibrated, output, options, progress=advance)
     if not quiet:
-        stats, missed = posteriors.sample_stats, posteriors.missed
+        stats, notes = load_grades(output)
+        missed = int((stats["grade"] == 0).sum())
         click.echo(
-            f"{output}: {len(posteriors.rows.touch)} touches, "
+            f"{output}: {len(stats['grade'])} touches, "
             f"bulk ESS {stats['ess_bulk'].min():.0f} or more, R-hat {stats['rhat'].max():.3f} or less; "
             + (f"{missed} missed the targets (grade 0 in sample_stats)" if missed else "all meet the targets")
         )
-        _echo_notes(posteriors.notes)
+        _echo_notes(notes)
 
 
 @cli.command()

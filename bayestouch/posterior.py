@@ -14,6 +14,7 @@ import numpy as np
 
 from bayestouch.arrays import quantiles
 from bayestouch.errors import InputError, shown
+from bayestouch.posterior_arrays import FloatArray, arrays_of, group_of
 from bayestouch.posterior_file import read_groups, write_groups
 from bayestouch.posterior_groups import (
     FORMAT,
@@ -21,6 +22,7 @@ from bayestouch.posterior_groups import (
     Groups,
     calibration_groups,
     calibration_of,
+    notes_of,
     touch_groups,
     touches_of,
 )
@@ -87,6 +89,12 @@ def load_touches(path: str | Path) -> TouchPosteriors:
     if not isinstance(result, TouchPosteriors):
         raise InputError("expected posteriors of touches, found a calibration", file=path)
     return result
+
+
+def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Read how good each touch of a file is, `TouchPosteriors.sample_stats`, and the notes; nothing else."""
+    groups, attributes, _ = read_groups(path, only="sample_stats")
+    return arrays_of(group_of(groups, "sample_stats"), "touch"), notes_of(attributes)
 
 
 def to_arviz(result: Calibration | TouchPosteriors) -> Any:

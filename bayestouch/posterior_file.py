@@ -36,10 +36,13 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
             group.to_netcdf(temporary, mode="a", group=name, engine="h5netcdf")
 
 
-def read_groups(path: str | Path) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None]:
+def read_groups(
+    path: str | Path, *, only: str | None = None
+) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None]:
     """Read every group of a netCDF file into memory, and the text attributes of its root.
 
-    Draws of touches that are larger than `LARGEST_IN_MEMORY` stay on file; they are given last.
+    Draws of touches that are larger than `LARGEST_IN_MEMORY` stay on file; they are given last. With `only`, every
+    group but that one does.
 
     Raises
     ------
@@ -66,7 +69,7 @@ def read_groups(path: str | Path) -> tuple[dict[str, xr.Dataset], dict[str, str]
                 groups = {
                     name: child.to_dataset().load()
                     for name, child in tree.children.items()
-                    if draws is None or name != "posterior"
+                    if only in (None, name) and (draws is None or name != "posterior")
                 }
         except (InputError, MemoryError):
             raise

@@ -251,8 +251,13 @@ def _common(groups: Groups, attributes: Attributes) -> tuple[Sensor, dict[str, A
     return sensor, {
         "parameters": parameters_from_json(attributes["parameters"]),
         "settings": _from_json(attributes, "settings", dict),
-        "notes": tuple(_from_json(attributes, "notes", list)),
+        "notes": notes_of(attributes),
     }
+
+
+def notes_of(attributes: Attributes) -> tuple[str, ...]:
+    """Notes of a result, from the attributes of its file."""
+    return tuple(_from_json(attributes, "notes", list))
 
 
 def _to_json(value: Any) -> str:

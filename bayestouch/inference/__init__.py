@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError
 from bayestouch.indenter_priors import IndenterPrior
-from bayestouch.inference.run import Kept, TouchRun, fingerprint, read_in_memory, read_to_file
+from bayestouch.inference.options import Kept, Options
+from bayestouch.inference.run import TouchRun, fingerprint, read_in_memory, read_to_file
 from bayestouch.posterior import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
 from bayestouch.touches import Touches
 
-__all__ = ["infer"]
+__all__ = ["Kept", "Options", "infer", "infer_to_file"]
 
 
 def infer(
@@ -82,43 +82,48 @@ def infer(
     InputError
         If the table does not fit the calibrated sensor or no row is in contact, or the output cannot be written.
     """
-    if method not in ("emcee", "importance"):
-        raise InputError(f"method: expected emcee or importance, got {method!r}")
-    if draws < 64:
-        raise InputError(f"draws: expected at least 64, got {draws}")
-    if thin < 1 or thin > draws // 16:
-        raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
-    if indenter is not None and not isinstance(indenter, IndenterPrior):
-        raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {shown(indenter)}")
-    m = calibration.sensor.n_elements
-    if touches.n_elements != m:
-        raise InputError(f"the table has {touches.n_elements} elements, the calibrated sensor {m}")
-    if not touches.in_contact.any():
-        raise InputError("no row of the table is in contact: there is nothing to infer")
-    kept = Kept(draws, thin, summary_only)
-    path = None if output is None else Path(output)
-    if path is not None and path.is_dir():
+    options = Options(
+        indenter, plug_in, use_load, check_sensor, each_sample, method, Kept(draws, thin, summary_only), seed
+    )
+    if output is not None:
+        infer_to_file(touches, calibration, output, options, workers=workers, progress=progress)
+        return load_touches(output)
+    options.check(touches, calibration)
+    return read_in_memory(_run(touches, calibration, options, workers), options.kept, progress)
+
+
+def infer_to_file(
+    touches: Touches,
+    calibration: Calibration,
+    output: str | Path,
+    options: Options,
+    *,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> None:
+    """Write the posterior of every touch to a file, block by block; as `infer`, which then opens it."""
+    path = Path(output)
+    if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
-    finger = isinstance(calibration.sensor.body, Finger)
-    options: dict[str, Any] = {"plug_in": plug_in, "use_load": use_load, "draws": draws, "seed": seed}
-    if finger:
-        options |= {"check_sensor": check_sensor, "each_sample": each_sample, "method": method, "indenter": indenter}
-    elif each_sample or method != "emcee":
-        raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
-    elif indenter is not None:
-        raise InputError("indenter is an option of fingers; a pad does not tell radii")
-    run = _run(touches, calibration, workers, options)
-    if path is None:
-        return read_in_memory(run, kept, progress)
-    read_to_file(run, kept, path, fingerprint(touches, calibration, kept, options), progress)
-    return load_touches(path)
+    options.check(touches, calibration)
+    mark = fingerprint(touches, calibration, options)
+    run = _run(touches, calibration, options, workers)
+    del touches  # where nobody else holds the table, its memory is free from here on
+    read_to_file(run, options.kept, path, mark, progress)
 
 
-def _run(touches: Touches, calibration: Calibration, workers: int | None, options: dict[str, Any]) -> TouchRun:
+def _run(touches: Touches, calibration: Calibration, options: Options, workers: int | None) -> TouchRun:
     if isinstance(calibration.sensor.body, Finger):
         from bayestouch.inference.finger import finger_run
 
-        return finger_run(touches, calibration, workers=workers, **options)
+        return finger_run(touches, calibration, options, workers)
     from bayestouch.inference.pad import pad_run
 
-    return pad_run(touches, calibration, **options)
+    return pad_run(
+        touches,
+        calibration,
+        plug_in=options.plug_in,
+        use_load=options.use_load,
+        draws=options.kept.draws,
+        seed=options.seed,
+    )

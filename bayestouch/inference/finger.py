@@ -15,13 +15,14 @@ from bayestouch.averages import TouchMeans
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
-from bayestouch.indenter_priors import IndenterPrior, UniformRadius
+from bayestouch.indenter_priors import UniformRadius
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
 from bayestouch.inference.finger_affected import observe, prepare
 from bayestouch.inference.finger_check import check_finger, corrected_means, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
+from bayestouch.inference.options import Options
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
@@ -92,66 +93,53 @@ class FingerRun:
         )
 
 
-def finger_run(
-    touches: Touches,
-    calibration: Calibration,
-    *,
-    plug_in: bool,
-    use_load: bool,
-    check_sensor: bool,
-    each_sample: bool,
-    method: str,
-    draws: int,
-    seed: int,
-    workers: int | None,
-    indenter: IndenterPrior | None = None,
-) -> FingerRun:
-    """Make touches on a finger ready to be read; see `bayestouch.infer`."""
+def finger_run(touches: Touches, calibration: Calibration, options: Options, workers: int | None) -> FingerRun:
+    """Make touches on a finger ready to be read."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
     typical = float(calibration.settings["typical_load"])
     observed, affected = None, None
     if KEY in calibration.settings:
         affected = AffectedChain.of(calibration)
-        observed, note = observe(corrected, affected, calibration.noise, each_sample)
+        observed, note = observe(corrected, affected, calibration.noise, options.each_sample)
         means = observed.means
     else:
-        means, note = _rows_as_touches(corrected) if each_sample else corrected.averaged(), ""
-    readings, notes = _readings(means, calibration, use_load)
+        means, note = _rows_as_touches(corrected) if options.each_sample else corrected.averaged(), ""
+    readings, notes = _readings(means, calibration, options.use_load)
     notes += (note,) if note else ()
     chain, table, covariance = _model(calibration, typical, affected)
-    priors = IndenterPriors.of(chain, typical, indenter)
+    priors = IndenterPriors.of(chain, typical, options.indenter)
     noise, check = calibration.noise, None
     if affected is not None and observed is not None:
         assert isinstance(chain, FingerChain)
-        readings = prepare(readings, observed, affected, chain, table, priors, noise, plug_in=plug_in)
-    elif check_sensor:
+        readings = prepare(readings, observed, affected, chain, table, priors, noise, plug_in=options.plug_in)
+    elif options.check_sensor:
         check = check_finger(readings, chain, table, noise, covariance, typical)
         means, noise = corrected_means(means, check), widened(noise, check.excess)
-        readings, fewer = _readings(means, calibration, use_load and not check.force_left_out)
+        readings, fewer = _readings(means, calibration, options.use_load and not check.force_left_out)
         notes += (*fewer, *fault_notes(check, "N/m"))
     task = DrawTask(
         chain=chain,
         priors=priors,
         table=table,
         noise=noise,
-        reading_covariance=None if plug_in else covariance,
-        method=method,
-        draws=draws,
-        seed=seed,
-        least_ess=min(400.0, 0.5 * draws),
+        reading_covariance=None if options.plug_in else covariance,
+        method=options.method,
+        draws=options.kept.draws,
+        seed=options.seed,
+        least_ess=min(400.0, 0.5 * options.kept.draws),
     )
     settings: dict[str, str | float] = {
         "body": "finger",
         "contact": chain.contact,
-        "plug_in": float(plug_in),
-        "use_load": float(use_load),
+        "plug_in": float(options.plug_in),
+        "use_load": float(options.use_load),
         **({} if check is None else fault_settings(check)),
-        "each_sample": float(each_sample),
-        "method": method,
-        "indenter": str(indenter or UniformRadius()),
-        "draws": float(draws),
+        "each_sample": float(options.each_sample),
+        "method": options.method,
+        "indenter": str(options.indenter or UniformRadius()),
+        "draws": float(options.kept.draws),
         "least_ess": task.least_ess,
-        "seed": float(seed),
+        "seed": float(options.seed),
         "version": bayestouch.__version__,
     }
     notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))

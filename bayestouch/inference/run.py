@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,6 +11,7 @@ import numpy as np
 
 import bayestouch
 from bayestouch.growing_file import GrowingFile
+from bayestouch.inference.options import Kept, Options
 from bayestouch.partial import Partial, fingerprint_of, partial_folder
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
@@ -36,40 +37,22 @@ class TouchRun(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class Kept:
-    """What is kept of the draws.
+def _block(kept: Kept) -> int:
+    """Touches that are read together."""
+    return max(1, BLOCK_DRAWS // kept.draws // BLOCK_UNIT) * BLOCK_UNIT
 
-    Attributes
-    ----------
-    draws : int
-        Draws of a touch.
-    thin : int
-        Of each chain every so many-th draw is kept.
-    summary_only : bool
-        No draw is kept.
-    """
 
-    draws: int
-    thin: int = 1
-    summary_only: bool = False
-
-    @property
-    def block(self) -> int:
-        """Touches that are read together."""
-        return max(1, BLOCK_DRAWS // self.draws // BLOCK_UNIT) * BLOCK_UNIT
-
-    def of(self, block: TouchPosteriors) -> TouchPosteriors:
-        """A block with the summary of all its draws, and those to be kept."""
-        draws = {} if self.summary_only else {name: a[:, :: self.thin] for name, a in block.posterior.items()}
-        return replace(block, posterior=draws, summary=summarise(block.posterior))
+def _keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
+    """A block with the summary of all its draws, and those to be kept."""
+    draws = {} if kept.summary_only else {name: a[:, :: kept.thin] for name, a in block.posterior.items()}
+    return replace(block, posterior=draws, summary=summarise(block.posterior))
 
 
 def read_in_memory(run: TouchRun, kept: Kept, progress: Progress | None) -> TouchPosteriors:
     """Posteriors of all touches."""
     if kept.thin == 1 and not kept.summary_only:
         return run.read(0, run.n_touches, progress)
-    return _joined([kept.of(block) for _, block in _blocks(run, kept, progress)])
+    return _joined([_keep(block, kept) for _, block in _blocks(run, kept, progress)])
 
 
 def read_to_file(run: TouchRun, kept: Kept, path: Path, fingerprint: str, progress: Progress | None) -> None:
@@ -87,7 +70,7 @@ def read_to_file(run: TouchRun, kept: Kept, path: Path, fingerprint: str, progre
         file = None if layout is None else GrowingFile.from_json(partial.file, layout)
         done = set() if file is None else partial.finished()
         for first, block in _blocks(run, kept, progress, done):
-            groups, attributes = touch_groups(kept.of(block))
+            groups, attributes = touch_groups(_keep(block, kept))
             if file is None:
                 file = _begin(partial, groups, attributes, run.n_touches)
             file.write(groups, first)
@@ -97,7 +80,7 @@ def read_to_file(run: TouchRun, kept: Kept, path: Path, fingerprint: str, progre
         partial.deliver()
 
 
-def fingerprint(touches: Touches, calibration: Calibration, kept: Kept, options: dict[str, Any]) -> str:
+def fingerprint(touches: Touches, calibration: Calibration, options: Options) -> str:
     """Hash of all that the draws follow from: data, calibration, options, and the versions of what computes."""
     from importlib.metadata import version
 
@@ -112,9 +95,8 @@ def fingerprint(touches: Touches, calibration: Calibration, kept: Kept, options:
             for key, variable in group.variables.items()
         },
         attributes,
-        kept,
-        (BLOCK_DRAWS, BLOCK_UNIT),
         options,
+        (BLOCK_DRAWS, BLOCK_UNIT),
         {"bayestouch": bayestouch.__version__} | {name: version(name) for name in ("numpy", "scipy", "emcee")},
     )
 
@@ -131,8 +113,8 @@ def _blocks(
 ) -> Iterator[tuple[int, TouchPosteriors]]:
     """First touch and posteriors of each block that is not done."""
     t = run.n_touches
-    for first in range(0, t, kept.block):
-        last = min(first + kept.block, t)
+    for first in range(0, t, _block(kept)):
+        last = min(first + _block(kept), t)
         if first not in done:
             yield first, run.read(first, last, _share_of(progress, first / t, last / t))
         elif progress is not None:
