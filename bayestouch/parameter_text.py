@@ -74,7 +74,7 @@ def parameters_from_json(text: str) -> tuple[Parameter, ...]:
         )
     except InputError:
         raise
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+    except (ValueError, TypeError, KeyError, AttributeError, ArithmeticError, RecursionError):
         raise InputError(f"expected parameters as JSON, got {shown(text)}") from None
 
 

@@ -13,7 +13,12 @@ from bayestouch.arrays import FloatArray
 from bayestouch.cells import NumberReader
 from bayestouch.errors import InputError, shown
 from bayestouch.files import reading
-from bayestouch.tables import MAX_BYTES, Header, RawTable, Schema, check_names, text_array
+from bayestouch.tables import MAX_BYTES, MAX_COLUMNS, Header, RawTable, Schema, check_names, text_array
+
+#: A table in memory may be this much larger than its file (columns of few distinct values), beyond the first bytes.
+LARGEST_RATIO, FREE_BYTES = 500, 1 << 28
+#: Characters of a number: the longest double has 767 digits.
+MAX_NUMBER = 1000
 
 
 def read_parquet(path: str | Path, schema: Schema) -> RawTable:
@@ -33,9 +38,18 @@ def read_parquet(path: str | Path, schema: Schema) -> RawTable:
             with pq.ParquetFile(file) as parquet:
                 header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
                 wanted = set(schema(header))
+                _check_size(parquet, file)
+                kinds = parquet.schema_arrow.types
+                _check_kinds(pa, dict(zip(header.names, kinds, strict=True)), wanted, file)
+            # Texts as references to their distinct values: a few bytes in the file may stand for as many as it likes.
+            texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
+            with pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
                 table = parquet.read()
-        except (pa.ArrowException, OSError) as error:
-            raise InputError(f"expected a Parquet file: {error}", file=file) from None
+        except InputError:
+            raise
+        # A damaged file makes the library raise whatever it led it to.
+        except Exception as error:
+            raise InputError(f"expected a Parquet file: {' '.join(str(error).split())[:200]}", file=file) from None
     if table.num_rows == 0:
         raise InputError("expected at least one row, got none", file=file)
     line = np.arange(2, table.num_rows + 2, dtype=np.int64)
@@ -44,10 +58,11 @@ def read_parquet(path: str | Path, schema: Schema) -> RawTable:
     texts = {}
     for name, column in zip(header.names, table.columns, strict=True):
         if name not in wanted:
-            cells = ["" if value is None else str(value) for value in column.to_pylist()]
-            texts[name] = text_array(cells)
-        elif pa.types.is_string(column.type) or pa.types.is_large_string(column.type):
-            cells = [value or "" for value in column.to_pylist()]
+            texts[name] = text_array(_cells(pa, column))
+        elif pa.types.is_dictionary(column.type) and _is_text(pa, column.type.value_type):
+            cells = _cells(pa, column)
+            if (longest := max(map(len, cells))) > MAX_NUMBER:
+                raise InputError(f"expected numbers, got a text of {longest} characters", file=file, column=name)
             numbers[name] = reader.numbers(cells, name, line.tolist())
         else:
             try:
@@ -56,6 +71,43 @@ def read_parquet(path: str | Path, schema: Schema) -> RawTable:
                 raise InputError(f"expected numbers, got {column.type}", file=file, column=name) from None
             numbers[name] = np.array(floats, dtype=np.float64)
     return RawTable(header=header, numbers=numbers, texts=texts, line=line, notes=reader.notes())
+
+
+def _check_size(parquet: Any, file: Path) -> None:
+    """Refuse a table that is far larger in memory than it is as a file."""
+    rows, columns = int(parquet.metadata.num_rows), int(parquet.metadata.num_columns)
+    held = sum(int(parquet.metadata.row_group(i).num_rows) for i in range(parquet.metadata.num_row_groups))
+    if columns > MAX_COLUMNS or held != rows or rows < 0:
+        raise InputError(f"expected a Parquet table, got one that claims {rows} rows, {columns} columns", file=file)
+    if 8 * rows * columns > FREE_BYTES + LARGEST_RATIO * file.stat().st_size:
+        raise InputError(f"declares {rows} rows of {columns} columns, more than it can hold", file=file)
+
+
+def _check_kinds(pa: Any, kinds: Mapping[str, Any], wanted: set[str], file: Path) -> None:
+    """Refuse what no table of numbers holds: lists in cells, however long each, and types of other libraries."""
+    types = pa.types
+    tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal, types.is_temporal, types.is_null)
+    for name, kind in kinds.items():
+        held = kind.value_type if types.is_dictionary(kind) else kind
+        if not _is_text(pa, held) and not any(test(held) for test in tests):
+            expected = "numbers" if name in wanted else "numbers or text"
+            raise InputError(f"expected {expected}, got {str(kind)[:80]}", file=file, column=name)
+
+
+def _is_text(pa: Any, kind: Any) -> bool:
+    types = pa.types
+    return bool(types.is_string(kind) or types.is_large_string(kind) or types.is_binary(kind))
+
+
+def _cells(pa: Any, column: Any) -> list[str]:
+    """Text of every value, empty where missing; equal ones share their memory where the column is a dictionary."""
+    if not pa.types.is_dictionary(column.type):
+        return ["" if value is None else str(value) for value in column.to_pylist()]
+    cells: list[str] = []
+    for chunk in column.chunks:
+        distinct = ["" if value is None else str(value) for value in chunk.dictionary.to_pylist()]
+        cells += ["" if place is None else distinct[place] for place in chunk.indices.to_pylist()]
+    return cells
 
 
 def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> None:

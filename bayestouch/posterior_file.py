@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 from bayestouch.draws_on_file import DrawsOnFile, stamp_of
 from bayestouch.errors import InputError
 from bayestouch.files import reading, replacing
+from bayestouch.hdf5_heaps import check_heaps
 
 if TYPE_CHECKING:
     import xarray as xr
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-# Arrays may be this much larger than the file (compressed by whoever saved it again), beyond the first so many bytes.
-_LARGEST_RATIO, _FREE_BYTES = 200, 1 << 26
+_DRAW_AXES = ("chain", "draw", "touch")
 #: Draws of touches beyond so many bytes are left on file.
 LARGEST_IN_MEMORY = 1 << 30
 
@@ -54,40 +54,24 @@ def read_groups(
             start = stream.read(len(_SIGNATURE))
         if start != _SIGNATURE:
             raise InputError("expected a posterior file (netCDF) as `calibrate` and `infer` write it", file=file)
-        import h5py  # type: ignore[import-untyped, unused-ignore]
+        check_heaps(file)
         import xarray as xr
 
+        from bayestouch.hdf5_reading import read_hdf5
+
         try:
-            # A file that h5py refuses never gets to h5netcdf, which would refuse it with noise on the terminal.
-            with h5py.File(file, "r") as root:
-                attributes = {str(key): value for key, value in root.attrs.items() if isinstance(value, str)}
-            with xr.open_datatree(file, engine="h5netcdf", phony_dims="access") as tree:
-                draws = _left_on_file(tree, file)
-                declared = sum(node.dataset.nbytes for node in tree.subtree)
-                if declared > _FREE_BYTES + _LARGEST_RATIO * file.stat().st_size:
-                    raise InputError(f"declares {declared} bytes of arrays, more than it can hold", file=file)
-                groups = {
-                    name: child.to_dataset().load()
-                    for name, child in tree.children.items()
-                    if only in (None, name) and (draws is None or name != "posterior")
-                }
-        except (InputError, MemoryError):
-            raise
-        # A damaged file makes the HDF5 libraries raise whatever it led them to.
+            arrays, attributes, left = read_hdf5(file, "posterior", _DRAW_AXES, LARGEST_IN_MEMORY, only)
+            draws = None if left is None else DrawsOnFile(file.absolute(), left, stamp_of(file))
+            groups = {
+                name: xr.Dataset({key: (array.axes, array.values) for key, array in group.items()})
+                for name, group in arrays.items()
+            }
+        except InputError as error:
+            raise InputError(error.message, file=file, column=error.column) from None
+        except MemoryError:
+            raise InputError("needs more memory than there is", file=file) from None
+        # A damaged file makes the HDF5 library raise whatever it led it to.
         except Exception as error:
             why = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"is damaged or no netCDF file ({why})", file=file) from None
     return groups, attributes, draws
-
-
-def _left_on_file(tree: xr.DataTree, file: Path) -> DrawsOnFile | None:
-    """Draws of touches that would fill the memory."""
-    if "posterior" not in tree.children:
-        return None
-    variables = tree["posterior"].data_vars
-    if sum(variable.nbytes for variable in variables.values()) <= LARGEST_IN_MEMORY:
-        return None
-    if any(v.dims != ("chain", "draw", "touch") or v.dtype.kind != "f" for v in variables.values()):
-        return None
-    shapes = {str(name): variable.shape for name, variable in variables.items()}
-    return DrawsOnFile(file.absolute(), shapes, stamp_of(file))

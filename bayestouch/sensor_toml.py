@@ -17,7 +17,10 @@ from bayestouch.files import reading, write_together
 from bayestouch.sensor import Finger, Pad, Rubber, Sensor
 
 #: A description of one sensor is a page of text; beyond this it is some other file.
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
+MAX_PARTS = 50
+#: Dots between what may be parts of a key; no text or number has so many without a blank or a comma.
+_DEEP_KEY = re.compile(rf"(?:[\w\"'-]{{1,99}}[ \t]{{0,9}}\.[ \t]{{0,9}}){{{MAX_PARTS}}}")
 
 _GEOMETRY: Mapping[str, tuple[str, ...]] = {
     "finger": ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm", "element_angles_deg"),
@@ -66,6 +69,10 @@ def sensor_from_toml(text: str, *, file: str | Path = "sensor.toml", default_nam
     InputError
         As `read_sensor`, with the line of the value at fault where it can be told.
     """
+    # The parser takes the square of a key's parts in time, and what it nests more deeply nothing can print.
+    if deep := _DEEP_KEY.search(text):
+        line = text.count("\n", 0, deep.start()) + 1
+        raise InputError(f"expected keys of at most {MAX_PARTS} parts", file=file, row=line)
     try:
         tables = tomllib.loads(text)
     except RecursionError:

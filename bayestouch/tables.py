@@ -25,6 +25,7 @@ from bayestouch.files import reading
 #: Beyond these a file is no touch table, and reading it would only fill the memory.
 MAX_BYTES = 4 * 2**30
 MAX_LINE = 1_000_000
+MAX_COLUMNS = 10_000
 
 #: Rows converted at a time: large enough for speed, small enough that text never fills the memory.
 CHUNK = 20_000
@@ -147,12 +148,16 @@ def check_names(cells: Sequence[str], file: Path, row: int) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        A name is there twice.
+        A name is there twice, or there are more than `MAX_COLUMNS`.
     """
+    if len(cells) > MAX_COLUMNS:
+        raise InputError(f"expected at most {MAX_COLUMNS} columns, got {len(cells)}", file=file, row=row)
     names = tuple(cell.strip() or f"column_{i}" for i, cell in enumerate(cells, start=1))
-    for i, name in enumerate(names):
-        if name in names[:i]:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
             raise InputError("expected every column once, got this name twice", file=file, row=row, column=name)
+        seen.add(name)
     return names
 
 
