@@ -1,7 +1,7 @@
 """How far a tactile sensor's readings can be trusted.
 
-The verbs ``calibrate``, ``infer``, ``report`` and ``simulate``, and what they work on. Everything is imported when it
-is used, so that ``import bayestouch`` stays quick.
+The verbs ``calibrate``, ``infer``, ``diagnose``, ``report`` and ``simulate``, and what they work on. Everything is
+imported when it is used, so that ``import bayestouch`` stays quick.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ __version__ = "0.1.0"
 _PUBLIC = {
     "Calibration": "results",
     "DataSet": "dataset",
+    "Diagnosis": "diagnosis.result",
     "EdgeOrRound": "indenter_priors",
     "IndenterDistribution": "indenter_priors",
     "InputError": "errors",
@@ -24,6 +25,7 @@ _PUBLIC = {
     "UniformCurvature": "indenter_priors",
     "UniformRadius": "indenter_priors",
     "calibrate": "calibration",
+    "diagnose": "diagnosis",
     "infer": "inference",
     "load": "posterior",
     "load_dataset": "dataset",
@@ -41,6 +43,8 @@ if TYPE_CHECKING:
     from bayestouch.dataset import DataSet as DataSet
     from bayestouch.dataset import load_dataset as load_dataset
     from bayestouch.dataset import save_dataset as save_dataset
+    from bayestouch.diagnosis import diagnose as diagnose
+    from bayestouch.diagnosis.result import Diagnosis as Diagnosis
     from bayestouch.errors import InputError as InputError
     from bayestouch.indenter_priors import EdgeOrRound as EdgeOrRound
     from bayestouch.indenter_priors import IndenterDistribution as IndenterDistribution

@@ -1,4 +1,4 @@
-"""Command line: calibrate, infer, report, simulate."""
+"""Command line: calibrate, infer, diagnose, report, simulate."""
 
 from __future__ import annotations
 
@@ -166,6 +166,37 @@ def infer(
 
 
 @cli.command()
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
+@click.option("--contact", type=CONTACTS, default="layer", show_default=True, help="Contact model to start from.")
+@click.option("--json", "as_json", is_flag=True, help="Print diagnosis.json instead of words.")
+@_common
+def diagnose(dataset: Path, output: Path, contact: str, as_json: bool, seed: int, quiet: bool) -> None:
+    """Find what the model misses, trace it to an effect, add that, and report before and after.
+
+    Writes diagnosis.json, calibration_before.nc, calibration_after.nc, model.toml, figures and a script that
+    repeats it.
+
+    Example: bayestouch diagnose my-finger -o diagnosis
+    """
+    import json
+
+    import bayestouch
+
+    _check_folder(output)
+    data = bayestouch.load_dataset(dataset)
+    with progress_bar("diagnose", quiet) as advance:
+        diagnosis = bayestouch.diagnose(data, contact=contact, seed=seed, progress=lambda part: advance(0.95 * part))
+        diagnosis.save(output)
+        advance(1.0)
+    if as_json:
+        click.echo(json.dumps(diagnosis.to_dict(), indent=1, ensure_ascii=False, allow_nan=False))
+    elif not quiet:
+        click.echo(f"{output}: {diagnosis}")
+        _echo_notes(tuple(diagnosis.numbers["notes"]))
+
+
+@cli.command()
 @click.argument("dataset", type=click.Path(path_type=Path), required=False)
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
@@ -231,6 +262,11 @@ def _check_output(path: Path) -> None:
         raise InputError("the folder to write into does not exist", file=path.parent)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
+
+
+def _check_folder(path: Path) -> None:
+    if path.exists() and not path.is_dir():
+        raise InputError("expected the name of a folder to write, this is a file", file=path)
 
 
 def _echo_notes(notes: tuple[str, ...]) -> None:

@@ -1,0 +1,133 @@
+"""What ``diagnosis.json`` holds."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, fields
+from typing import Any
+
+import numpy as np
+
+from bayestouch.affected.result import AddedEffect
+from bayestouch.diagnosis.search import Round, Tried
+from bayestouch.diagnosis.touch_errors import TouchErrors
+from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.verdict import verdict
+from bayestouch.diagnosis.where import where_it_is
+from bayestouch.results import Calibration
+
+Numbers = dict[str, Any]
+
+
+def all_numbers(traced: Traced) -> Numbers:
+    """Everything, in plain types; None what the data cannot give."""
+    data, after, remaining = traced.data, traced.after, traced.remaining
+    chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
+    effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
+    numbers: Numbers = {
+        "data": {
+            "touches": len(np.unique(data.table.touch[data.training | data.held_out])),
+            "elements": data.dataset.sensor.n_elements,
+            "held_out_touches": data.n_held_out,
+        },
+        "noise_floor_percent_peak": _noise_floor(traced),
+        "before": _errors(traced.before),
+        "after": _errors(after),
+        "verdict": verdict(len(traced.added), remaining),
+        "effects": effects,
+        "candidates": [_candidate(each) for each in traced.rounds[0].tried],
+        "unexplained": {
+            "fraction": remaining.fraction,
+            "p_value": remaining.after.p_value,
+            "where": where_it_is(traced.explained.held_out, data) if remaining.after.there else "nowhere",
+            "test": asdict(remaining.after),
+        },
+        "correction": None,
+        "rounds": [_round(each) for each in traced.rounds],
+        "notes": list(data.notes),
+    }
+    if traced.corrected is not None and traced.corrected.correction is not None:
+        numbers["correction"] = {
+            "before": _errors(traced.explained),
+            "after": _errors(traced.corrected),
+            "sizes_percent_peak": {k: 100 * v for k, v in traced.corrected.correction.sizes.items()},
+        }
+    plain: Numbers = _plain(numbers)
+    return plain
+
+
+def _errors(stand: Stand) -> Numbers:
+    held = stand.held_out
+    names = [each.name for each in fields(TouchErrors)]
+    of_touches = dict.fromkeys(names) if stand.errors is None else asdict(stand.errors)
+    return {
+        "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
+        "lack_of_fit": None if held is None else held.lack_of_fit,
+        **of_touches,
+    }
+
+
+def _noise_floor(traced: Traced) -> float | None:
+    """Prediction error of a model that is right: noise of a touch's mean reading, as the repeats have it."""
+    held, fitted = traced.before.held_out, traced.before.fitted
+    means = fitted.model.known.means if held is None else held.observed.means
+    if not np.nansum(fitted.model.known.means.pure_error_dof) > 0:
+        return None
+    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    some = (counts > 0).any(axis=0)
+    with np.errstate(divide="ignore"):
+        variance = np.where(counts > 0, fitted.noise.sd**2 / counts, np.nan)[:, some]
+    return float(100 * np.mean(np.sqrt(np.nanmean(variance, axis=0)) / fitted.model.peak[some]))
+
+
+def _effect(added: AddedEffect, tried: Tried, calibration: Calibration) -> Numbers:
+    parameters = {}
+    for parameter in added.effect.public_parameters():
+        draws = calibration.posterior[parameter.name]
+        spread = float(draws.std())
+        parameters[parameter.name] = {
+            "mean": float(draws.mean()),
+            "sd": spread if spread > 1e-9 * abs(float(draws.mean())) else None,
+            "unit": parameter.unit,
+        }
+    return {
+        "name": added.effect.name,
+        "stage": added.effect.stage,
+        "summary": added.effect.summary,
+        "parameters": parameters,
+        "elpd_gain": tried.gain,
+        "elpd_gain_se": tried.gain_se,
+        "explained_fraction": tried.share,
+        "indistinguishable_from": list(tried.alike),
+    }
+
+
+def _candidate(tried: Tried) -> Numbers:
+    return {
+        "name": tried.effect.name,
+        "stage": tried.effect.stage,
+        "score_z": tried.z,
+        "elpd_gain": tried.gain,
+        "elpd_gain_se": tried.gain_se,
+        "explained_fraction": tried.share,
+        "visible_fraction": tried.seen,
+    }
+
+
+def _round(each: Round) -> Numbers:
+    return {
+        "added": None if each.added is None else each.added.effect.name,
+        "candidates": [_candidate(tried) for tried in each.tried],
+        "correction_elpd_gain": each.correction_gain,
+        "correction_elpd_gain_se": each.correction_se,
+    }
+
+
+def _plain(value: Any) -> Any:
+    """Plain numbers; None for what is not finite."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return None if isinstance(value, float) and not np.isfinite(value) else value

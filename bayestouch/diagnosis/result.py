@@ -1,0 +1,79 @@
+"""What `bayestouch.diagnose` returns."""
+
+from __future__ import annotations
+
+import copy
+import html
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from bayestouch.diagnosis.numbers import all_numbers
+from bayestouch.diagnosis.outcome import sentences
+from bayestouch.diagnosis.traced import Traced
+from bayestouch.results import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """A diagnosed sensor.
+
+    Attributes
+    ----------
+    numbers : mapping
+        What ``diagnosis.json`` holds.
+    calibration_before, calibration_after : Calibration
+        Without effects, and with all that was found; `bayestouch.infer` uses either.
+    options : mapping
+        With which `bayestouch.diagnose` was called.
+    traced : Traced
+        Models, residuals and rounds of the search behind the numbers.
+    """
+
+    numbers: Mapping[str, Any]
+    calibration_before: Calibration
+    calibration_after: Calibration
+    options: Mapping[str, Any]
+    traced: Traced
+
+    @classmethod
+    def of(cls, traced: Traced, options: Mapping[str, Any]) -> Diagnosis:
+        """Sum up what was traced."""
+        return cls(all_numbers(traced), traced.before.calibration, traced.after.calibration, options, traced)
+
+    @property
+    def verdict(self) -> str:
+        """``adequate``, ``explained``, ``partly explained`` or ``unattributed``."""
+        return str(self.numbers["verdict"])
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that were found, in the order in which they were added."""
+        return tuple(each["name"] for each in self.numbers["effects"])
+
+    def to_dict(self) -> dict[str, Any]:
+        """What ``diagnosis.json`` holds."""
+        return copy.deepcopy(dict(self.numbers))
+
+    def save(self, folder: str | Path) -> None:
+        """Write calibrations, ``model.toml``, ``diagnosis.json``, figures and ``repeat.py`` into a folder.
+
+        The files are written to a temporary folder first, which is moved when complete.
+
+        Raises
+        ------
+        InputError
+            The folder cannot be written to.
+        """
+        from bayestouch.diagnosis.writing import write_diagnosis
+        from bayestouch.reporting.files import new_folder
+
+        with new_folder(Path(folder)) as new:
+            write_diagnosis(self, new)
+
+    def __str__(self) -> str:
+        return "\n".join(sentences(self.numbers))
+
+    def _repr_html_(self) -> str:
+        return "".join(f"<p>{html.escape(line)}</p>" for line in sentences(self.numbers))

@@ -1,0 +1,74 @@
+"""What a diagnosis of one body hands on to verdict, numbers, pictures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bayestouch.affected.fitting import Fitted
+from bayestouch.affected.result import AddedEffect
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.placed import Correction
+from bayestouch.diagnosis.search import Round
+from bayestouch.diagnosis.touch_errors import TouchErrors
+from bayestouch.diagnosis.verdict import Remaining
+from bayestouch.results import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """One model of the sensor with its calibration and its errors.
+
+    Attributes
+    ----------
+    fitted : Fitted
+        The model, fitted to the training touches.
+    correction : Correction or None
+        Correction without a cause that was fitted with it.
+    calibration : Calibration
+        The same as a posterior that `infer` uses.
+    held_out : HeldOut or None
+        Residuals of the held-out touches; None where none could be held out.
+    errors : TouchErrors or None
+        Errors of the held-out touches when they are read; None where they were not.
+    """
+
+    fitted: Fitted
+    correction: Correction | None
+    calibration: Calibration
+    held_out: HeldOut | None
+    errors: TouchErrors | None
+
+
+@dataclass(frozen=True, eq=False)
+class Traced:
+    """A traced residual.
+
+    Attributes
+    ----------
+    data : DiagnosisData
+        Touches, parted.
+    rounds : tuple of Round
+        Rounds of the search.
+    added : tuple of AddedEffect
+        Effects with their values, in the order in which they were added.
+    before, explained : Stand
+        Without effects, and with those that were found; the same object where none was.
+    corrected : Stand or None
+        With a correction on top, where structure remains that has no cause.
+    remaining : Remaining
+        What the effects leave unexplained.
+    """
+
+    data: DiagnosisData
+    rounds: tuple[Round, ...]
+    added: tuple[AddedEffect, ...]
+    before: Stand
+    explained: Stand
+    corrected: Stand | None
+    remaining: Remaining
+
+    @property
+    def after(self) -> Stand:
+        """The best there is: with the correction where there is one."""
+        return self.corrected or self.explained

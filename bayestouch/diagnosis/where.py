@@ -1,0 +1,133 @@
+"""Where what is left of the residual lives, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.errors import few
+from bayestouch.sensor import Finger
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Bins of a view, and how far a bin's mean square must stand out (standard errors) to be named.
+BINS, STANDS_OUT = 12, 4.0
+# Views that are named.
+NAMED = 3
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Mean square of the whitened residuals along one quantity; b bins.
+
+    Attributes
+    ----------
+    name, unit : str
+        Of the quantity.
+    ends : (b + 1,) array or None
+        Ends of the bins; None where each bin is an element.
+    square, error : (b,) arrays
+        Mean square of each bin, and its standard error if nothing is missing; NaN without readings.
+    mean : (b,) array
+        Mean residual in percent of the peak.
+    """
+
+    name: str
+    unit: str
+    ends: FloatArray | None
+    square: FloatArray
+    error: FloatArray
+    mean: FloatArray
+
+    @property
+    def contrast(self) -> float:
+        """How unevenly the excess is spread: chi-square of the bins about their common mean, per bin, as a score."""
+        some = np.isfinite(self.square)
+        if some.sum() < 2:
+            return 0.0
+        weight = 1 / self.error[some] ** 2
+        common = float((weight * self.square[some]).sum() / weight.sum())
+        chi_square = float((weight * (self.square[some] - common) ** 2).sum())
+        freedom = int(some.sum()) - 1
+        return float((chi_square - freedom) / np.sqrt(2 * freedom))
+
+    def outstanding(self) -> list[str]:
+        """Bins whose mean square is above what the whole has, by far; neighbours joined."""
+        high = np.nan_to_num(self.square, nan=0.0) > np.nanmean(self.square) + STANDS_OUT * np.nan_to_num(self.error)
+        if self.ends is None:
+            return [f"e{i + 1:02d}" for i in np.flatnonzero(high)]
+        out: list[str] = []
+        start = None
+        for i, one in enumerate([*high, False]):
+            if one and start is None:
+                start = i
+            if not one and start is not None:
+                out.append(f"{self.ends[start]:.3g} to {self.ends[i]:.3g}{self.unit}")
+                start = None
+        return out
+
+
+def views(held: HeldOut, data: DiagnosisData) -> Iterator[View]:
+    """Views of held-out residuals: angle from element to touch, element, location, load, radius and time."""
+    t, m = held.residual.shape
+    body = data.dataset.sensor.body
+    assert isinstance(body, Finger)
+    shape = (t, m)
+    element = np.broadcast_to(np.arange(m), shape)
+    yield _view(held, "element", "", element.astype(float), np.arange(m + 1) - 0.5, by_element=True)
+    away = held.angle_deg[:, None] - np.asarray(body.element_angles_deg)
+    quantities = (
+        ("angle from element to touch", "°", away),
+        ("location", "°", held.angle_deg[:, None]),
+        ("load", " N/m", held.load[:, None]),
+        ("R", " mm", held.radius_mm[:, None]),
+        ("time", f" {held.observed.unit}", held.observed.touch_time_s[:, None]),
+    )
+    for name, unit, values in quantities:
+        spread = np.broadcast_to(values, shape)
+        finite = spread[np.isfinite(spread)]
+        if len(finite) and np.ptp(finite) > 0:
+            yield _view(held, name, unit, spread, _ends(finite))
+
+
+def _ends(values: FloatArray) -> FloatArray:
+    """Ends of bins that hold equally many values, or one for each where they are few."""
+    distinct = np.unique(values)
+    if len(distinct) <= BINS:
+        middle = 0.5 * (distinct[1:] + distinct[:-1])
+        return np.concatenate([[distinct[0]], middle, [distinct[-1]]])
+    return np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+
+
+def _view(
+    held: HeldOut, name: str, unit: str, values: FloatArray, ends: FloatArray, *, by_element: bool = False
+) -> View:
+    present = held.present & np.isfinite(values)
+    place = np.clip(np.searchsorted(ends, values[present], side="right") - 1, 0, len(ends) - 2)
+    count = np.bincount(place, minlength=len(ends) - 1).astype(float)
+    squares = np.bincount(place, weights=held.whitened[present] ** 2, minlength=len(count))
+    totals = np.bincount(place, weights=100 * held.residual[present], minlength=len(count))
+    some = count > 0
+    with np.errstate(invalid="ignore", divide="ignore"):
+        square, mean = np.where(some, squares / count, np.nan), np.where(some, totals / count, np.nan)
+        error = np.where(some, np.sqrt(2 / count), np.nan)
+    return View(name, unit, None if by_element else ends, square, error, mean)
+
+
+def where_it_is(held: HeldOut | None, data: DiagnosisData) -> str:
+    """One sentence that names the views along which the excess is spread most unevenly, and where it is high."""
+    if held is None:
+        return "no touches were held out to look at"
+    found = sorted(views(held, data), key=lambda view: -view.contrast)
+    parts = []
+    for view in found[:NAMED]:
+        named = view.outstanding()
+        if view.contrast > STANDS_OUT and named:
+            parts.append(f"{view.name} {few(named, 4)}" if view.ends is not None else f"elements {few(named, 6)}")
+    return "most at " + "; ".join(parts) if parts else "spread evenly over elements, locations, loads, radii and time"

@@ -1,0 +1,22 @@
+"""A diagnosis to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from bayestouch.diagnosis.repeat import repeat_script
+from bayestouch.reporting.files import write_numbers, write_text
+
+if TYPE_CHECKING:
+    from bayestouch.diagnosis.result import Diagnosis
+
+NUMBERS, MODEL, SCRIPT = "diagnosis.json", "model.toml", "repeat.py"
+
+
+def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
+    """Write every file of a diagnosis into an existing folder."""
+    diagnosis.calibration_before.save(folder / "calibration_before.nc")
+    diagnosis.calibration_after.save(folder / "calibration_after.nc")
+    write_text(folder / SCRIPT, repeat_script(diagnosis))
+    write_numbers(folder / NUMBERS, diagnosis.to_dict())

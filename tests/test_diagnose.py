@@ -1,0 +1,97 @@
+"""Diagnosis of fingers: what it finds, what it writes, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bayestouch
+from bayestouch.cli import main
+from bayestouch.simulation import FingerDesign, save_simulated, simulate
+
+KEYS = {
+    "prediction_error_percent_peak",
+    "lack_of_fit",
+    "R_bias_mm",
+    "R_rms_mm",
+    "theta_rms_deg",
+    "P_rms_N_per_m",
+    "coverage_90",
+}
+
+
+@pytest.fixture(scope="module")
+def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finger whose neighbours leak 4 %, on disk."""
+    design = FingerDesign(samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
+    folder = tmp_path_factory.mktemp("data") / "crossed"
+    save_simulated(simulate(design, effects={"crosstalk": 0.06}, seed=5), folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def written(crossed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Its diagnosis, made by the command line."""
+    folder = tmp_path_factory.mktemp("out") / "diagnosis"
+    assert main(["diagnose", str(crossed), "-o", str(folder), "--quiet"]) == 0
+    return folder
+
+
+def numbers_of(folder: Path) -> dict:
+    return json.loads((folder / "diagnosis.json").read_text("utf-8"))
+
+
+def test_json_is_as_the_data_format_says(written: Path) -> None:
+    numbers = numbers_of(written)
+    assert set(numbers["data"]) == {"touches", "elements", "held_out_touches"}
+    assert set(numbers["before"]) == set(numbers["after"]) == KEYS
+    assert numbers["verdict"] in ("adequate", "explained", "partly explained", "unattributed")
+    assert {"fraction", "p_value", "where"} <= set(numbers["unexplained"])
+    for effect in numbers["effects"]:
+        assert {"name", "stage", "parameters", "elpd_gain", "elpd_gain_se", "explained_fraction"} <= set(effect)
+        assert all(set(each) == {"mean", "sd", "unit"} for each in effect["parameters"].values())
+    for candidate in numbers["candidates"]:
+        assert {"name", "stage", "score_z", "elpd_gain", "explained_fraction"} <= set(candidate)
+    assert len({each["name"] for each in numbers["candidates"]}) == len(numbers["candidates"])
+
+
+def test_the_effect_is_found_and_removes_the_error(written: Path) -> None:
+    numbers = numbers_of(written)
+    assert numbers["verdict"] == "explained"
+    assert [each["name"] for each in numbers["effects"]] == ["crosstalk"]
+    share = numbers["effects"][0]["parameters"]["crosstalk_share"]
+    # Four standard deviations: one wrong failure in 16 000 seeds, and the seed is fixed.
+    assert abs(share["mean"] - 0.06) < 4 * share["sd"]
+    assert numbers["after"]["lack_of_fit"] < 1.1 < numbers["before"]["lack_of_fit"]
+    assert numbers["after"]["R_rms_mm"] < numbers["before"]["R_rms_mm"]
+
+
+def test_calibrations_are_read_by_infer(written: Path, crossed: Path) -> None:
+    after = bayestouch.load(written / "calibration_after.nc")
+    before = bayestouch.load(written / "calibration_before.nc")
+    assert "crosstalk_share" in after.posterior and "crosstalk_share" not in before.posterior
+    touches = bayestouch.load_dataset(crossed).touches
+    some = touches.select(touches.touch < 30)
+    error = {}
+    for name, calibration in (("before", before), ("after", after)):
+        read = bayestouch.infer(some, calibration, method="importance", draws=256, seed=1)
+        error[name] = np.sqrt(np.mean((read.mean("R") - read.reference["R"]) ** 2))
+    assert error["after"] < error["before"]
+
+
+@pytest.mark.parametrize("finger, expected", [("a", None), ("b", "crosstalk")])
+def test_practice_fingers(finger: str, expected: str | None) -> None:
+    shared = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+    folder = shared / "practice" / f"finger-{finger}"
+    if not folder.is_dir():
+        pytest.skip(f"no {folder}")
+    numbers = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False).to_dict()
+    truth = json.loads((shared / "practice" / "truth" / f"finger-{finger}" / "truth.json").read_text("utf-8"))
+    assert set(truth["effects"]) == ({expected} if expected else set())
+    assert [each["name"] for each in numbers["effects"]] == ([expected] if expected else [])
+    assert numbers["verdict"] == ("explained" if expected else "adequate")
+    assert numbers["after"]["lack_of_fit"] < 1.1
