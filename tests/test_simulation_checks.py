@@ -71,26 +71,9 @@ def small_finger(span: float, step: float, elements: slice) -> DataSet:
     return DataSet(few, part, part, None, ())
 
 
-PARAMETERS = ("response", "r_s", "theta_s", "noise_sd", "discrepancy_sd")
-
-
-def test_calibration_ranks_are_uniform_and_a_wrong_prior_is_caught() -> None:
-    """Three elements; by Hertz, whose contacts are quick. A calibration that takes the model to be perfect fails.
-
-    The statistic of `RankStatistics`, at a level of 0.1 % over all 20 quantities.
-    """
+def test_a_calibration_that_takes_the_model_to_be_perfect_is_caught() -> None:
+    """Three elements, by Hertz, whose contacts are quick; that a right one passes is for `studies/sbc_calibration.py`."""
     design = CalibrationDesign.of(small_finger(30.0, 5.0, slice(2, 5)), {}, "hertz", 200, 5)
-    right = check_calibration(design, 60, None)
-    named = {f"{name} e{element:02d}" for name in PARAMETERS for element in (1, 2, 3)}
-    assert set(right.ranks) - named == {
-        "sigma",
-        "mu",
-        "force_noise_sd",
-        "log density",
-        "P of the first touch",
-        "P of the last touch",
-    }
-    assert right.passes(0.001), right.table()
     perfect = replace(design, priors=replace(design.priors, discrepancy=LogNormal(1e-3, 0.1)))
     often = replace(
         perfect, prior=replace(design.priors, discrepancy=LogNormal(2.0, 0.1)).flat(design.finger, design.known)
@@ -98,14 +81,6 @@ def test_calibration_ranks_are_uniform_and_a_wrong_prior_is_caught() -> None:
     wrong = check_calibration(often, 40, None)
     assert not wrong.passes(0.001), wrong.table()
     assert min(wrong.mean_square[f"response e{e:02d}"] for e in (1, 2, 3)) > 1.5
-
-
-@pytest.mark.slow  # minutes: 500 calibrations
-def test_calibration_ranks_are_uniform_at_length() -> None:
-    """Four elements, contact on the bonded layer, at a level of 1 % over all 26 quantities."""
-    result = bayestouch.sbc(small_finger(36.0, 4.0, slice(1, 5)), simulations=500, seed=7)
-    assert result.passes(0.01), result.table()
-    assert len(result.ranks) == 26
 
 
 def test_options_of_the_other_posterior_are_refused(calibration: bayestouch.Calibration) -> None:

@@ -115,3 +115,67 @@ def test_sweet_spots_of_a_measured_pad() -> None:
     assert module.rms(found.error[some]) == pytest.approx(module.rms(found.spots.sd[some]), rel=0.35)
     sign = module.explained_sign(found.predicted_bias[some].T, found.kernel_error[some].T)
     assert sign.r_squared > 0.6
+
+
+def test_ridge(tmp_path: Path) -> None:
+    """Near the core the gain trades with depth and with σ; the response, which touches fix, does not."""
+    module = study("ridge")
+    found = module.main(draws=1000, folder=tmp_path)["sparse, near the core"]
+    gain, response = module.summary(found, "gain"), module.summary(found, "response")
+    assert response[0] < gain[0] / 5
+    assert min(abs(gain[1]), abs(gain[2])) > 0.6 > 0.4 > max(abs(response[1]), abs(response[2]))
+    assert (tmp_path / "ridge.png").stat().st_size > 10_000
+
+
+def test_pooling(tmp_path: Path) -> None:
+    """One rubber for all elements: σ and depths that are better known, and elements alone that agree with it."""
+    module = study("pooling")
+    found = module.main(module.SMALL, 400, tmp_path)
+    alone = found.alone.std(axis=1)
+    assert found.pooled.std() < np.median(alone)
+    assert module.rms(found.depth_sd[module.POOLED]) < module.rms(found.depth_sd[module.ALONE])
+    # five elements that share the errors of their loads: their rms normal score is good to a factor of two
+    assert module.rms((found.alone.mean(axis=1) - module.DESIGN.poisson_ratio) / alone) < 2
+    assert (tmp_path / "pooling.png").stat().st_size > 10_000
+
+
+def test_coverage() -> None:
+    """Intervals that propagate the calibration cover what they should, and those that plug it in do not."""
+    found = study("coverage").main(4, 50)
+    for samples, ways in found.items():
+        for name, hits in ways["propagated"].items():
+            # 200 touches of 4 fingers, each of which shares its calibration's error: about 3 %; three times that
+            assert abs(hits.mean() - 0.9) < 0.09, (samples, name)
+    assert found[20]["plugged in"]["R"].mean() < found[20]["propagated"]["R"].mean() - 0.1
+
+
+def test_sbc_touches(tmp_path: Path) -> None:
+    """At a level of 0.1 % in each of four settings."""
+    found = study("sbc_touches").main(150, tmp_path)
+    assert all(result.passes(0.001) for result in found.values())
+    assert (tmp_path / "sbc_touches_importance_20.png").stat().st_size > 10_000
+
+
+def test_sbc_calibration(tmp_path: Path) -> None:
+    """At a level of 0.1 %, over five parameters of each element and six quantities of all."""
+    module = study("sbc_calibration")
+    found = module.main(100, module.SMALL, tmp_path)
+    by_element = ("response", "r_s", "theta_s", "noise_sd", "discrepancy_sd")
+    assert set(found.ranks) == {f"{name} e{element:02d}" for name in by_element for element in (1, 2)} | {
+        "sigma",
+        "mu",
+        "force_noise_sd",
+        "log density",
+        "P of the first touch",
+        "P of the last touch",
+    }
+    assert found.passes(0.001), found.table()
+    assert (tmp_path / "sbc_calibration.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow  # minutes: 500 calibrations
+def test_sbc_calibration_at_length() -> None:
+    """Four elements, contact on the bonded layer, at a level of 1 % over all 26 quantities."""
+    found = study("sbc_calibration").main()
+    assert found.passes(0.01), found.table()
+    assert len(found.ranks) == 26
