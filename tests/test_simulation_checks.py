@@ -72,7 +72,7 @@ def small_finger(span: float, step: float, elements: slice) -> DataSet:
 
 
 def test_a_calibration_that_takes_the_model_to_be_perfect_is_caught() -> None:
-    """Three elements, by Hertz, whose contacts are quick; that a right one passes is for `studies/sbc_calibration.py`."""
+    """Three elements, by Hertz, whose contacts are quick. That a right one passes: `studies/sbc_calibration.py`."""
     design = CalibrationDesign.of(small_finger(30.0, 5.0, slice(2, 5)), {}, "hertz", 200, 5)
     perfect = replace(design, priors=replace(design.priors, discrepancy=LogNormal(1e-3, 0.1)))
     often = replace(
