@@ -48,6 +48,12 @@ def cli() -> None:
     help="Prior of a finger's parameter, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
     "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
 )
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Effects of a finger's chain: the model.toml of `bayestouch diagnose`.",
+)
 @click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
 @_common
 def calibrate(
@@ -57,6 +63,7 @@ def calibrate(
     e_map: str | None,
     kernel: str | None,
     priors: tuple[str, ...],
+    model: Path | None,
     draws: int,
     seed: int,
     quiet: bool,
@@ -66,9 +73,11 @@ def calibrate(
     Example: bayestouch calibrate my-finger -o calibration.nc
     """
     import bayestouch
+    from bayestouch.effects import read_model
     from bayestouch.prior_text import priors_from_text
 
     _check_output(output)
+    effects = None if model is None else read_model(model)
     stated = priors_from_text(priors)
     with progress_bar("calibrate", quiet) as advance:
         calibration = bayestouch.calibrate(
@@ -77,6 +86,7 @@ def calibrate(
             e_map=e_map,
             kernel=kernel,
             priors=stated,
+            model=effects,
             draws=draws,
             seed=seed,
             progress=advance,

@@ -11,6 +11,7 @@ import pytest
 
 import bayestouch
 from bayestouch.cli import main
+from bayestouch.effects import StatedModel, read_model
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
 
 KEYS = {
@@ -95,3 +96,37 @@ def test_practice_fingers(finger: str, expected: str | None) -> None:
     assert [each["name"] for each in numbers["effects"]] == ([expected] if expected else [])
     assert numbers["verdict"] == ("explained" if expected else "adequate")
     assert numbers["after"]["lack_of_fit"] < 1.1
+
+
+def test_model_toml_calibrates_again(written: Path, crossed: Path, tmp_path: Path) -> None:
+    """Round trip of model.toml, and a calibration with the effect from the calibration touches alone."""
+    model = read_model(written / "model.toml")
+    assert StatedModel.from_toml(model.to_toml()) == model
+    assert [name for name, _ in model.effects] == ["crosstalk"]
+    out = tmp_path / "c.nc"
+    assert main(["calibrate", str(crossed), "-o", str(out), "--model", str(written / "model.toml"), "--quiet"]) == 0
+    again = bayestouch.load(out)
+    draws = again.posterior["crosstalk_share"]
+    assert abs(draws.mean() - 0.06) < 4 * draws.std()
+
+
+@pytest.mark.parametrize(
+    "text, complaint",
+    [
+        ("effect = 3", "expected tables"),
+        ('[[effect]]\nname = "magic"', "unknown effect 'magic'"),
+        ('[[effect]]\nname = "crosstalk"\nstart = {share = "much"}', "expected numbers"),
+        ('[[effect]]\nname = "crosstalk"\nstart = {size = 0.1}', "no parameter 'size'"),
+        ("effects = []", "not known here"),
+        ('contact = "magic"', "contact"),
+        ("= 3", "expected TOML"),
+    ],
+)
+def test_bad_model_is_one_line(
+    crossed: Path, tmp_path: Path, text: str, complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "model.toml"
+    path.write_text(text)
+    assert main(["calibrate", str(crossed), "-o", str(tmp_path / "c.nc"), "--model", str(path), "--quiet"]) == 2
+    err = capsys.readouterr().err
+    assert complaint in err and err.count("\n") == 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
@@ -11,6 +12,9 @@ from bayestouch.progress import Progress
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger, Pad
 from bayestouch.splits import with_calibration
+
+if TYPE_CHECKING:
+    from bayestouch.effects.stated import StatedModel
 
 __all__ = ["calibrate"]
 
@@ -22,6 +26,7 @@ def calibrate(
     e_map: str | None = None,
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
+    model: StatedModel | None = None,
     draws: int = 1000,
     seed: int = 0,
     progress: Progress | None = None,
@@ -43,6 +48,9 @@ def calibrate(
         ``theta_s`` (departure from the angle as built, degree), ``response`` (its size, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.parameters` for the kinds.
+    model : StatedModel, optional
+        Effects that a finger's chain has (`bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis); the
+        posterior is then the normal approximation about the mode.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -62,6 +70,16 @@ def calibrate(
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
+    if model is not None:
+        if contact or e_map or kernel or priors:
+            raise InputError("contact, e_map, kernel and priors cannot be given beside a model")
+        if model.body != dataset.sensor.body.kind:
+            raise InputError(f"the model is that of a {model.body}, this sensor is a {dataset.sensor.body.kind}")
+        if not isinstance(dataset.sensor.body, Finger):
+            raise InputError("a model with effects is an option of fingers; this sensor is a pad")
+        from bayestouch.diagnosis.stated_fit import calibrate_with_effects
+
+        return calibrate_with_effects(dataset, model, draws=draws, seed=seed, progress=progress)
     dataset = with_calibration(dataset)
     if isinstance(dataset.sensor.body, Finger):
         if kernel is not None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.observations import Observations, history_of
-from bayestouch.affected.timing import one_clock, typical_gap
+from bayestouch.affected.timing import Timing, one_clock, typical_gap
 from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.effects.effect import Setting
@@ -23,6 +23,7 @@ BoolArray = NDArray[np.bool_]
 
 # Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
+NOTHING_KNOWN = "no touch has a known indenter, location and reading: there is nothing to fit"
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +93,7 @@ class DiagnosisData:
         else:
             how = "too few touches to hold any out: errors are not estimated"
         if not (known & ~held).any():
-            raise InputError("no touch has a known indenter, location and reading: there is nothing to diagnose with")
+            raise InputError(NOTHING_KNOWN)
         return cls(
             dataset=dataset,
             table=table,
@@ -103,6 +104,36 @@ class DiagnosisData:
             training=(known & ~held)[group],
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, first.note, second.note) if note)),
+        )
+
+    @classmethod
+    def of_calibration(cls, dataset: DataSet) -> DiagnosisData:
+        """The calibration touches alone, none of them held out.
+
+        Raises
+        ------
+        InputError
+            No touch has the references that a calibration needs.
+        """
+        dataset = with_calibration(dataset)
+        calibration = dataset.calibration
+        assert calibration is not None
+        timing = Timing.of(calibration)
+        table = without_dead(joined(calibration.baseline_corrected()))
+        known = _known(table, isinstance(dataset.sensor.body, Finger))
+        _, group = groups(table.touch)
+        if not known.any():
+            raise InputError(NOTHING_KNOWN)
+        return cls(
+            dataset=dataset,
+            table=table,
+            time_s=timing.time_s,
+            held_s=timing.held_s,
+            unit=timing.unit,
+            rest=calibration.rest_reading(),
+            training=known[group],
+            held_out=np.zeros(table.n_rows, dtype=bool),
+            notes=tuple(dict.fromkeys(note for note in (*dataset.notes, timing.note) if note)),
         )
 
     @property
@@ -141,30 +172,31 @@ class DiagnosisData:
         )
 
 
-def joined(first: Touches, second: Touches) -> Touches:
-    """Rows of two tables, touches numbered through from zero; columns that only one has are unknown in the other."""
+def joined(*tables: Touches) -> Touches:
+    """Rows of tables, touches numbered through from zero; columns that only some have are unknown in the others."""
 
     def numbers(name: str) -> FloatArray | None:
-        parts = [getattr(first, name), getattr(second, name)]
+        parts = [getattr(table, name) for table in tables]
         if all(part is None for part in parts):
             return None
-        rows = (first.n_rows, second.n_rows)
-        shapes = [(n, first.n_elements) if name == "readings_sd" else (n,) for n in rows]
+        shapes = [table.readings.shape if name == "readings_sd" else (table.n_rows,) for table in tables]
         return np.concatenate(
             [np.full(s, np.nan) if part is None else part for s, part in zip(shapes, parts, strict=True)]
         )
 
-    _, one = groups(first.touch)
-    _, two = groups(second.touch)
-    start = int(one.max()) + 1 if len(one) else 0
+    touch, start = [], 0
+    for table in tables:
+        ids, group = groups(table.touch)
+        touch.append(group + start)
+        start += len(ids)
     names = ("time_s", "indenter_radius_mm", "angle_deg", "x_mm", "y_mm", "load", "depth_mm", "contact")
     return replace(
-        first,
-        touch=np.concatenate([one, two + start]),
-        sample=np.concatenate([first.sample, second.sample]),
-        readings=np.concatenate([first.readings, second.readings]),
+        tables[0],
+        touch=np.concatenate(touch),
+        sample=np.concatenate([table.sample for table in tables]),
+        readings=np.concatenate([table.readings for table in tables]),
         extra={},
-        notes=tuple(dict.fromkeys((*first.notes, *second.notes))),
+        notes=tuple(dict.fromkeys(note for table in tables for note in table.notes)),
         **{name: numbers(name) for name in (*names, "readings_sd", "reads")},  # type: ignore[arg-type]
     )
 

@@ -6,6 +6,7 @@ from bayestouch.effects.catalogue import catalogue, effect_classes
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
+from bayestouch.effects.stated import StatedModel, read_model
 
 __all__ = [
     "Effect",
@@ -14,7 +15,9 @@ __all__ = [
     "RandomEffect",
     "Setting",
     "Stage",
+    "StatedModel",
     "Values",
     "catalogue",
     "effect_classes",
+    "read_model",
 ]

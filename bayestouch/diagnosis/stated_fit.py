@@ -1,0 +1,87 @@
+"""Calibrations of fingers with effects that are stated, not searched for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from bayestouch.affected.described import named_effects
+from bayestouch.affected.fitting import Fitted, fit, fit_from_both
+from bayestouch.affected.result import added_effects, calibration_of
+from bayestouch.affected.start import base_fit
+from bayestouch.dataset import DataSet
+from bayestouch.diagnosis.candidates import refine_drift, score_effects
+from bayestouch.diagnosis.correction import corrected_fit, table_of
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.noise_fit import with_noise
+from bayestouch.diagnosis.noise_search import NoiseCandidate, score_noise
+from bayestouch.diagnosis.search import settled
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect
+from bayestouch.effects.stated import StatedModel
+from bayestouch.errors import InputError
+from bayestouch.progress import Progress
+from bayestouch.results import Calibration
+
+
+def calibrate_with_effects(
+    dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None
+) -> Calibration:
+    """Calibrate a finger with the effects of a `StatedModel`, from its calibration touches.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this finger was touched.
+    """
+    advance = progress or (lambda fraction: None)
+    data = DiagnosisData.of_calibration(dataset)
+    fitted = base_fit(data.observations(data.training), data.dataset.sensor, model.contact)
+    setting = data.setting(model.contact, fitted.model.reference_load)
+    effects = named_effects([name for name, _ in model.effects], setting)
+    noise: list[NoiseCandidate] = []
+    for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
+        advance((i + 1) / (len(effects) + 2))
+        fitted, found = _with_effect(fitted, effect, start)
+        noise += [] if found is None else [found]
+    added = added_effects(fitted, tuple((each.effect, each.values, each.sd) for each in noise))
+    order = [effect.name for effect in effects]
+    added.sort(key=lambda each: order.index(each.effect.name))
+    extra, notes = None, data.notes
+    if model.correction:
+        corrected = corrected_fit(fitted)
+        if corrected is None:
+            notes += ("a correction was asked for, but these touches show nothing to correct",)
+        else:
+            fitted, extra = corrected[0], table_of(*corrected).arrays()
+    return calibration_of(
+        fitted,
+        added,
+        sensor=data.dataset.sensor,
+        setting=setting,
+        rest=data.rest,
+        draws=draws,
+        seed=seed,
+        notes=notes,
+        extra=extra,
+    )
+
+
+def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, NoiseCandidate | None]:
+    """The model with one more effect, fitted from stated values where there are such."""
+    unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
+    if unknown:
+        raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
+    if isinstance(effect, NoiseEffect):
+        scored = score_noise(fitted, (effect,))
+        if not scored:
+            raise InputError(f"{effect.name} shows in repeats only, and no touch was read twice")
+        return with_noise(fitted, scored[0]), scored[0]
+    if isinstance(effect, RandomEffect):
+        values, _ = refine_drift(fitted, effect)
+        return settled(fit(fitted.model, fitted.vector, fitted.noise, (*fitted.drifts, (effect, values)))), None
+    (scored_effect,) = score_effects(fitted, (effect,))
+    values = tuple(start.get(p.name, value) for p, value in zip(effect.parameters, scored_effect.start, strict=True))
+    low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)
+    values = tuple(min(max(v, a), b) for v, a, b in zip(values, low, high, strict=True))
+    model = fitted.model.with_effects((*fitted.model.effects, effect))
+    vector = model.extended(fitted.vector, values)
+    return settled(fit_from_both(model, vector, fitted.noise, fitted.drifts)), None
