@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 # Public name: module that defines it.
 _PUBLIC = {
     "Calibration": "results",
+    "DataCheck": "checking",
     "DataSet": "dataset",
     "Diagnosis": "diagnosis.result",
     "EdgeOrRound": "indenter_priors",
@@ -26,9 +27,11 @@ _PUBLIC = {
     "UniformRadius": "indenter_priors",
     "calibrate": "calibration",
     "diagnose": "diagnosis",
+    "check": "checking",
     "infer": "inference",
     "load": "posterior",
     "load_dataset": "dataset",
+    "new_dataset": "dataset_template",
     "pp_plot": "probability_plot",
     "report": "reporting",
     "save_dataset": "dataset",
@@ -40,9 +43,12 @@ __all__ = sorted(_PUBLIC)
 
 if TYPE_CHECKING:
     from bayestouch.calibration import calibrate as calibrate
+    from bayestouch.checking import DataCheck as DataCheck
+    from bayestouch.checking import check as check
     from bayestouch.dataset import DataSet as DataSet
     from bayestouch.dataset import load_dataset as load_dataset
     from bayestouch.dataset import save_dataset as save_dataset
+    from bayestouch.dataset_template import new_dataset as new_dataset
     from bayestouch.diagnosis import diagnose as diagnose
     from bayestouch.diagnosis.result import Diagnosis as Diagnosis
     from bayestouch.errors import InputError as InputError

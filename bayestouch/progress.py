@@ -11,11 +11,11 @@ Progress = Callable[[float], None]
 
 @contextmanager
 def progress_bar(label: str, quiet: bool) -> Iterator[Progress]:
-    """A bar on standard error that appears after two seconds; nothing where `quiet`."""
+    """A bar with the time left on standard error, after two seconds; nothing where `quiet` or no terminal."""
     from tqdm import tqdm
 
-    layout = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
-    with tqdm(total=1.0, desc=label, delay=2.0, disable=quiet, leave=False, bar_format=layout) as bar:
+    layout = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} so far, {remaining} left"
+    with tqdm(total=1.0, desc=label, delay=2.0, disable=quiet or None, leave=False, bar_format=layout) as bar:
 
         def advance(fraction: float) -> None:
             bar.update(max(fraction - bar.n, 0.0))

@@ -100,6 +100,23 @@ class Calibration:
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
+    def plot_parameter(self, name: str, axes: Axes | None = None) -> Axes:
+        """Posterior of a parameter beside its prior, see `bayestouch.plotting.plot_parameter`."""
+        from bayestouch.plotting import plot_parameter
+
+        return plot_parameter(self, name, axes)
+
+    def plot_fit(self, element: int = 1, axes: Axes | None = None) -> Axes:
+        """Readings of one element (from 1) in the calibration touches, and the model's."""
+        from bayestouch.plotting import plot_fit
+
+        return plot_fit(self, element, axes)
+
+    def _repr_html_(self) -> str:
+        from bayestouch.result_html import calibration_html
+
+        return calibration_html(self)
+
     def save(self, path: str | Path) -> None:
         """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""
         from bayestouch.posterior import save_calibration
@@ -196,6 +213,29 @@ class TouchPosteriors:
         from bayestouch.probability_plot import pp_plot
 
         return pp_plot(self, truth, **options)
+
+    def plot_estimates(self, name: str, axes: Axes | None = None) -> Axes:
+        """Posterior mean and 90 % interval of every touch over its reference."""
+        from bayestouch.plotting import plot_estimates
+
+        return plot_estimates(self, name, axes)
+
+    def plot_touch(self, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None) -> Axes:
+        """Draws of one touch, two parameters against each other."""
+        from bayestouch.plotting import plot_touch
+
+        return plot_touch(self, touch, names, axes)
+
+    def plot_residuals(self, axes: Axes | None = None) -> Axes:
+        """Reading minus prediction over its standard deviation, by touch and element."""
+        from bayestouch.plotting import plot_residuals
+
+        return plot_residuals(self, axes)
+
+    def _repr_html_(self) -> str:
+        from bayestouch.result_html import touches_html
+
+        return touches_html(self)
 
     def save(self, path: str | Path) -> None:
         """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""

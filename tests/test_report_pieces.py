@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 import bayestouch
 from bayestouch.contact import composite_radius
 from bayestouch.errors import InputError
+from bayestouch.json_values import strict
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
-from bayestouch.reporting.assemble import strict
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
 from bayestouch.reporting.differences import error_summary, indenter_name, turned
 from bayestouch.reporting.error_split import _touch_of_sample

@@ -23,8 +23,8 @@ def about_data(evidence: Evidence) -> dict[str, Any]:
         "simulated": evidence.simulated,
         "sensor": _sensor(sensor),
         "source": [{"key": key, "text": str(text)} for key, text in sensor.source.items()],
-        "tables": [_table(use, touches) for use, touches in tables.items() if touches is not None],
-        "touches_by_indenter": _by_indenter(dataset.calibration, dataset.touches),
+        "tables": [table_facts(use, touches) for use, touches in tables.items() if touches is not None],
+        "touches_by_indenter": touches_by_indenter(dataset.calibration, dataset.touches),
         "notes": _notes(evidence),
     }
 
@@ -61,7 +61,8 @@ def _sensor(sensor: Sensor) -> list[dict[str, Any]]:
     return [{"quantity": name, "value": value, "unit": unit} for name, value, unit in [*rows, *text]]
 
 
-def _table(use: str, touches: Touches) -> dict[str, Any]:
+def table_facts(use: str, touches: Touches) -> dict[str, Any]:
+    """What a touch table holds: numbers of touches, rows and gaps, and ranges of location, load and depth."""
     contact = touches.in_contact
     load = touches.load[contact]
     return {
@@ -91,7 +92,8 @@ def _range(values: Any) -> dict[str, Any]:
     return {"lowest": float(some.min()), "highest": float(some.max())}
 
 
-def _by_indenter(calibration: Touches | None, touches: Touches) -> list[dict[str, Any]]:
+def touches_by_indenter(calibration: Touches | None, touches: Touches) -> list[dict[str, Any]]:
+    """Number of touches with each indenter, in the calibration table and in that to be read."""
     counts: dict[float, list[int]] = {}
     unknown = [0, 0]
     for column, table in enumerate((calibration, touches)):

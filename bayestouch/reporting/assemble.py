@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 import bayestouch
+from bayestouch.json_values import strict
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import answer
 from bayestouch.reporting.calibration_tables import about_calibration
@@ -111,20 +111,3 @@ def _pad_estimates(evidence: Evidence) -> dict[str, Any]:
         "posterior_sd_mm": float(np.median(sd)),
         "load": _load(evidence),
     }
-
-
-def strict(value: Any) -> Any:
-    """The same in what JSON knows: numbers that are not finite become None, arrays lists."""
-    if isinstance(value, Mapping):
-        return {str(key): strict(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [strict(each) for each in value]
-    if isinstance(value, np.ndarray):
-        return strict(value.tolist())
-    if isinstance(value, bool | np.bool_):
-        return bool(value)
-    if isinstance(value, int | np.integer):
-        return int(value)
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value

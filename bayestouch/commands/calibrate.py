@@ -1,0 +1,81 @@
+"""bayestouch calibrate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bayestouch.commands.options import CONTACTS, KERNELS, seeded, spoken
+from bayestouch.commands.output import check_output, say
+from bayestouch.progress import progress_bar
+
+
+@click.command(short_help="Calibrate a sensor from known touches.")
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration to write (.nc).")
+@click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
+@click.option(
+    "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
+)
+@click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
+@click.option(
+    "--prior",
+    "priors",
+    multiple=True,
+    metavar="NAME=KIND:A,B",
+    help="Prior of a finger's parameter, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
+    "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
+)
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path),
+    default=None,
+    help="Effects of a finger's chain: the model.toml of `bayestouch diagnose`.",
+)
+@click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
+@seeded
+@spoken
+def calibrate(
+    dataset: Path,
+    output: Path,
+    contact: str | None,
+    e_map: str | None,
+    kernel: str | None,
+    priors: tuple[str, ...],
+    model: Path | None,
+    draws: int,
+    seed: int,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Calibrate a sensor from touches with known indenter and location.
+
+    \b
+    Example: bayestouch calibrate my-finger -o calibration.nc
+    """
+    import bayestouch
+    from bayestouch.effects import read_model
+    from bayestouch.prior_text import priors_from_text
+
+    check_output(output)
+    effects = None if model is None else read_model(model)
+    stated = priors_from_text(priors)
+    with progress_bar("calibrate", quiet) as advance:
+        calibration = bayestouch.calibrate(
+            bayestouch.load_dataset(dataset),
+            contact=contact,
+            e_map=e_map,
+            kernel=kernel,
+            priors=stated,
+            model=effects,
+            draws=draws,
+            seed=seed,
+            progress=advance,
+        )
+        calibration.save(output)
+        advance(1.0)
+    statistics = calibration.statistics
+    numbers = ", ".join(f"{k.replace('_', ' ')} {v:.4g}" for k, v in statistics.items() if v == v)
+    facts = {"file": str(output), "statistics": statistics, "settings": calibration.settings}
+    say(f": {numbers}", facts, head=str(output), quiet=quiet, as_json=as_json, notes=calibration.notes)

@@ -1,0 +1,30 @@
+"""bayestouch check."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bayestouch.commands.options import spoken
+from bayestouch.commands.output import check_output, say
+
+
+@click.command(short_help="Show what a data set holds and what it lacks.")
+@click.argument("dataset", type=click.Path(path_type=Path))
+@click.option("--plot", type=click.Path(path_type=Path), default=None, help="Picture to write (.png, .svg, .pdf).")
+@spoken
+def check(dataset: Path, plot: Path | None, quiet: bool, as_json: bool) -> None:
+    """Validate a data set and show what it holds, what is odd about it and what it lacks.
+
+    \b
+    Example: bayestouch check my-finger --plot my-finger.png
+    """
+    import bayestouch
+
+    if plot is not None:
+        check_output(plot)
+    checked = bayestouch.check(bayestouch.load_dataset(dataset))
+    if plot is not None:
+        checked.save_plot(plot)
+    say(checked.text, checked.facts, head=checked.title, quiet=quiet, as_json=as_json, notes=checked.notes)

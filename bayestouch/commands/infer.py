@@ -1,0 +1,99 @@
+"""bayestouch infer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bayestouch.commands.options import seeded, spoken
+from bayestouch.commands.output import Interrupted, check_output, say
+from bayestouch.progress import progress_bar
+
+
+@click.command(short_help="Read touches: location, load and radius.")
+@click.argument("touches", type=click.Path(path_type=Path))
+@click.option(
+    "--calibration", type=click.Path(path_type=Path), required=True, help="What `bayestouch calibrate` wrote."
+)
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Posterior to write (.nc).")
+@click.option(
+    "--indenter",
+    metavar="PRIOR",
+    default=None,
+    help="Prior over a finger's indenters: uniform (in R), curvature:SHARPEST, tips:0,0.5,2,inf (mm, with =WEIGHT "
+    "if not equal), edge-or-round or edge-or-round:PROBABILITY, or a density such as r_c=log-normal:2,1.6. "
+    "[default: uniform]",
+)
+@click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
+@click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
+@click.option("--no-check", is_flag=True, help="Do not look for faulty elements and a faulty force sensor.")
+@click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
+@click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
+@click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
+@click.option("--thin", type=click.IntRange(min=1), default=1, help="Save every so many-th draw. [default: all]")
+@click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, no draws.")
+@seeded
+@spoken
+def infer(
+    touches: Path,
+    calibration: Path,
+    output: Path,
+    indenter: str | None,
+    plug_in: bool,
+    no_load: bool,
+    no_check: bool,
+    each_sample: bool,
+    method: str,
+    draws: int,
+    thin: int,
+    summary_only: bool,
+    seed: int,
+    quiet: bool,
+    as_json: bool,
+) -> None:
+    """Read touches: posterior of location, load and radius for each.
+
+    The file is written block by block, however many touches there are. A run that was interrupted goes on where it
+    stopped when the same command is given again.
+
+    \b
+    Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
+    """
+    from bayestouch.indenter_text import indenter_from_text
+    from bayestouch.inference import Kept, Options, infer_to_file
+    from bayestouch.posterior import load_calibration, load_grades
+    from bayestouch.touch_table import read_touches
+
+    check_output(output)
+    options = Options(
+        indenter=None if indenter is None else indenter_from_text(indenter),
+        plug_in=plug_in,
+        use_load=not no_load,
+        check_sensor=not no_check,
+        each_sample=each_sample,
+        method=method,
+        kept=Kept(draws, thin, summary_only),
+        seed=seed,
+    )
+    calibrated = load_calibration(calibration)
+    try:
+        with progress_bar("infer", quiet) as advance:
+            # the table is not kept here, so that blocks of it can go as they are read
+            infer_to_file(read_touches(touches, calibrated.sensor), calibrated, output, options, progress=advance)
+    except KeyboardInterrupt:
+        raise Interrupted("the same command goes on from here") from None
+    stats, notes = load_grades(output)
+    missed, count = int((stats["grade"] == 0).sum()), len(stats["grade"])
+    facts = {
+        "file": str(output),
+        "touches": count,
+        "missed_targets": missed,
+        "ess_bulk_least": stats["ess_bulk"].min(),
+        "rhat_most": stats["rhat"].max(),
+    }
+    text = (
+        f": {count} touches, bulk ESS {facts['ess_bulk_least']:.0f} or more, R-hat {facts['rhat_most']:.3f} or less; "
+        + (f"{missed} missed the targets (grade 0 in sample_stats)" if missed else "all meet the targets")
+    )
+    say(text, facts, head=str(output), quiet=quiet, as_json=as_json, notes=notes)

@@ -1,0 +1,31 @@
+"""bayestouch init."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bayestouch.commands.options import spoken
+from bayestouch.commands.output import say
+
+
+@click.command(short_help="Start a data set to fill in.")
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
+@click.option("--elements", type=click.IntRange(min=1), default=8, show_default=True, help="Number of elements.")
+@spoken
+def init(folder: Path, body: str, elements: int, quiet: bool, as_json: bool) -> None:
+    """Start a data set: a sensor.toml with comments and empty tables to fill in.
+
+    \b
+    Example: bayestouch init my-finger --elements 16
+    """
+    from bayestouch.dataset_template import new_dataset
+
+    files = new_dataset(folder, body=body, elements=elements)
+    text = (
+        f": {', '.join(file.name for file in files)}\n"
+        f"Fill them in, then look at what was read: bayestouch check {folder}"
+    )
+    say(text, {"files": [str(file) for file in files]}, head=str(folder), quiet=quiet, as_json=as_json)

@@ -1,0 +1,27 @@
+"""Options that verbs share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+CONTACTS = click.Choice(["layer", "hertz", "approximate frictionless"])
+KERNELS = click.Choice(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"])
+
+
+def seeded(command: Command) -> Command:
+    """`--seed`, for verbs that draw random numbers."""
+    return click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all draws.")(
+        command
+    )
+
+
+def spoken(command: Command) -> Command:
+    """`--quiet` and `--json`, for every verb."""
+    quiet = click.option("--quiet", is_flag=True, help="No progress and no summary.")
+    as_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
+    return quiet(as_json(command))

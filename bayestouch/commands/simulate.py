@@ -1,0 +1,55 @@
+"""bayestouch simulate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from bayestouch.commands.options import seeded, spoken
+from bayestouch.commands.output import say
+from bayestouch.errors import InputError
+from bayestouch.progress import progress_bar
+
+
+@click.command(short_help="Simulate a data set with known truth.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Data set folder to write.")
+@click.option("--effect", "effects", multiple=True, metavar="NAME=VALUE", help="An effect and its size; repeatable.")
+@click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
+@seeded
+@spoken
+def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet: bool, as_json: bool) -> None:
+    """Simulate a data set with known truth (written beside it as truth.json).
+
+    \b
+    Example: bayestouch simulate -o simulated-finger --effect crosstalk=0.04 --seed 3
+    """
+    from bayestouch.simulation import FingerDesign, PadDesign, save_simulated
+    from bayestouch.simulation import simulate as simulate_dataset
+
+    design = FingerDesign() if body == "finger" else PadDesign()
+    sizes = _effects(effects)
+    with progress_bar("simulate", quiet) as advance:
+        simulated = simulate_dataset(design, effects=sizes, seed=seed)
+        save_simulated(simulated, output)
+        advance(1.0)
+    count = simulated.dataset.touches.n_touches
+    facts = {"folder": str(output), "touches": count, "effects": sizes, "seed": seed}
+    text = f": {count} touches, simulated with seed {seed}"
+    say(text, facts, head=str(output), quiet=quiet, as_json=as_json)
+
+
+def _effects(pairs: tuple[str, ...]) -> dict[str, float]:
+    effects: dict[str, float] = {}
+    for pair in pairs:
+        name, separator, text = pair.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            separator = ""
+        if not separator or not name:
+            raise InputError(f"--effect: expected NAME=VALUE with a number, got {pair!r}")
+        if name in effects:
+            raise InputError(f"--effect: {name} is given twice")
+        effects[name] = value
+    return effects
