@@ -55,3 +55,47 @@ def matern(distance: FloatArray) -> FloatArray:
     """Matérn correlation of smoothness 3/2 at a distance in lengths."""
     scaled = np.sqrt(3.0) * np.minimum(distance, 400.0)
     return np.asarray((1 + scaled) * np.exp(-scaled))
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceBasis:
+    """The same process over places of one or two coordinates, held at the nodes of a grid; D coordinates.
+
+    Attributes
+    ----------
+    knots : (k, D) array
+        Where it is held; it goes back to zero within some lengths of them.
+    length : float
+        Correlation length, in the unit of the coordinates.
+    root : (k, k) array
+        As of `SmoothBasis`.
+    """
+
+    knots: FloatArray
+    length: float
+    root: FloatArray
+
+    @classmethod
+    def grid(cls, low: ArrayLike, high: ArrayLike, length: float, *, most: int = 200) -> FloatArray:
+        """Nodes (k, D) of a grid over a box; the grid is coarser than the length asks for where that takes too many."""
+        low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
+        step = length / KNOTS_A_LENGTH
+        while np.prod(np.ceil((high - low) / step) + 1) > most:
+            step *= 1.1
+        axes = [np.linspace(a, b, max(2, int(np.ceil((b - a) / step)) + 1)) for a, b in zip(low, high, strict=True)]
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+
+    @classmethod
+    def at(cls, knots: FloatArray, length: float) -> PlaceBasis:
+        """Process held at knots (k, D)."""
+        correlation = matern(_apart(knots, knots) / length) + 1e-9 * np.eye(len(knots))
+        return cls(knots, length, np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)).T))
+
+    def __call__(self, place: FloatArray) -> FloatArray:
+        """Values of the basis functions at places (n, D), shape (n, k)."""
+        return np.asarray(matern(_apart(place, self.knots) / self.length) @ self.root)
+
+
+def _apart(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Distances between places (n, D) and (k, D), shape (n, k)."""
+    return np.asarray(np.sqrt(sum((a[:, None] - b) ** 2 for a, b in zip(first.T, second.T, strict=True))))

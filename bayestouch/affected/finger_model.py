@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -10,52 +9,33 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.observations import Observations, PlainRows
+from bayestouch.affected.model import FAR_FROM_PRIOR, LOAD_STEP, AffectedModel, Predicted, difference
+from bayestouch.affected.observations import Observations
 from bayestouch.calibration.finger_flat import FlatLayout, FlatPrior
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
-from bayestouch.effects.effect import STAGES, Effect, Values
+from bayestouch.effects.effect import Effect
 from bayestouch.recording import Recording
 from bayestouch.sensor import Finger
 
 FloatArray = NDArray[np.float64]
 
-Rows = Observations | PlainRows
-
-# Central differences through the effects: of a signal, as a share of the peak; of an effect's value, of its probe.
-SIGNAL_STEP, VALUE_STEP, LOAD_STEP = 1e-4, 1e-2, 1e-4
-# Prior standard deviations beyond which a parameter counts as driven off.
-FAR_FROM_PRIOR = 1.2
+# Central difference of a signal through the effects, as a share of the peak.
+SIGNAL_STEP = 1e-4
 
 
-@dataclass(frozen=True, eq=False)
-class Predicted:
-    """Prediction of touches and of samples; t touches, n samples, m elements.
-
-    Attributes
-    ----------
-    touches : (t, m) array
-        Mean reading of each touch.
-    samples : (n, m) array or None
-        Sample minus mean of its touch; None where the samples of a touch are all alike.
-    """
-
-    touches: FloatArray
-    samples: FloatArray | None
-
-
-@dataclass(frozen=True, eq=False)
-class FingerModel:
-    """A finger with effects. Its vector holds the base parameters, then the values of the effects in order.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FingerModel(AffectedModel):
+    """A finger with effects.
 
     Base parameters are those of `bayestouch.calibration.finger_flat` that the chain depends on: for m elements log
     responses, depths r_s (mm) and angles θ_s (rad), then σ and log μ.
 
     Attributes
     ----------
-    observed : Observations or PlainRows
-        What is predicted.
+    observed, peak, reference_load, effects
+        As `AffectedModel`; the reference load in N/m.
     finger : Finger
         As built.
     layout : FlatLayout
@@ -66,72 +46,25 @@ class FingerModel:
         1, or -1 for an element whose reading falls when it is squeezed.
     contact : str
         Base contact model.
-    peak : (m,) array
-        Size of each element's reading under the reference load: what shares refer to.
-    reference_load : float
-        N/m.
     largest_load : float
         Up to which contacts are tabulated, N/m.
-    effects : tuple of Effect
-        Effects in the chain, in the order of their values; they act in the order of the stages.
     pose : (3, t) array or None
         Composite radius R (mm), location (rad) and load (N/m) as they really are, in place of what the table says:
         for touches that are read, not known.
     """
 
-    observed: Rows
     finger: Finger
     layout: FlatLayout
     flat_prior: FlatPrior | None
     sign: FloatArray
     contact: str
-    peak: FloatArray
-    reference_load: float
     largest_load: float
-    effects: tuple[Effect, ...] = ()
     pose: FloatArray | None = None
-
-    @property
-    def n_elements(self) -> int:
-        """Number of elements m."""
-        return self.finger.n_elements
-
-    @property
-    def known(self) -> Observations:
-        """What is observed, where there are readings to fit."""
-        assert isinstance(self.observed, Observations)
-        return self.observed
 
     @property
     def n_base(self) -> int:
         """Number of base parameters."""
         return self.layout.n_chain
-
-    @cached_property
-    def load(self) -> FloatArray:
-        """Load as read, (t,); the mean of the others where it was not."""
-        load = self.observed.load
-        return np.where(np.isfinite(load), load, np.nanmean(load))
-
-    def values(self, vector: FloatArray) -> tuple[Values, ...]:
-        """Values of each effect in a vector, which holds the logarithm of what has a log-normal prior."""
-        out, place = [], self.n_base
-        for effect in self.effects:
-            count = len(effect.parameters)
-            moved = zip(effect.parameters, vector[place : place + count], strict=True)
-            out.append(tuple(parameter.outward(float(v)) for parameter, v in moved))
-            place += count
-        return tuple(out)
-
-    def extended(self, vector: FloatArray, values: Values) -> FloatArray:
-        """A vector of the model without its last effect, with values for that."""
-        pairs = zip(self.effects[-1].parameters, values, strict=True)
-        return np.concatenate([vector, [parameter.inward(value) for parameter, value in pairs]])
-
-    def _in_order(self, vector: FloatArray) -> list[tuple[Effect, Values]]:
-        """Effects with their values in the order of the stages, those that differ from sample to sample last."""
-        pairs = zip(self.effects, self.values(vector), strict=True)
-        return sorted(pairs, key=lambda pair: (STAGES.index(pair[0].stage), pair[0].needs_samples))
 
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """Mean, standard deviation, lower and upper bound of the vector."""
@@ -142,19 +75,13 @@ class FingerModel:
         # Softer rubber, on which a flat would take a quarter of the circumference, has no linear contact.
         softest = np.log(self.largest_load / 1000 / (10 * self.finger.outer_radius_mm))
         low[self.layout.log_mu] = max(low[self.layout.log_mu], softest)
-        more = self._value_priors.T
+        more = self.value_priors.T
         return (
             np.concatenate([mean, more[0]]),
             np.concatenate([spread, more[1]]),
             np.concatenate([low, more[2]]),
             np.concatenate([high, more[3]]),
         )
-
-    @cached_property
-    def _value_priors(self) -> FloatArray:
-        """Mean, sd, lower and upper end of every value of the effects, (q, 4)."""
-        ends = [each.normal_prior for effect in self.effects for each in effect.parameters]
-        return np.array(ends, dtype=np.float64).reshape(-1, 4)
 
     def homeward(self, vector: FloatArray) -> FloatArray | None:
         """The vector with depths, angles, σ and μ as built; None where they are near that already.
@@ -201,7 +128,7 @@ class FingerModel:
             largest_load=self.largest_load,
             contact=self.contact,
         )
-        for effect, values in self._in_order(vector):
+        for effect, values in self.in_order(vector):
             chain = effect.finger(chain, values)
         return chain
 
@@ -230,44 +157,15 @@ class FingerModel:
             history=observed.history,
         )
         if self.pose is None:
-            for effect, values in self._in_order(vector):
+            for effect, values in self.in_order(vector):
                 recording = effect.pose(recording, values)
         return recording
-
-    def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
-        """Prediction for the touches, with loads as read or `load` (t,)."""
-        return self.readings(self.signal(vector, load), vector)
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches with the signal that leaves the body."""
         recording, chain = self.poses(vector, load), self.chain(vector)
         radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
         return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
-
-    @property
-    def _by_sample(self) -> bool:
-        return any(effect.needs_samples for effect in self.effects)
-
-    def readings(self, recording: Recording, vector: FloatArray) -> Predicted:
-        """Readings of touches of which the signal that leaves the body is given."""
-        observed = self.observed
-        if self._by_sample:
-            row = observed.row_touch
-            recording = replace(
-                recording,
-                indenter_radius_mm=recording.indenter_radius_mm[row],
-                place=tuple(axis[row] for axis in recording.place),
-                load=recording.load[row],
-                time_s=observed.time_s,
-                held_s=observed.held_s,
-                signal=recording.signal[row],
-            )
-        for effect, values in self._in_order(vector):
-            recording = replace(recording, signal=effect.signal(recording, values))
-        if not self._by_sample:
-            return Predicted(recording.signal, None)
-        touches = observed.of_touches(recording.signal)
-        return Predicted(touches, recording.signal - touches[observed.row_touch])
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
@@ -281,7 +179,7 @@ class FingerModel:
             out = [self._through(recording, vector, of_signal[block], elements) for block, elements in everything]
         else:
             out = self._unmixed(recording, vector, of_signal)
-        out += [self._of_value(vector, i) for i in range(self.n_base, len(vector))]
+        out += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
         samples = None if out[0].samples is None else np.stack([np.asarray(each.samples) for each in out])
         return np.stack([each.touches for each in out]), samples
 
@@ -299,7 +197,7 @@ class FingerModel:
         def at(sign: float) -> Predicted:
             return self.readings(replace(recording, signal=recording.signal + sign * step * moved), vector)
 
-        return _difference(at, step)
+        return difference(at, step)
 
     def _unmixed(self, recording: Recording, vector: FloatArray, of_signal: FloatArray) -> list[Predicted]:
         """The same for effects that leave each element to itself: all elements at once, then taken apart."""
@@ -315,20 +213,6 @@ class FingerModel:
                 out.append(Predicted(np.where(only, whole.touches, 0.0), samples))
         return out
 
-    def _of_value(self, vector: FloatArray, place: int) -> Predicted:
-        """Derivative over one value of an effect."""
-        _, spread, low, high = (float(each) for each in self._value_priors[place - self.n_base])
-        step = VALUE_STEP * min(spread, max(abs(float(vector[place])), 0.1 * spread))
-        # One-sided at a bound.
-        up, down = min(vector[place] + step, high), max(vector[place] - step, low)
-
-        def at(sign: float) -> Predicted:
-            moved = vector.copy()
-            moved[place] = up if sign > 0 else down
-            return self.predict(moved)
-
-        return _difference(at, 0.5 * (up - down))
-
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the readings of each touch over its load, (t, m)."""
         load = self.load if self.pose is None else self.pose[2]
@@ -336,28 +220,12 @@ class FingerModel:
         up, down = (self.predict(vector, load + sign * step).touches for sign in (1, -1))
         return np.asarray((up - down) / (2 * step[:, None]))
 
-    def observing(self, observed: Rows) -> FingerModel:
-        """The same finger and effects for other touches."""
-        return replace(self, observed=observed)
-
     def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
         """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
         new = replace(self, pose=np.stack([radius_mm, angle, load]))
         new._last.update(self._last)
         return new
 
-    def with_effects(self, effects: tuple[Effect, ...]) -> FingerModel:
-        """The same finger under other effects."""
-        return replace(self, effects=effects)
-
 
 def _changes_finger(effect: Effect) -> bool:
     return type(effect).finger is not Effect.finger
-
-
-def _difference(at: Callable[[float], Predicted], step: float) -> Predicted:
-    up, down = at(1.0), at(-1.0)
-    samples = None
-    if up.samples is not None and down.samples is not None:
-        samples = (up.samples - down.samples) / (2 * step)
-    return Predicted((up.touches - down.touches) / (2 * step), samples)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
+from bayestouch.affected.model import AffectedModel
 from bayestouch.affected.whitening import NoiseModel, Whitening
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
@@ -27,8 +28,8 @@ class Fitted:
 
     Attributes
     ----------
-    model : FingerModel
-        With its effects.
+    model : AffectedModel
+        Of a finger or a pad, with its effects.
     vector : (d,) array
         Parameters at the mode.
     drifts : tuple of (RandomEffect, values)
@@ -41,12 +42,18 @@ class Fitted:
         Around the mode.
     """
 
-    model: FingerModel
+    model: AffectedModel
     vector: FloatArray
     drifts: tuple[Drift, ...]
     noise: NoiseModel
     whitening: Whitening
     linear: Linearised
+
+    @property
+    def finger(self) -> FingerModel:
+        """The model, where it is that of a finger."""
+        assert isinstance(self.model, FingerModel)
+        return self.model
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -66,7 +73,7 @@ class Fitted:
         return float((self.linear.plain**2).sum())
 
 
-def drift_columns(model: FingerModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
+def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
     """Basis functions of the drifts for each touch, (k, t, m)."""
     observed = model.known
     recording = replace(model.poses(vector), signal=model.predict(vector).touches)
@@ -90,7 +97,7 @@ def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> 
 
 
 def functions_of(
-    model: FingerModel,
+    model: AffectedModel,
     vector: FloatArray,
     whitening: Whitening,
     drifts: tuple[Drift, ...],
@@ -106,7 +113,7 @@ def functions_of(
 
 
 def linearised(
-    model: FingerModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
+    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
     """The model made linear around a vector."""
     observed, predicted = model.known, model.predict(vector)
@@ -127,7 +134,7 @@ def linearised(
 
 
 def fit(
-    model: FingerModel,
+    model: AffectedModel,
     start: FloatArray,
     noise: NoiseModel,
     drifts: tuple[Drift, ...] = (),
@@ -139,7 +146,7 @@ def fit(
 
     Parameters
     ----------
-    model : FingerModel
+    model : AffectedModel
         What is fitted.
     start : (d,) array
         Where to start.
@@ -179,7 +186,7 @@ def fit(
 
 
 def fit_from_both(
-    model: FingerModel,
+    model: AffectedModel,
     start: FloatArray,
     noise: NoiseModel,
     drifts: tuple[Drift, ...] = (),

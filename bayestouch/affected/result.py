@@ -42,7 +42,7 @@ class AddedEffect:
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
     """Effects of a fit: those of the chain, the drifts, those of the noise (effect, values, sd)."""
-    model, covariance = fitted.model, fitted.linear.covariance()
+    model, covariance = fitted.finger, fitted.linear.covariance()
     out, place = [], model.n_base
     for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
         rows = np.arange(place, place + len(values))
@@ -89,7 +89,7 @@ def calibration_of(
     extra : mapping of arrays, optional
         Further arrays: a correction.
     """
-    model, means = fitted.model, fitted.model.known.means
+    model, means = fitted.finger, fitted.finger.known.means
     m, at = model.n_elements, model.layout
     covariance = fitted.linear.covariance()
     rng = np.random.default_rng([seed, 2])
@@ -183,7 +183,7 @@ def discrepancy(fitted: Fitted) -> FloatArray:
     shrunk = (square * between + whole * scatter) / (between + scatter)
     error = np.sqrt(2 / freedom[alive].sum())
     excess = np.maximum(shrunk - 1, 0.0) if whole > 1 + 2 * error else np.zeros(len(square))
-    reads = np.median(np.maximum(fitted.model.known.means.counts, 1))
+    reads = np.median(np.maximum(fitted.finger.known.means.counts, 1))
     return np.asarray(np.where(alive, np.sqrt(excess) * fitted.noise.sd / np.sqrt(reads), 0.0))
 
 
@@ -192,7 +192,7 @@ def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def _reads(fitted: Fitted) -> FloatArray:
-    means = fitted.model.known.means
+    means = fitted.finger.known.means
     reads = np.maximum(means.counts.max(axis=1), 1)[np.isfinite(means.load)]
     return np.asarray(reads, dtype=np.float64)
 
@@ -205,7 +205,7 @@ def _rows_of(effect: Effect) -> list[str]:
 
 def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
     """Draws (n, d) about the mode; those beyond a bound are drawn again, and at last put on it."""
-    _, _, low, high = fitted.model.prior()
+    _, _, low, high = fitted.finger.prior()
     count = CHAINS * -(-draws // CHAINS)
     root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
     out = fitted.vector + rng.standard_normal((count, len(covariance))) @ root.T
@@ -226,7 +226,7 @@ def _public(
     rng: np.random.Generator,
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """Mode and draws of everything by public name."""
-    model, at = fitted.model, fitted.model.layout
+    model, at = fitted.finger, fitted.finger.layout
     chain = model.chain(fitted.vector)
     dof = np.maximum(np.nan_to_num(model.known.means.pure_error_dof), 1.0)
     noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))

@@ -24,7 +24,7 @@ class Timing:
     Attributes
     ----------
     time_s, held_s : (n,) arrays
-        Time of each row, and since the first row of its touch.
+        Time of each row, and since the first row of its touch that is in contact; zero before that.
     unit : str
         ``"s"``, or ``"touch"`` where the order of the rows stands for the time.
     note : str
@@ -43,9 +43,11 @@ class Timing:
         time = touches.time_s
         n = int(group.max()) + 1 if len(group) else 0
         first = np.full(n, np.inf)
-        np.minimum.at(first, group, np.where(np.isnan(time), np.inf, time))
-        if np.isfinite(time).all() and np.all(np.diff(first) >= 0) and n > 0 and np.ptp(time) > 0:
-            return cls(time - time.min(), time - first[group], "s")
+        np.minimum.at(first, group, np.where(np.isnan(time) | ~touches.in_contact, np.inf, time))
+        # A touch that is all rest has no first row in contact: its rows are held for no time.
+        held = np.maximum(time - np.minimum(first[group], time), 0.0)
+        if np.isfinite(time).all() and np.all(np.diff(first[np.isfinite(first)]) >= 0) and n > 0 and np.ptp(time) > 0:
+            return cls(time - time.min(), held, "s")
         why = "times are missing" if np.isnan(time).any() else "times do not increase from touch to touch"
         most = max(int(touches.sample.max(initial=0)), 1)
         held = HELD_SHARE * touches.sample / most

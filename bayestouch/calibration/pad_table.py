@@ -39,7 +39,7 @@ def tabulate(model: PadModel) -> PadMap:
     location, fit = model.fit.known.location, model.fit
     spacing = location_spacing(location)
     low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
-    step = _width(fit.chain, extent=float((high - low).max()))
+    step = kernel_width(fit.chain, extent=float((high - low).max()))
     if model.has_map:
         step = min(step, fit.misfit.length_mm)
     step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
@@ -93,7 +93,7 @@ def _sensitivity(model: PadModel, points: FloatArray) -> tuple[FloatArray, Float
     return sensitivity, variance, with_offset
 
 
-def _width(chain: PadChain, extent: float) -> float:
+def kernel_width(chain: PadChain, extent: float) -> float:
     """Distance at which the kernel has fallen by e^(-1/2), mm; the extent if it never does."""
     distance = np.linspace(0, extent, 2000)
     fallen = chain.kernel(distance, chain.values) < np.exp(-0.5)

@@ -34,7 +34,7 @@ def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
 
 def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
     """The correction of a corrected fit over the locations that were touched."""
-    model = fitted.model
+    model = fitted.finger
     angle = where_of(fitted)[1]
     grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, TABLE_STEP_DEG)
     weights, covariance = weights_of(fitted)

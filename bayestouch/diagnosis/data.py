@@ -13,7 +13,7 @@ from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger
+from bayestouch.sensor import Finger, Pad
 from bayestouch.splits import with_calibration
 from bayestouch.touches import Touches
 
@@ -24,6 +24,8 @@ BoolArray = NDArray[np.bool_]
 # Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
 NOTHING_KNOWN = "no touch has a known indenter, location and reading: there is nothing to fit"
+# Blocks in time that the touches of a pad are parted into.
+BLOCKS = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +66,16 @@ class DiagnosisData:
 
         Every other touch of ``touches.csv`` that has references joins the calibration touches, so that fits see all
         radii and the whole time; the others are held out. Where too few have references, every fourth calibration
-        touch is held out.
+        touch is held out. Touches of a pad without a table to calibrate with are parted by time: every fourth block of
+        touches that follow each other is held out.
 
         Raises
         ------
         InputError
             No touch has the references that a calibration needs.
         """
+        if dataset.calibration is None and isinstance(dataset.sensor.body, Pad):
+            return cls._in_blocks(dataset)
         dataset = with_calibration(dataset)
         calibration, touches = dataset.calibration, dataset.touches
         assert calibration is not None
@@ -136,6 +141,33 @@ class DiagnosisData:
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, timing.note) if note)),
         )
 
+    @classmethod
+    def _in_blocks(cls, dataset: DataSet) -> DiagnosisData:
+        """Part one table of a pad by time."""
+        whole = dataset.touches
+        clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
+        ids, group = groups(table.touch)
+        known = _known(table, finger=False)
+        place = np.cumsum(known) - 1
+        size = max(2, int(known.sum()) // BLOCKS)
+        held = known & ((place // size) % 4 == 2)
+        training = (known & ~held)[group]
+        if not training.any():
+            raise InputError(NOTHING_KNOWN)
+        how = f"every fourth block of {size} touches that follow each other is held out"
+        notes = (*dataset.notes, *table.notes, how, clock.note)
+        return cls(
+            dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
+            table=table,
+            time_s=clock.time_s,
+            held_s=clock.held_s,
+            unit=clock.unit,
+            rest=whole.rest_reading(),
+            training=training,
+            held_out=held[group],
+            notes=tuple(dict.fromkeys(note for note in notes if note)),
+        )
+
     @property
     def n_held_out(self) -> int:
         """Touches held out."""
@@ -169,7 +201,13 @@ class DiagnosisData:
             gap_s=typical_gap(self.time_s[contact_rows], self.held_s[contact_rows]),
             span_s=float(np.ptp(self.time_s)),
             time_unit=self.unit,
+            loads_vary=finger or _vary(table.load[table.in_contact]),
         )
+
+
+def _vary(load: FloatArray) -> bool:
+    load = load[np.isfinite(load)]
+    return bool(len(load) and np.ptp(load) > 0.2 * np.median(load))
 
 
 def joined(*tables: Touches) -> Touches:

@@ -10,11 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
+from bayestouch.affected.pad_model import PadModel
 from bayestouch.contact import composite_radius
+from bayestouch.diagnosis.pad_placed import PadPlaced
 from bayestouch.smooth import SmoothBasis
 
 FloatArray = NDArray[np.float64]
@@ -56,7 +58,7 @@ class Placed:
     @classmethod
     def of(cls, fitted: Fitted) -> Placed:
         """Basis over the angles that the touches of a fit cover."""
-        model = fitted.model
+        model = fitted.finger
         element = np.degrees(fitted.vector[model.layout.angle])
         angle = model.poses(fitted.vector).place[0]
         low, high = float(angle.min()), float(angle.max())
@@ -70,9 +72,12 @@ class Placed:
             own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element),
         )
 
-    def columns(self, radius_mm: ArrayLike, angle_deg: ArrayLike, load: ArrayLike) -> dict[str, FloatArray]:
-        """Readings per unit weight for touches (t,), each part (k, t, m), at size one."""
-        radius, angle, load = (np.asarray(values, dtype=float) for values in (radius_mm, angle_deg, load))
+    def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
+        """Readings per unit weight for touches of composite radius (mm), location (degree) and load, all (t,).
+
+        Each part is (k, t, m), at size one.
+        """
+        radius, angle, load = where
         away = angle[:, None] - self.element_deg
         scale = (load / self.reference_load)[:, None] * self.peak
         shared = np.moveaxis(self.shared(away), -1, 0)
@@ -94,7 +99,7 @@ class Correction:
 
     Attributes
     ----------
-    placed : Placed
+    placed : Placed or PadPlaced
         Basis.
     sizes : dict of str to float
         Standard deviation of each part, over the peak reading.
@@ -104,20 +109,21 @@ class Correction:
         The model that it was chosen for, with the correction among its random functions.
     """
 
-    placed: Placed
+    placed: Placed | PadPlaced
     sizes: dict[str, float]
     gain: float
     linear: Linearised
 
-    def columns(self, radius_mm: ArrayLike, angle_deg: ArrayLike, load: ArrayLike) -> FloatArray:
-        """What each weight, standard normal, adds to the readings of touches; (k, t, m)."""
-        parts = self.placed.columns(radius_mm, angle_deg, load)
+    def columns(self, *where: FloatArray) -> FloatArray:
+        """What each weight, standard normal, adds to the readings of touches as `where_of` has them; (k, t, m)."""
+        parts = self.placed.columns(*where)
         return np.concatenate([self.sizes[name] * parts[name] for name in PARTS if self.sizes[name] > 0])
 
 
 def correct(fitted: Fitted) -> Correction | None:
     """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
-    model, placed = fitted.model, Placed.of(fitted)
+    model = fitted.model
+    placed = PadPlaced.of(model, fitted.vector) if isinstance(model, PadModel) else Placed.of(fitted)
     where = where_of(fitted)
     parts = placed.columns(*where)
     raw = np.concatenate([parts[name] for name in PARTS])
@@ -131,10 +137,12 @@ def correct(fitted: Fitted) -> Correction | None:
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 
 
-def where_of(fitted: Fitted) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Composite radius (mm), location (degree) and load of the touches of a fit."""
+def where_of(fitted: Fitted) -> tuple[FloatArray, ...]:
+    """Composite radius (mm), location (degree) and load of the touches of a fit; on a pad location (t, D) and load."""
     recording = fitted.model.poses(fitted.vector)
-    radius = composite_radius(recording.indenter_radius_mm, fitted.model.finger.outer_radius_mm)
+    if isinstance(fitted.model, PadModel):
+        return np.stack(recording.place, axis=1), recording.load
+    radius = composite_radius(recording.indenter_radius_mm, fitted.finger.finger.outer_radius_mm)
     return radius, recording.place[0], recording.load
 
 

@@ -189,12 +189,34 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
         tried.append(Tried(n.effect, n.z, 1.0, n.values, gain, error, 1.0, None, n.difference, None, n))
     tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
     real = [each for each in tried if _is_real(each, trials, least, correction_gain)]
-    added = real[0] if real else None
+    # What samples do one after the other is no noise: an effect within touches comes before those of the noise.
+    within = [each for each in real if each.effect.needs_samples and each.noise is None]
+    if within and real[0].noise is not None:
+        real = within
+    added = _plainest(real) if real else None
     if added is not None:
         added = replace(added, alike=_alike(added, tried))
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
+
+
+def _plainest(real: list[Tried]) -> Tried:
+    """The best, or where that is a random function of time the best effect with a course of its own that is as good."""
+    best = real[0]
+    if isinstance(best.effect, RandomEffect):
+        for other in real[1:]:
+            if other.noise is None and not isinstance(other.effect, RandomEffect) and _as_good(other, best):
+                return other
+    return best
+
+
+def _as_good(other: Tried, best: Tried) -> bool:
+    """Whether one predicts held-out touches as well as the best, within the error of the difference."""
+    if other.difference is None or best.difference is None:
+        return False
+    gain, error = paired(best.difference - other.difference)
+    return gain < ALIKE * error
 
 
 def _passes(z: float, trials: int) -> bool:
@@ -222,12 +244,9 @@ def _alike(added: Tried, tried: list[Tried]) -> tuple[str, ...]:
     """Names of refitted candidates that predict held-out touches as well, within the error of the difference."""
     out = []
     for each in tried:
-        if each.effect.name == added.effect.name or each.difference is None or added.difference is None:
+        if each.effect.name == added.effect.name or each.noise is not None or added.noise is not None:
             continue
-        if each.noise is not None or added.noise is not None:
-            continue
-        gain, error = paired(added.difference - each.difference)
-        if gain < ALIKE * error:
+        if _as_good(each, added):
             out.append(each.effect.name)
     return tuple(out)
 

@@ -47,6 +47,8 @@ class Setting:
         duration of the whole recording; 0 where there is no such thing.
     time_unit : str
         ``"s"``, or ``"touch"`` where times are not known and the order of rows stands for them.
+    loads_vary : bool
+        Whether loads were measured and differ; where they do not, an error of the load is one of the gain.
     """
 
     finger: bool
@@ -61,6 +63,7 @@ class Setting:
     gap_s: float
     span_s: float
     time_unit: str = "s"
+    loads_vary: bool = True
 
 
 @dataclass(frozen=True)

@@ -64,6 +64,8 @@ class LoadOffset(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
+        if not setting.loads_vary:
+            return None
         size = 0.1 * setting.reference_load
         what = "added to every load reading"
         return cls((EffectParameter("offset", setting.load_unit, what, Normal(0.0, size), (0.01 * size,), 0.0),))

@@ -1,0 +1,51 @@
+"""Effects of pads only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+import numpy as np
+
+from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.parameters import Normal
+from bayestouch.recording import Recording
+
+
+@dataclass(frozen=True)
+class LoadNonlinearity(Effect):
+    """All readings grow less than in proportion to the load P: it acts as p/(1 + share p/P_ref), p = P - threshold.
+
+    The contact widens as the load grows, and a thin layer or a channel under it stiffens, so that a pad that is linear
+    in its pressures is not in its load; what the skin carries before it touches the layer or channel is the threshold.
+    On a finger the base model has this already: its contacts widen. It goes with the load, whatever the element reads:
+    a gain that changes with the reading is `gain_nonlinearity`.
+
+    Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere goes with the
+    third root of the load).
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "load_nonlinearity"
+    stage: ClassVar[Stage] = "contact"
+    summary: ClassVar[str] = "response that grows less than the load"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        if setting.finger or not setting.loads_vary:
+            return None
+        size = 0.3 * setting.reference_load
+        prior, what = Normal(0.0, size), "load that does not reach the elements"
+        return cls(
+            (
+                EffectParameter("share", "", "loss at the reference load", Normal(0.0, 1.0, -0.2), (0.01,), 0.0),
+                EffectParameter("threshold", setting.load_unit, what, prior, (0.01 * size,), 0.0),
+            )
+        )
+
+    def pose(self, recording: Recording, values: Values) -> Recording:
+        share, threshold = values
+        load = recording.load - threshold
+        return replace(recording, load=load / np.maximum(1 + share * load / recording.reference_load, 0.1))
