@@ -146,7 +146,7 @@ class DiagnosisData:
         """Part one table of a pad by time."""
         whole = dataset.touches
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
-        ids, group = groups(table.touch)
+        _, group = groups(table.touch)
         known = _known(table, finger=False)
         place = np.cumsum(known) - 1
         size = max(2, int(known.sum()) // BLOCKS)

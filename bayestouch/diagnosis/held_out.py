@@ -89,7 +89,7 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
         if name == "outliers":
             wrong = wrong_readings(from_median(observed.table), noise.sd, noise.peak, values)
             observed = observed.without(wrong)
-    model = fitted.model.observing(observed)
+    model = fitted.finger.observing(observed)
     predicted = model.predict(fitted.vector).touches
     functions = drift_columns(model, fitted.vector, fitted.drifts)
     weights = fitted.linear.weights()
