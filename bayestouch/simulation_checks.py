@@ -28,9 +28,6 @@ from bayestouch.sensor import Finger
 
 FloatArray = NDArray[np.float64]
 
-# Calibrations drawn from the posterior; each serves several touches.
-CALIBRATIONS = 50
-
 
 def sbc(
     of: Calibration | DataSet,
@@ -148,11 +145,14 @@ def _simulate(
     touch: tuple[FloatArray, FloatArray, FloatArray],
     rng: np.random.Generator,
 ) -> FloatArray:
-    """Clean readings (n, m) of touches, each by a calibration drawn from the posterior."""
+    """Clean readings (n, m) of touches, each by a calibration of its own drawn from the posterior.
+
+    Touches that share a calibration share its error: their ranks would not be independent.
+    """
     n, m = len(touch[0]), chain.n_elements
     root = np.linalg.cholesky(calibration.covariance)
     out = np.empty((n, m))
-    for rows in np.array_split(np.arange(n), min(CALIBRATIONS, n)):
+    for row in range(n):
         step = root @ rng.standard_normal(len(root))
         drawn = chain.with_(
             response=chain.response + step[:m],
@@ -161,5 +161,5 @@ def _simulate(
             poisson_ratio=min(chain.poisson_ratio + step[3 * m], 0.4999),
             shear_modulus_MPa=chain.shear_modulus_MPa * float(np.exp(step[3 * m + 1])),
         )
-        out[rows] = drawn.predict(*(values[rows] for values in touch))
+        out[row] = drawn.predict(*(values[row : row + 1] for values in touch))[0]
     return out
