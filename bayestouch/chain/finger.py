@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_finger
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 
 FloatArray = NDArray[np.float64]
@@ -39,6 +40,8 @@ class FingerChain:
         Share of the exact contact on the bonded layer in the pressure spectrum; the rest is that of `contact`.
     aperture_mm, friction : float
         Width of the elements and friction under the probe, see `bayestouch.chain.response.mode_strain`.
+    finite_strain : float
+        Share of `bayestouch.body.finite_strain` that `predict` adds: 0 linear, 1 neo-Hookean with projected strains.
     """
 
     core_radius_mm: float
@@ -54,6 +57,7 @@ class FingerChain:
     layer_share: float = 0.0
     aperture_mm: float = 0.0
     friction: float = 0.0
+    finite_strain: float = 0.0
 
     @property
     def n_elements(self) -> int:
@@ -93,6 +97,12 @@ class FingerChain:
             self.spectra.body, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
         )
 
+    @cached_property
+    def added_by_finite_strain(self) -> FiniteStrainResponse:
+        """What large strain adds to `table` at full share."""
+        check_finger(self.core_radius_mm, self.outer_radius_mm, self.poisson_ratio)
+        return FiniteStrainTable.load().for_elements(self.sensing_radius_mm)
+
     @property
     def gain(self) -> FloatArray:
         """Reading per unit compressive strain (the inverse of the paper's ``G_ii``), shape (n_elements,)."""
@@ -117,17 +127,24 @@ class FingerChain:
         """
         load = np.asarray(load, dtype=float)
         kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
-        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
+        turn = self.angle - np.asarray(angle)[..., None]
+        shape = self.table(kappa, turn)
+        if self.finite_strain:
+            shape = shape + self.finite_strain * self.added_by_finite_strain(
+                load / 1000 / self.shear_modulus_MPa, radius_mm, turn
+            )
         return np.asarray(self.offset + self.response * load[..., None] * shape)
 
     def with_(self, **changes: object) -> FingerChain:
         """The same finger with some values changed; keeps the solved contact where it is not concerned."""
         new = replace(self, **changes)  # type: ignore[arg-type]
         keep = {"response", "angle", "offset"}
-        if set(changes) <= keep | {"sensing_radius_mm", "aperture_mm", "friction"} and "spectra" in self.__dict__:
+        of_the_body = {"sensing_radius_mm", "aperture_mm", "friction", "finite_strain"}
+        if set(changes) <= keep | of_the_body and "spectra" in self.__dict__:
             shallowest = float(new.sensing_radius_mm.max())
             if shallowest <= float(self.sensing_radius_mm.max()) + 1e-3:
                 new.__dict__["spectra"] = self.spectra
-        if set(changes) <= keep and "table" in self.__dict__:
-            new.__dict__["table"] = self.table
+        for name in ("table", "added_by_finite_strain"):
+            if set(changes) <= keep | {"finite_strain"} and name in self.__dict__:
+                new.__dict__[name] = self.__dict__[name]
         return new

@@ -16,7 +16,7 @@ cot(x/2)``; what is left of it is smooth.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,6 +65,12 @@ class SurfaceCompliance:
         half_plane = (1 - poisson_ratio) * outer_radius_mm
         curvature = -(1 - 2 * poisson_ratio) * outer_radius_mm / 2
         return cls(outer_radius_mm, half_plane, curvature, k * displacement - half_plane - curvature / k)
+
+    def scaled(self, ratio: ArrayLike) -> SurfaceCompliance:
+        """The same with each mode's displacement times a ratio (n_modes,) that tends to one; modes from 1."""
+        k = np.arange(1, self.remainder_mm.size + 1)
+        closed = self.half_plane_mm + self.curvature_mm / k
+        return replace(self, remainder_mm=np.asarray(ratio) * (self.remainder_mm + closed) - closed)
 
     def slope(self, half_angle: ArrayLike, t: ArrayLike, terms: int) -> FloatArray:
         """Slope under each pressure shape, in units of ``P/(π r_b² μ)`` per unit coefficient.

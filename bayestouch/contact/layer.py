@@ -69,6 +69,7 @@ class LayerContact:
         *,
         largest_half_angle: float = 1.0,
         knots: int = 96,
+        compliance: SurfaceCompliance | None = None,
     ) -> LayerContact:
         """Solve and tabulate the contact for one body (about 10 ms).
 
@@ -84,6 +85,8 @@ class LayerContact:
             End of the table in rad, at most 1.5.
         knots : int
             Number of half-angles; with 96 interpolation adds less than 1e-6 to coefficients and half-widths.
+        compliance : SurfaceCompliance, optional
+            Of the surface, where it is not that of the annulus in plane strain.
 
         Raises
         ------
@@ -96,7 +99,7 @@ class LayerContact:
         if terms is None:
             layers_wide = largest_half_angle / (1 - core_radius_mm / outer_radius_mm)
             terms = max(8, int(np.ceil(1.2 * layers_wide)))
-        compliance = SurfaceCompliance.for_body(core_radius_mm, outer_radius_mm, poisson_ratio)
+        compliance = compliance or SurfaceCompliance.for_body(core_radius_mm, outer_radius_mm, poisson_ratio)
         beta = half_angle_grid(largest_half_angle, knots)
         places = collocation_places(terms)
         # Divided by 2A/β the operator tends to T_(2m+1)(t_i) and the solution to (1, 0, …), Hertz.

@@ -26,6 +26,7 @@ DIFFERENCES = (0.02, 1e-3)
 LONGEST = (2.0, 0.05)
 SETTLED = (1e-5, 1e-7)
 GIVE_UP = 1e6
+TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +98,8 @@ class _Step:
         by_angle = (residual - _projected(finger, data, width, angle + DIFFERENCES[1])[1]) / DIFFERENCES[1]
         a, b, c = (by_width**2).sum(axis=1), (by_width * by_angle).sum(axis=1), (by_angle**2).sum(axis=1)
         g, h = (by_width * residual).sum(axis=1), (by_angle * residual).sum(axis=1)
-        a, c = a * (1 + damping), c * (1 + damping)
+        # where readings do not depend on the width at all it stays
+        a, c = a * (1 + damping) + TINY * (data**2).sum(axis=1), c * (1 + damping)
         move = (c * g - b * h) / (a * c - b * b)
         held = ((width <= 0) & (move < 0)) | ((width >= end) & (move > 0))
         turn = np.where(held, h / c, (a * h - b * g) / (a * c - b * b))

@@ -13,7 +13,7 @@ from bayestouch.errors import InputError
 FloatArray = NDArray[np.float64]
 
 TAU_SCALE_MM = 0.5
-GRID_POINTS, TAU_POINTS = 400, 60
+GRID_POINTS, TAU_POINTS = 200, 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +28,14 @@ class ModulusPosterior:
         Probability of each point; they sum to one.
     log_evidence : float
         Log of the mean likelihood under the prior.
-    extra_sd_mm : float
-        Posterior mean of τ, the independent error of each printed mean beyond what is simulated.
+    extra_sd : float
+        Posterior mean of τ, the error of the printed numbers beyond what is simulated.
     """
 
     modulus_MPa: FloatArray
     weight: FloatArray
     log_evidence: float
-    extra_sd_mm: float
+    extra_sd: float
 
     @property
     def mean_MPa(self) -> float:
@@ -66,48 +66,58 @@ class ModulusPosterior:
 
 
 def infer_modulus(
-    observed_mm: ArrayLike,
+    observed: ArrayLike,
     emulator: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     support_MPa: tuple[float, float],
     *,
-    tau_scale_mm: float = TAU_SCALE_MM,
+    shared: ArrayLike | None = None,
+    tau_scale: float = TAU_SCALE_MM,
 ) -> ModulusPosterior:
-    """Posterior of μ from columns of radii, uniform in log μ over its support.
+    """Posterior of μ from printed numbers, uniform in log μ over its support.
 
     Parameters
     ----------
-    observed_mm : (columns, tips) array_like
-        Composite radii; the columns' errors are independent of each other.
+    observed : (n,) array_like
+        Printed numbers, such as the composite radii of one or more columns.
     emulator : callable
-        Moduli (k,) to expected radii (k, columns, tips) and covariances (k, columns, tips, tips).
+        Moduli (k,) to expected numbers (k, n) and the covariance of their errors (k, n, n).
     support_MPa : (float, float)
         Ends of the prior.
-    tau_scale_mm : float
-        Scale of the half-normal prior of τ, the sd of a further independent error of each radius; one for all columns.
+    shared : (n, n) array_like, optional
+        Pattern of a further error of unknown variance τ²: ones where two numbers share it. By default each number has
+        its own.
+    tau_scale : float
+        Scale of the half-normal prior of τ.
 
     Raises
     ------
     InputError
-        If a radius is not finite.
+        If a number is not finite.
     """
-    data = np.asarray(observed_mm, dtype=float)
+    data = np.asarray(observed, dtype=float)
     if not np.all(np.isfinite(data)):
-        raise InputError("radii to infer a modulus from must be finite")
+        raise InputError("numbers to infer a modulus from must be finite")
     moduli = np.geomspace(*support_MPa, GRID_POINTS)
+    pattern = np.eye(len(data)) if shared is None else np.asarray(shared, dtype=float)
     expected, covariance = emulator(moduli)
-    variance, axes = np.linalg.eigh(covariance)
-    along = np.einsum("kctu,kct->kcu", axes, data - expected)
-    tau = (np.arange(TAU_POINTS) + 0.5) / TAU_POINTS * 4 * tau_scale_mm
-    total = np.maximum(variance, 0.0)[..., None] + tau**2
-    log_likelihood = -0.5 * (along[..., None] ** 2 / total + np.log(2 * np.pi * total)).sum(axis=(1, 2))
-    log_prior = -0.5 * (tau / tau_scale_mm) ** 2
-    joint = log_likelihood + log_prior - np.logaddexp.reduce(log_prior)
+    tau = (np.arange(TAU_POINTS) + 0.5) / TAU_POINTS * 3 * tau_scale
+    log_prior = -0.5 * (tau / tau_scale) ** 2
+    joint = np.stack([_log_normal(data - expected, covariance + t**2 * pattern) for t in tau], axis=1)
+    joint += log_prior - np.logaddexp.reduce(log_prior)
     top = joint.max()
     mass = np.exp(joint - top)
-    total_mass = float(mass.sum())
+    total = float(mass.sum())
     return ModulusPosterior(
         moduli,
-        mass.sum(axis=1) / total_mass,
-        float(top + np.log(total_mass / GRID_POINTS)),
-        float((mass * tau).sum() / total_mass),
+        mass.sum(axis=1) / total,
+        float(top + np.log(total / GRID_POINTS)),
+        float((mass * tau).sum() / total),
     )
+
+
+def _log_normal(off: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Log density of deviations (k, n) under normal distributions (k, n, n)."""
+    factor = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(factor, off[..., None])[..., 0]
+    log_determinant = 2 * np.log(np.diagonal(factor, axis1=-2, axis2=-1)).sum(axis=-1)
+    return np.asarray(-0.5 * ((white**2).sum(axis=-1) + log_determinant + off.shape[-1] * np.log(2 * np.pi)))

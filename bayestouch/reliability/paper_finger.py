@@ -15,13 +15,16 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import average
+from bayestouch.averages import TouchMeans, average
 from bayestouch.body.emap import model_e_matrix
+from bayestouch.contact import ContactModel
 from bayestouch.published import TABLE_1, TABLE_2, TABLE_3, number
+from bayestouch.reliability.paper_physics import TrueFinger
 from bayestouch.sensor import Sensor
 from bayestouch.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, table_1, table_2
 from bayestouch.simulation import FingerDesign, SimulatedDataSet, simulate
 from bayestouch.simulation.designs import REFERENCE_LOAD
+from bayestouch.simulation.finger import BuiltFinger
 
 FloatArray = NDArray[np.float64]
 Calibration = Literal["model", "empirical"]
@@ -47,6 +50,8 @@ DESIGN = FingerDesign(
     load_range=(REFERENCE_LOAD, REFERENCE_LOAD),
     touch_step_deg=1.0,
 )
+
+RAW_NOISE_SD = DESIGN.noise_percent_peak / 100 * DESIGN.peak_reading
 
 
 def simulated(shear_modulus_MPa: float, seed: int, *, tips_mm: FloatArray = TIPS_MM) -> SimulatedDataSet:
@@ -74,6 +79,34 @@ class PaperFinger:
     elements: ElementTable
     identified: EmpiricalTable
     shear_modulus_MPa: float
+
+    @classmethod
+    def calibrated(cls, true: TrueFinger, seed: int) -> PaperFinger:
+        """Calibrate with edges at every degree of ±90°, taken for ideal, with the paper's noise of both sensors."""
+        rng = np.random.default_rng([seed, 1])
+        design = true.design
+        angle = np.arange(-design.calibration_span_deg, design.calibration_span_deg + 1)
+        load = np.full(len(angle), REFERENCE_LOAD)
+        silent = true.readings(np.full(len(angle), true.physics.edge_radius_mm), angle, load)
+        force_sd = number("noise.force_sensor").value / 100 * REFERENCE_LOAD
+        blank = np.full(len(angle), np.nan)
+        means = TouchMeans(
+            touch=np.arange(len(angle)),
+            readings=silent + averaged_noise(silent.shape, rng),
+            counts=np.full(silent.shape, design.samples_per_touch),
+            pure_error_variance=np.full(design.n_elements, RAW_NOISE_SD**2),
+            pure_error_dof=np.full(design.n_elements, float(len(angle) * (design.samples_per_touch - 1))),
+            load=load + force_sd * rng.standard_normal(len(angle)),
+            indenter_radius_mm=np.zeros(len(angle)),
+            depth_mm=blank,
+            time_s=blank,
+            angle_deg=angle,
+            x_mm=None,
+            y_mm=None,
+        )
+        sensor = BuiltFinger(design, true.sensing_radius_mm, true.angle_deg, true.gain_factor).sensor({})
+        modulus = true.shear_modulus_MPa
+        return cls(sensor, table_1(means, sensor, modulus), table_2(means, sensor), modulus)
 
     @classmethod
     def of(cls, data: SimulatedDataSet) -> PaperFinger:
@@ -105,16 +138,27 @@ class PaperFinger:
         response = -1e-3 / (2 * np.pi * DESIGN.outer_radius_mm) * (readings * coefficients * edge).sum(axis=1)
         return replace(self.identified, map=readings, response=response)
 
-    def reader(self, calibration: Calibration, contact: str, shear_modulus_MPa: float) -> EmpiricalFinger:
-        """The finger to read touches with."""
-        return EmpiricalFinger.of(
+    def reader(
+        self, calibration: Calibration, contact: str | ContactModel, shear_modulus_MPa: float
+    ) -> EmpiricalFinger:
+        """The finger to read touches with, by a named contact model or one of another kind."""
+        finger = EmpiricalFinger.of(
             self.fitted_map if calibration == "model" else self.identified,
             self.sensor,
             shear_modulus_MPa=shear_modulus_MPa,
             poisson_ratio=POISSON_RATIO,
             largest_load=LARGEST_LOAD,
-            contact=contact,
+            contact=contact if isinstance(contact, str) else "hertz",
         )
+        if isinstance(contact, str):
+            return finger
+        kappa = np.expm1(finger.coordinates) * finger.kappa_scale
+        return replace(finger, spectra=contact.spectrum(kappa, np.arange(finger.spectra.shape[1])))
+
+
+def averaged_noise(shape: tuple[int, ...], rng: np.random.Generator) -> FloatArray:
+    """Noise of readings averaged over a touch's samples."""
+    return np.asarray(RAW_NOISE_SD / np.sqrt(DESIGN.samples_per_touch) * rng.standard_normal(shape))
 
 
 def model_error(element_deg: FloatArray, touch_deg: FloatArray, rng: np.random.Generator) -> FloatArray:

@@ -1,10 +1,11 @@
-"""Table 3 as measured data: what its Hertz columns say about the shear modulus that the paper does not print.
+"""Tables 1 and 3 as measured data: what they say about the shear modulus that the paper does not print.
 
-Touches on the layer are read by Hertz as the authors did, at many moduli; the mean radius of each tip as a function of
-μ is the emulator. Printed and simulated means are compared as composite radii, in which errors are alike. Errors of the
-nine means are strongly correlated (they share elements and locations): their covariance comes from the same
-simulations. A further independent error of each mean, of unknown size τ, takes what the simulation leaves out. Two
-unknowns, so the posterior is a sum over a grid.
+The authors' procedure is simulated at many moduli: edges calibrate the finger in both of their ways, a stated physics
+presses nine tips at 40 locations, and a contact model reads them. The mean radius of each tip as a function of μ is the
+emulator. Printed and simulated means are compared as composite radii, in which errors are alike. Errors of the nine
+means are strongly correlated (they share elements and locations): their covariance comes from the same simulations. A
+further error of unknown size τ belongs for the most part to a tip, whatever the column: tips were machined, and the
+columns' residuals go together. Two unknowns, so the posterior is a sum over a grid.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.contact import composite_radius
+from bayestouch.contact import ContactModel, composite_radius
 from bayestouch.published import TABLE_3
 from bayestouch.reliability.many_fits import fit_many_touches
 from bayestouch.reliability.modulus import ModulusPosterior, infer_modulus
@@ -27,16 +28,23 @@ from bayestouch.reliability.paper_finger import (
     TIPS_MM,
     Calibration,
     PaperFinger,
+    averaged_noise,
     model_error,
-    simulated,
 )
+from bayestouch.reliability.paper_physics import LINEAR, Physics, TrueFinger
+from bayestouch.simulation.designs import REFERENCE_LOAD
 
 FloatArray = NDArray[np.float64]
+Reader = str | ContactModel
 
 MODULI_MPA = np.geomspace(0.025, 0.4, 9)
 """Moduli that are simulated. Below, the contact of a flat is more than a finger's radius wide."""
 N_FINGERS, N_ERRORS = 4, 10
 R_B = DESIGN.outer_radius_mm
+# A sample covariance of few tables is close to singular: correlations shrink by a fifth. And prints are rounded.
+SHRINKAGE, FLOOR_MM = 0.2, 0.02
+# Share of τ² that columns have in common: residuals of one tip scatter about their mean by half of what means do.
+TIP_SHARE = 0.75
 
 
 def printed(contact: str, calibration: Calibration) -> FloatArray:
@@ -52,120 +60,153 @@ class BiasCurves:
     ----------
     moduli_MPa : (k,) array
         μ of the simulations.
-    means : (k, 2, tips) array
-        Composite radius (mm) of the mean estimate of r_c by calibration (model, empirical) and tip, averaged over
-        simulated fingers.
-    covariance : (k, 2, tips, tips) array
-        Its covariance between fingers.
-    n_simulated : int
-        Tables behind each mean.
-    location_sd : (k, 2) array
-        Root mean square over the tips of the sd of R between locations within a finger.
+    tables : (k, n, readers, 2, tips) array
+        Composite radius (mm) of the mean estimate of r_c, for n simulated tables, each reader, calibration (model,
+        empirical) and tip.
+    location_sd : (k, readers, 2) array
+        Root mean square over tables and tips of the sd of R between locations, mm.
+    elements : (k, 3) array
+        Means over elements and fingers of what Table 1 fits: σ, r_s (mm) and the error (% of the peak).
     """
 
     moduli_MPa: FloatArray
-    means: FloatArray
-    covariance: FloatArray
-    n_simulated: int
+    tables: FloatArray
     location_sd: FloatArray
+    elements: FloatArray
 
-    def at(self, modulus: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Means (..., 2, tips) and covariances (..., 2, tips, tips) at a μ, by cubic splines in log μ."""
+    def means(self, modulus: ArrayLike) -> FloatArray:
+        """Expected table at μ, (..., readers, 2, tips), by a cubic spline in log μ."""
         from scipy.interpolate import CubicSpline
 
-        place, knots = np.log(np.asarray(modulus, dtype=float)), np.log(self.moduli_MPa)
-        return CubicSpline(knots, self.means)(place), _linear(place, knots, self.covariance)
+        return np.asarray(CubicSpline(np.log(self.moduli_MPa), self.tables.mean(axis=1))(np.log(modulus)))
+
+    def fitted_elements(self, modulus: ArrayLike) -> FloatArray:
+        """σ, r_s and error of Table 1 at μ, (..., 3)."""
+        from scipy.interpolate import CubicSpline
+
+        return np.asarray(CubicSpline(np.log(self.moduli_MPa), self.elements)(np.log(modulus)))
+
+    def covariance(self, modulus: ArrayLike, readers: Sequence[int], calibrations: Sequence[int]) -> FloatArray:
+        """Covariance of one table's columns, (..., n, n) in the order of `columns`.
+
+        Linear between the simulated moduli, since a covariance between two covariances is one. Calibrations are
+        independent by construction, and what the sample says otherwise is chance.
+        """
+        tips = self.tables.shape[-1]
+        size = len(readers) * len(calibrations) * tips
+        out = np.zeros((len(self.moduli_MPa), size, size))
+        centred = self.tables - self.tables.mean(axis=1, keepdims=True)
+        place = np.arange(size).reshape(len(readers), len(calibrations), tips)
+        count = self.tables.shape[1]
+        for i, calibration in enumerate(calibrations):
+            block = centred[:, :, list(readers), calibration].reshape(len(self.moduli_MPa), count, -1)
+            rows = place[:, i].ravel()
+            # n tables leave their mean uncertain by 1/n of the covariance
+            sample = np.einsum("kna,knb->kab", block, block) / (count - 1) * (1 + 1 / count)
+            sample *= np.where(np.eye(sample.shape[-1]) > 0, 1.0, 1 - SHRINKAGE)
+            out[:, rows[:, None], rows] = sample
+        return _linear(np.log(modulus), np.log(self.moduli_MPa), out)
+
+
+def columns(values: FloatArray, readers: Sequence[int], calibrations: Sequence[int]) -> FloatArray:
+    """Some columns of tables (..., readers, 2, tips) as vectors: reader by reader, calibration by calibration."""
+    chosen = values[..., list(readers), :, :][..., list(calibrations), :]
+    return chosen.reshape(*values.shape[:-3], -1)
+
+
+def bias_curves(
+    moduli_MPa: Sequence[float] | FloatArray = MODULI_MPA,
+    *,
+    physics: Physics = LINEAR,
+    read_by: Sequence[Reader] = ("hertz",),
+    fingers: int = N_FINGERS,
+    errors: int = N_ERRORS,
+) -> BiasCurves:
+    """Simulate Table 3 at each μ: touches by a stated physics, read by contact models with both calibrations.
+
+    Parameters
+    ----------
+    moduli_MPa : sequence of float
+        Shear moduli.
+    physics : Physics
+        What presses; by default the layer's frictionless contact at small strain.
+    read_by : sequence of str or ContactModel
+        Contact models of the readers.
+    fingers, errors : int
+        Simulated fingers with their calibrations and noise, and draws of model error for each. The same at every μ,
+        so that the curves are smooth.
+    """
+    kept: dict[int, PaperFinger] = {}
+    tables = np.empty((len(moduli_MPa), fingers * errors, len(read_by), 2, len(TIPS_MM)))
+    spread = np.empty(tables.shape[:-1])
+    elements = np.empty((len(moduli_MPa), fingers, 3))
+    tips, where = (g.ravel() for g in np.meshgrid(TIPS_MM, LOCATIONS_DEG, indexing="ij"))
+    for i, modulus in enumerate(moduli_MPa):
+        for seed in range(fingers):
+            true = TrueFinger.of(physics, DESIGN, float(modulus), seed)
+            if seed not in kept or not physics.linear_in_load:
+                kept[seed] = PaperFinger.calibrated(true, seed)
+            finger = kept[seed]
+            names = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak")
+            elements[i, seed] = [finger.elements.summary(name)[1] for name in names]
+            readings = true.readings(tips, where, np.full(len(tips), REFERENCE_LOAD))
+            readings += averaged_noise(readings.shape, np.random.default_rng([seed, 2]))
+            for c, calibration in enumerate(CALIBRATIONS):
+                wrong = DESIGN.peak_reading * _model_errors([seed, c], errors)
+                for r, contact in enumerate(read_by):
+                    reader = finger.reader(calibration, contact, float(modulus))
+                    for e in range(errors):
+                        found = fit_many_touches(reader, readings + np.tile(wrong[e], (len(TIPS_MM), 1)))
+                        by_tip = found.indenter_radius_mm.reshape(len(TIPS_MM), len(LOCATIONS_DEG))
+                        n = seed * errors + e
+                        tables[i, n, r, c] = composite_radius(by_tip.mean(axis=1), R_B)
+                        spread[i, n, r, c] = np.sqrt(np.mean(composite_radius(by_tip, R_B).std(axis=1) ** 2))
+    return BiasCurves(
+        np.asarray(moduli_MPa, dtype=float), tables, np.sqrt((spread**2).mean(axis=1)), elements.mean(axis=1)
+    )
 
 
 def infer_from_table_3(
-    curves: BiasCurves, *, contact: str = "hertz", calibrations: Sequence[Calibration] = CALIBRATIONS
+    curves: BiasCurves,
+    *,
+    contacts: Sequence[str] = ("hertz",),
+    calibrations: Sequence[Calibration] = CALIBRATIONS,
 ) -> ModulusPosterior:
     """Posterior of μ from columns of Table 3.
 
     Parameters
     ----------
     curves : BiasCurves
-        Simulated with the reader of those columns.
-    contact : {"hertz", "frictionless"}
+        Simulated with the readers of those columns, in the order of `contacts`.
+    contacts : sequence of {"hertz", "frictionless"}
         Which columns.
     calibrations : sequence of {"model", "empirical"}
-        Both by default; their errors count as independent.
+        Both by default.
     """
     chosen = [CALIBRATIONS.index(calibration) for calibration in calibrations]
-    # means of a finite number of simulated tables: their own error is 1/n of the covariance
-    more = 1 + 1 / curves.n_simulated
+    readers = range(len(contacts))
+    data = np.concatenate([printed(contact, calibration) for contact in contacts for calibration in calibrations])
 
     def emulator(moduli: FloatArray) -> tuple[FloatArray, FloatArray]:
-        means, covariance = curves.at(moduli)
-        return means[:, chosen], more * covariance[:, chosen]
+        expected = columns(curves.means(moduli), readers, chosen)
+        return expected, curves.covariance(moduli, readers, chosen) + FLOOR_MM**2 * np.eye(len(data))
 
     support = float(curves.moduli_MPa[0]), float(curves.moduli_MPa[-1])
-    return infer_modulus([printed(contact, calibration) for calibration in calibrations], emulator, support)
+    tip = np.tile(np.arange(len(TIPS_MM)), len(data) // len(TIPS_MM))
+    shared = TIP_SHARE * (tip[:, None] == tip) + (1 - TIP_SHARE) * np.eye(len(data))
+    return infer_modulus(data, emulator, support, shared=shared)
 
 
 def _linear(place: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:
-    """Linear interpolation: a covariance between two covariances is one."""
+    """Linear interpolation along the first axis, ends held."""
     row = np.clip(np.searchsorted(knots, place) - 1, 0, len(knots) - 2)
     share = np.clip((place - knots[row]) / (knots[row + 1] - knots[row]), 0.0, 1.0)
     share = share.reshape(share.shape + (1,) * (values.ndim - 1))
     return np.asarray((1 - share) * values[row] + share * values[row + 1])
 
 
-def bias_curves(
-    moduli_MPa: Sequence[float] | FloatArray = MODULI_MPA,
-    *,
-    read_by: str = "hertz",
-    fingers: int = N_FINGERS,
-    errors: int = N_ERRORS,
-    tips_mm: FloatArray = TIPS_MM,
-) -> BiasCurves:
-    """Simulate Table 3 at each μ: touches by the layer's contact, read by another model with both calibrations.
-
-    Parameters
-    ----------
-    moduli_MPa : sequence of float
-        Shear moduli.
-    read_by : str
-        Contact model of the reader.
-    fingers, errors : int
-        Simulated fingers with their calibrations and noise, and draws of model error for each. The same at every μ,
-        so that the curves are smooth.
-    tips_mm : (tips,) array
-        Indenter radii.
-    """
-    calibrated = [PaperFinger.of(simulated(0.1, seed)) for seed in range(fingers)]
-    wrong = np.array([[_model_errors([seed, c], errors) for c in range(2)] for seed in range(fingers)])
-    shape = (len(moduli_MPa), 2, fingers * errors, len(tips_mm))
-    tables, spread = np.empty(shape), np.empty(shape[:3])
-    for i, modulus in enumerate(moduli_MPa):
-        for seed, finger in enumerate(calibrated):
-            touches = simulated(float(modulus), seed, tips_mm=tips_mm).dataset.touches.averaged()
-            assert touches.angle_deg is not None
-            kept = touches.angle_deg < LOCATIONS_DEG[-1] + 0.5
-            clean = touches.readings[kept]
-            for c, calibration in enumerate(CALIBRATIONS):
-                reader = finger.reader(calibration, read_by, float(modulus))
-                for e in range(errors):
-                    off = np.tile(wrong[seed, c, e], (len(tips_mm), 1)) * DESIGN.peak_reading
-                    found = fit_many_touches(reader, clean + off)
-                    by_tip = found.indenter_radius_mm.reshape(len(tips_mm), len(LOCATIONS_DEG))
-                    row = seed * errors + e
-                    tables[i, c, row] = composite_radius(by_tip.mean(axis=1), R_B)
-                    within = composite_radius(by_tip, R_B).std(axis=1)
-                    spread[i, c, row] = np.sqrt(np.mean(within**2))
-    centred = tables - tables.mean(axis=2, keepdims=True)
-    covariance = np.einsum("kcnt,kcnu->kctu", centred, centred) / max(shape[2] - 1, 1)
-    return BiasCurves(
-        np.asarray(moduli_MPa, dtype=float),
-        tables.mean(axis=2),
-        covariance,
-        shape[2],
-        np.sqrt((spread**2).mean(axis=2)),
-    )
-
-
 def _model_errors(seed: list[int], count: int) -> FloatArray:
     """Draws of model error as a share of the peak, (count, locations, elements); the seed ends in the calibration."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng([*seed, 3])
     share = MISFIT_PERCENT[CALIBRATIONS[seed[-1]]] / 100
     return share * np.array([model_error(DESIGN.element_angles_deg, LOCATIONS_DEG, rng) for _ in range(count)])
