@@ -65,7 +65,7 @@ class Annulus:
     @cached_property
     def gradients(self) -> tuple[np.ndarray, np.ndarray]:
         """Cartesian gradients of the shape functions (elements, points, 9, 2), and areas (elements, points)."""
-        theta, r = self.basis.global_coordinates().value
+        theta, r = np.asarray(self.basis.global_coordinates())
         local = np.stack([shape[0].grad for shape in self.basis.basis])  # (9, 2, elements, points)
         by_theta, by_r = local[:, 0] / r, local[:, 1]
         cos, sin = np.cos(theta), np.sin(theta)
@@ -83,7 +83,7 @@ class Annulus:
     @cached_property
     def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Surface: points (2, f, q), lengths (f, q), shape functions (f, q, 9), unknowns (f, 18)."""
-        theta, r = self.surface.global_coordinates().value
+        theta, r = np.asarray(self.surface.global_coordinates())
         shapes = np.stack([shape[0].value for shape in self.surface.basis]).transpose(1, 2, 0)
         return (
             np.stack([r * np.cos(theta), r * np.sin(theta)]),

@@ -118,7 +118,7 @@ def predictions(posterior: ModulusPosterior, moduli: np.ndarray) -> tuple[list[B
 
 def print_table_3(curves: BiasCurves, posterior: ModulusPosterior) -> tuple[dict[str, float], dict[str, float]]:
     """Hertz columns printed and predicted; rms differences in R and r_c."""
-    found = curves.at(posterior.mean_MPa)[0]
+    found = curves.means(posterior.mean_MPa)[0]
     print(f"\nTable 3, Hertz columns: r_c (mm) printed and predicted at μ = {posterior.mean_MPa:.4f} MPa")
     print(f"{'actual':>8s}" + "".join(f"{c + ' printed':>20s}{'predicted':>11s}" for c in CALIBRATIONS))
     columns = [
@@ -138,10 +138,11 @@ def picture(folder: Path, curves: BiasCurves, found: Findings) -> None:
     drawn, (left, middle, right) = figure(3)
     truth = composite_radius(TIPS_MM, R_B)
     for modulus in (0.03, 0.1, 0.3):
-        left.plot(truth, curves.at(modulus)[0][0], color="0.75", lw=1)
-        left.annotate(f"{modulus:g} MPa", (truth[-1], curves.at(modulus)[0][0, -1]), fontsize=7, color="0.4")
-    mean, covariance = curves.at(found.posterior.mean_MPa)
-    left.errorbar(truth, mean[0], np.sqrt(covariance[0].diagonal()), color="C0", label="predicted, model calibration")
+        read = curves.means(modulus)[0, 0]
+        left.plot(truth, read, color="0.75", lw=1)
+        left.annotate(f"{modulus:g} MPa", (truth[-1], read[-1]), fontsize=7, color="0.4")
+    mean, covariance = curves.means(found.posterior.mean_MPa), curves.covariance(found.posterior.mean_MPa, [0], [0])
+    left.errorbar(truth, mean[0, 0], np.sqrt(covariance.diagonal()), color="C0", label="predicted, model calibration")
     for mark, calibration in zip("os", CALIBRATIONS, strict=True):
         left.plot(truth, printed("hertz", calibration), mark, label=f"printed, {calibration}")
     left.plot(truth, truth, ":", color="0.5")
@@ -173,7 +174,7 @@ def main(small: bool = False, folder: Path | None = None) -> Findings:
     print("Shear modulus (MPa) from the Hertz columns of Table 3: mean, 90 % interval, extra sd of a printed mean")
     for name, p in {**by_column, "both": posterior}.items():
         low, high = p.interval()
-        print(f"  {name:10s} {p.mean_MPa:.4f}   {low:.4f} to {high:.4f}   {p.extra_sd_mm:.2f} mm")
+        print(f"  {name:10s} {p.mean_MPa:.4f}   {low:.4f} to {high:.4f}   {p.extra_sd:.2f} mm")
     in_r, in_r_c = print_table_3(curves, posterior)
     rows, needs = predictions(posterior, SMALL_MODULI if small else MODULI)
     print("\nPredicted with that posterior and nothing else fitted")

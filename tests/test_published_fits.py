@@ -20,7 +20,14 @@ from bayestouch.reliability.paper_finger import (
     model_error,
     simulated,
 )
-from bayestouch.reliability.published_fits import R_B, BiasCurves, bias_curves, infer_from_table_3, printed
+from bayestouch.reliability.published_fits import (
+    R_B,
+    BiasCurves,
+    bias_curves,
+    columns,
+    infer_from_table_3,
+    printed,
+)
 from bayestouch.reliability.published_predictions import (
     distinguished_radius,
     flat_from_edge_noise,
@@ -96,7 +103,7 @@ def test_model_error_is_what_the_paper_left_over() -> None:
 
 
 def test_softer_rubber_is_read_sharper_by_hertz() -> None:
-    means = curves().means
+    means = curves().tables.mean(axis=1)[:, 0]
     assert np.all(np.diff(means[:, :, 3:], axis=0) > 0)
     truth = composite_radius(TIPS_MM, R_B)
     assert np.all(means[0, :, 3:] < 0.75 * truth[3:])
@@ -105,12 +112,16 @@ def test_softer_rubber_is_read_sharper_by_hertz() -> None:
 @pytest.mark.parametrize("modulus", [0.05, 0.12])
 def test_modulus_of_a_simulated_table_is_found(modulus: float) -> None:
     """Tables drawn from the emulator: the truth is in the 90 % interval about that often."""
-    means, covariance = curves().at(np.array([modulus]))
+
+    def emulator(moduli: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return columns(curves().means(moduli), [0], [0, 1]), curves().covariance(moduli, [0], [0, 1])
+
+    means, covariance = emulator(np.array([modulus]))
     rng = np.random.default_rng(1)
     inside = 0
     for _ in range(40):
-        table = np.array([rng.multivariate_normal(m, c) for m, c in zip(means[0], covariance[0], strict=True)])
-        posterior = infer_modulus(table, curves().at, (0.03, 0.25), tau_scale_mm=0.05)
+        table = rng.multivariate_normal(means[0], covariance[0])
+        posterior = infer_modulus(table, emulator, (0.03, 0.25), tau_scale=0.05)
         low, high = posterior.interval(0.9)
         inside += low <= modulus <= high
     # 36 expected; the prior of τ makes intervals a little wide. Below 31 has a chance of 1 %.
@@ -121,7 +132,7 @@ def test_table_3_wants_a_soft_rubber() -> None:
     posterior = infer_from_table_3(curves())
     low, high = posterior.interval()
     assert 0.035 < low < 0.054 < high < 0.08
-    predicted = curves().at(posterior.mean_MPa)[0]
+    predicted = curves().means(posterior.mean_MPa)[0]
     assert np.sqrt(np.mean((predicted[0] - printed("hertz", "model")) ** 2)) < 0.4
 
 

@@ -78,6 +78,7 @@ class EffectList:
             content: dict[str, Any] = json.loads(text)
             raw = dict(content["setting"])
             raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
+            raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
             raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
             setting, names, noise = Setting(**raw), list(content["names"]), dict(content["noise"])
         except (ValueError, KeyError, TypeError) as error:

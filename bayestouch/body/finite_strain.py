@@ -18,7 +18,7 @@ change of length of a radial line). They differ by half the square of the shear,
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Literal
 
@@ -33,14 +33,14 @@ Measure = Literal["projected", "stretch"]
 MEASURES: tuple[Measure, Measure] = ("projected", "stretch")
 DATA = Path(__file__).parent / "data" / "finite_strain.npz"
 CORE_RADIUS_MM, OUTER_RADIUS_MM, POISSON_RATIO = 9.4, 12.7, 0.46
-# Knots between which responses are linear: 2e-4 of the peak from the spline through the solved ones.
-KNOTS, ANGLES = 24, 256
+# Interpolation is linear between these: together off by 3e-4 of the peak from splines and cosines.
+KNOTS, ANGLES = 48, 1024
 LOAD_SCALE_MM, RADIUS_SCALE_MM = 1.0, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteStrainTable:
-    """Cosine coefficients of the added response.
+    """The added response as a short sum of shapes over angle and depth, ``D = Σ_j a_j(P/μ, R) D_j(r_s, φ)``.
 
     Attributes
     ----------
@@ -50,15 +50,18 @@ class FiniteStrainTable:
         Composite radii R; the first is the paper's edge.
     sensing_radius_mm : (s,) array
         Sensing radii r_s, core first.
-    coefficients : (p, q, s, k) array
-        ``D(φ) = c_0 + 2 Σ c_k cos kφ``: response at φ from the touch that finite strain adds, over the linear peak
-        response to a knife edge of the same load. Zero at no load.
+    amplitudes : (p, q, n) array
+        ``a_j``; zero at no load.
+    shapes : (n, s, k) array
+        Cosine coefficients of ``D_j(φ) = c_0 + 2 Σ c_k cos kφ``. D is the response at φ from the touch that finite
+        strain adds, over the linear peak response to a knife edge of the same load.
     """
 
     load_over_modulus_mm: FloatArray
     radius_mm: FloatArray
     sensing_radius_mm: FloatArray
-    coefficients: FloatArray
+    amplitudes: FloatArray
+    shapes: FloatArray
 
     @classmethod
     def load(cls, measure: Measure = "projected") -> FiniteStrainTable:
@@ -66,6 +69,20 @@ class FiniteStrainTable:
         if measure not in MEASURES:
             raise InputError(f"unknown measure of strain {measure!r}; expected one of {', '.join(MEASURES)}")
         return _loaded(measure)
+
+    @property
+    def coefficients(self) -> FloatArray:
+        """Cosine coefficients of the added response, (p, q, s, k)."""
+        return np.tensordot(self.amplitudes, self.shapes, 1)
+
+    @cached_property
+    def knots(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Knots in ``log(1 + P/μ)`` and ``log(1 + R)``, and amplitudes there by cubic splines."""
+        from scipy.interpolate import CubicSpline
+
+        load, radius = _knots(self.load_over_modulus_mm, LOAD_SCALE_MM), _knots(self.radius_mm, RADIUS_SCALE_MM)
+        at = CubicSpline(self.load_over_modulus_mm, self.amplitudes, axis=0)(np.expm1(load) * LOAD_SCALE_MM)
+        return load, radius, CubicSpline(self.radius_mm, at, axis=1)(np.expm1(radius) * RADIUS_SCALE_MM)
 
     def for_elements(self, sensing_radius_mm: ArrayLike) -> FiniteStrainResponse:
         """Interpolator for elements at `sensing_radius_mm` (m,).
@@ -81,36 +98,29 @@ class FiniteStrainTable:
         low, high = self.sensing_radius_mm[0], self.sensing_radius_mm[-1]
         if not np.all((radii >= low) & (radii <= high)):
             raise InputError(f"finite strain is tabulated for sensing radii from {low:g} to {high:g} mm")
-        at = CubicSpline(self.sensing_radius_mm, self.coefficients, axis=2)(radii)
-        load, radius = _knots(self.load_over_modulus_mm, LOAD_SCALE_MM), _knots(self.radius_mm, RADIUS_SCALE_MM)
-        at = CubicSpline(self.load_over_modulus_mm, at, axis=0)(np.expm1(load) * LOAD_SCALE_MM)
-        at = CubicSpline(self.radius_mm, at, axis=1)(np.expm1(radius) * RADIUS_SCALE_MM)
-        modes = np.arange(at.shape[-1])
-        by_element = np.moveaxis(at, 2, 0)
-        return FiniteStrainResponse(
-            load,
-            radius,
-            np.fft.irfft(by_element, n=ANGLES) * ANGLES,
-            np.fft.irfft(1j * modes * by_element, n=ANGLES) * (2 * np.pi),
-        )
+        at = CubicSpline(self.sensing_radius_mm, self.shapes, axis=1)(radii)
+        shapes = np.moveaxis(np.fft.irfft(at, n=ANGLES) * ANGLES, 0, -1)
+        return FiniteStrainResponse(*self.knots, np.ascontiguousarray(shapes))
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteStrainResponse:
-    """Added response of every element: linear between knots of load and radius, cubic in angle.
+    """Added response of every element: linear between knots of load, radius and angle.
 
     Attributes
     ----------
     loads, radii : (a,), (b,) arrays
         Knots, equally spaced in ``log(1 + P/μ)`` and ``log(1 + R)`` (mm).
-    values, slopes : (m, a, b, n_angles) arrays
-        Added response, and its derivative times the spacing of the angles.
+    amplitudes : (a, b, n) array
+        Amplitudes of the shapes.
+    shapes : (m, n_angles, n) array
+        Shapes around each element.
     """
 
     loads: FloatArray
     radii: FloatArray
-    values: FloatArray
-    slopes: FloatArray
+    amplitudes: FloatArray
+    shapes: FloatArray
 
     def __call__(self, load_over_modulus_mm: ArrayLike, radius_mm: ArrayLike, angle: ArrayLike) -> FloatArray:
         """Added response over the linear peak response to a knife edge of the same load.
@@ -126,33 +136,26 @@ class FiniteStrainResponse:
         -------
         (..., m) array
         """
-        m, n_loads, n_radii, n_angles = self.values.shape
+        m, n_angles, n = self.shapes.shape
         row, up = _place(load_over_modulus_mm, LOAD_SCALE_MM, self.loads)
         column, right = _place(radius_mm, RADIUS_SCALE_MM, self.radii)
+        place, across = row * len(self.radii) + column, right[..., None]
+        amplitudes = self.amplitudes.reshape(-1, n)
+        lower, upper = (
+            (1 - across) * amplitudes[start] + across * amplitudes[start + 1]
+            for start in (place, place + len(self.radii))
+        )
+        amplitude = lower + up[..., None] * (upper - lower)
         turn = np.asarray(angle, dtype=float) * (n_angles / (2 * np.pi))
         node = np.floor(turn)
-        t = turn - node
         first = node.astype(np.int64) & (n_angles - 1)
-        second = (first + 1) & (n_angles - 1)
-        s = 1 - t
-        weights = (s * s * (1 + 2 * t), t * t * (1 + 2 * s), s * s * t, -t * t * s)
-        values, slopes = self.values.ravel(), self.slopes.ravel()
-        base = ((np.arange(m) * n_loads + row[..., None]) * n_radii + column[..., None]) * n_angles
+        element, shapes = np.arange(m) * n_angles, self.shapes.reshape(-1, n)
 
-        def at(start: NDArray[np.int64]) -> FloatArray:
-            i, j = start + first, start + second
-            return np.asarray(
-                weights[0] * values.take(i)
-                + weights[1] * values.take(j)
-                + weights[2] * slopes.take(i)
-                + weights[3] * slopes.take(j)
-            )
+        def at(index: NDArray[np.int64]) -> FloatArray:
+            return np.asarray((shapes.take(element + index, axis=0) @ amplitude[..., None])[..., 0])
 
-        up, right = up[..., None], right[..., None]
-        below, above = base, base + n_radii * n_angles
-        lower = (1 - right) * at(below) + right * at(below + n_angles)
-        upper = (1 - right) * at(above) + right * at(above + n_angles)
-        return np.asarray((1 - up) * lower + up * upper)
+        before = at(first)
+        return np.asarray(before + (turn - node) * (at((first + 1) & (n_angles - 1)) - before))
 
 
 def finite_strain_correction(
@@ -184,26 +187,29 @@ def finite_strain_correction(
     return FiniteStrainTable.load(measure).for_elements(sensing_radius_mm)(load_over_modulus_mm, radius_mm, angle)
 
 
-def check_finger(core_radius_mm: float, outer_radius_mm: float, poisson_ratio: float) -> None:
-    """Raise `InputError` unless this is the finger of the table (radii to 0.02 mm, σ from 0.40 to 0.49)."""
-    off = max(abs(core_radius_mm - CORE_RADIUS_MM), abs(outer_radius_mm - OUTER_RADIUS_MM))
-    if off > 0.02 or not 0.40 <= poisson_ratio <= 0.49:
+def is_tabulated(core_radius_mm: float, outer_radius_mm: float) -> bool:
+    """Whether this is the finger of the table, to 0.02 mm."""
+    return max(abs(core_radius_mm - CORE_RADIUS_MM), abs(outer_radius_mm - OUTER_RADIUS_MM)) <= 0.02
+
+
+def check_finger(core_radius_mm: float, outer_radius_mm: float) -> None:
+    """Raise `InputError` unless this is the finger of the table."""
+    if not is_tabulated(core_radius_mm, outer_radius_mm):
         raise InputError(
-            f"finite strain is tabulated for r_a {CORE_RADIUS_MM:g} mm, r_b {OUTER_RADIUS_MM:g} mm and σ "
-            f"{POISSON_RATIO:g} alone; this finger has {core_radius_mm:g} mm, {outer_radius_mm:g} mm and "
-            f"{poisson_ratio:g}"
+            f"finite strain is tabulated for r_a {CORE_RADIUS_MM:g} mm and r_b {OUTER_RADIUS_MM:g} mm alone; "
+            f"this finger has {core_radius_mm:g} mm and {outer_radius_mm:g} mm"
         )
 
 
 @lru_cache(maxsize=2)
 def _loaded(measure: Measure) -> FiniteStrainTable:
     with np.load(DATA, allow_pickle=False) as held:
-        scale = held[f"{measure}_scale"]
         return FiniteStrainTable(
-            held["load_over_modulus_mm"],
-            held["radius_mm"],
-            held["sensing_radius_mm"],
-            held[measure].astype(float) * scale,
+            load_over_modulus_mm=held["load_over_modulus_mm"],
+            radius_mm=held["radius_mm"],
+            sensing_radius_mm=held["sensing_radius_mm"],
+            amplitudes=held[f"{measure}_amplitudes"],
+            shapes=held[f"{measure}_shapes"],
         )
 
 

@@ -99,9 +99,11 @@ class FingerChain:
 
     @cached_property
     def added_by_finite_strain(self) -> FiniteStrainResponse:
-        """What large strain adds to `table` at full share."""
-        check_finger(self.core_radius_mm, self.outer_radius_mm, self.poisson_ratio)
-        return FiniteStrainTable.load().for_elements(self.sensing_radius_mm)
+        """What large strain adds to `table` at full share; elements beyond its depths count as at its ends."""
+        check_finger(self.core_radius_mm, self.outer_radius_mm)
+        table = FiniteStrainTable.load()
+        ends = table.sensing_radius_mm[[0, -1]]
+        return table.for_elements(np.clip(self.sensing_radius_mm, *ends))
 
     @property
     def gain(self) -> FloatArray:
@@ -127,13 +129,16 @@ class FingerChain:
         """
         load = np.asarray(load, dtype=float)
         kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
+        shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
+        linear = np.asarray(self.offset + self.response * load[..., None] * shape)
+        return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Readings that finite strain adds to touches as those of `predict`, (..., n_elements)."""
+        load = np.asarray(load, dtype=float)
         turn = self.angle - np.asarray(angle)[..., None]
-        shape = self.table(kappa, turn)
-        if self.finite_strain:
-            shape = shape + self.finite_strain * self.added_by_finite_strain(
-                load / 1000 / self.shear_modulus_MPa, radius_mm, turn
-            )
-        return np.asarray(self.offset + self.response * load[..., None] * shape)
+        added = self.added_by_finite_strain(load / 1000 / self.shear_modulus_MPa, radius_mm, turn)
+        return np.asarray(self.finite_strain * self.response * load[..., None] * added)
 
     def with_(self, **changes: object) -> FingerChain:
         """The same finger with some values changed; keeps the solved contact where it is not concerned."""

@@ -202,6 +202,7 @@ class DiagnosisData:
             span_s=float(np.ptp(self.time_s)),
             time_unit=self.unit,
             loads_vary=finger or _vary(table.load[table.in_contact]),
+            radii_mm=(body.core_radius_mm, body.outer_radius_mm) if isinstance(body, Finger) else (0.0, 0.0),
         )
 
 

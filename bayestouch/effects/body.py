@@ -8,6 +8,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.body.finite_strain import is_tabulated
+from bayestouch.chain.finger import FingerChain
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.parameters import LogNormal, Normal, Uniform
 from bayestouch.recording import Recording
@@ -64,3 +66,30 @@ class SoftSpot(Effect):
         share, width, *centre = values
         squares = np.sum([(p - c) ** 2 for p, c in zip(recording.place, centre, strict=True)], axis=0)
         return np.asarray(recording.signal * (1 + share * np.exp(-0.5 * squares / width**2))[:, None])
+
+
+@dataclass(frozen=True)
+class FiniteStrain(Effect):
+    """Rubber strained so far that doubling the load does not double the strain.
+
+    What a neo-Hookean annulus adds to the linear one, by a finite-element table of the paper's finger: `share` of it, 0
+    for linear rubber and 1 for neo-Hookean rubber of the finger's shear modulus.
+
+    Reference: `bayestouch.body.finite_strain`.
+    """
+
+    parameters: tuple[EffectParameter, ...] = (
+        EffectParameter("share", "", "share of what a neo-Hookean rubber adds", Uniform(-0.5, 2.0), (0.1,), 0.0),
+    )
+
+    name: ClassVar[str] = "finite_strain"
+    stage: ClassVar[Stage] = "body"
+    summary: ClassVar[str] = "strain that is not in proportion to the load"
+    mixes: ClassVar[bool] = False
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        return cls() if setting.finger and is_tabulated(*setting.radii_mm) else None
+
+    def finger(self, chain: FingerChain, values: Values) -> FingerChain:
+        return chain.with_(finite_strain=values[0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.metadata import entry_points
 
-from bayestouch.effects.body import SoftSpot
+from bayestouch.effects.body import FiniteStrain, SoftSpot
 from bayestouch.effects.contact import BluntEdge, RigidCore, TangentialLoad
 from bayestouch.effects.effect import STAGES, Effect, Setting
 from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximity
@@ -26,6 +26,7 @@ _BUILT_IN: tuple[type[Effect], ...] = (
     TangentialLoad,
     LoadNonlinearity,
     SoftSpot,
+    FiniteStrain,
     Aperture,
     Crosstalk,
     ChannelLag,

@@ -49,6 +49,8 @@ class Setting:
         ``"s"``, or ``"touch"`` where times are not known and the order of rows stands for them.
     loads_vary : bool
         Whether loads were measured and differ; where they do not, an error of the load is one of the gain.
+    radii_mm : tuple of (float, float)
+        ``r_a`` and ``r_b`` of a finger; zeros on a pad.
     """
 
     finger: bool
@@ -64,6 +66,7 @@ class Setting:
     span_s: float
     time_unit: str = "s"
     loads_vary: bool = True
+    radii_mm: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)

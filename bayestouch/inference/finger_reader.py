@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.chain.finger import FingerChain
 from bayestouch.indenter_priors import IndenterPrior, UniformRadius
 from bayestouch.inference.indenter_coordinate import IndenterCoordinate
 from bayestouch.inference.reading_table import ReadingTable
@@ -185,6 +186,8 @@ class FingerPosterior:
             rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
             rows *= load.astype(np.float32).reshape(-1, 1)
             rows = rows.reshape(*load.shape, -1)
+            if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
+                rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
             rows = self._affected(rows, angle, load, blocks)
             rows -= readings.astype(np.float32)
             difference, whitener = rows, whitener.astype(np.float32)
