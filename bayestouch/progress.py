@@ -14,6 +14,8 @@ def progress_bar(label: str, quiet: bool) -> Iterator[Progress]:
     """A bar with the time left on standard error, after two seconds; nothing where `quiet` or no terminal."""
     from tqdm import tqdm
 
+    # Without its watching thread, which would keep this process from being forked safely.
+    tqdm.monitor_interval = 0
     layout = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} so far, {remaining} left"
     with tqdm(total=1.0, desc=label, delay=2.0, disable=quiet or None, leave=False, bar_format=layout) as bar:
 

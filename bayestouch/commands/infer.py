@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import seeded, spoken
+from bayestouch.commands.options import clustered, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
 from bayestouch.progress import progress_bar
 
@@ -33,6 +33,7 @@ from bayestouch.progress import progress_bar
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
 @click.option("--thin", type=click.IntRange(min=1), default=1, help="Save every so many-th draw. [default: all]")
 @click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, no draws.")
+@clustered
 @seeded
 @spoken
 def infer(
@@ -48,6 +49,7 @@ def infer(
     draws: int,
     thin: int,
     summary_only: bool,
+    scheduler: str | None,
     seed: int,
     quiet: bool,
     as_json: bool,
@@ -79,8 +81,8 @@ def infer(
     calibrated = load_calibration(calibration)
     try:
         with progress_bar("infer", quiet) as advance:
-            # the table is not kept here, so that blocks of it can go as they are read
-            infer_to_file(read_touches(touches, calibrated.sensor), calibrated, output, options, progress=advance)
+            table = read_touches(touches, calibrated.sensor)
+            infer_to_file(table, calibrated, output, options, scheduler=scheduler, progress=advance)
     except KeyboardInterrupt:
         raise Interrupted("the same command goes on from here") from None
     stats, notes = load_grades(output)

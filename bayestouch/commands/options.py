@@ -20,6 +20,16 @@ def seeded(command: Command) -> Command:
     )
 
 
+def clustered(command: Command) -> Command:
+    """`--scheduler`, for verbs whose work can be shared out."""
+    return click.option(
+        "--scheduler",
+        metavar="ADDRESS",
+        default=None,
+        help="Scheduler of a Dask cluster that does the work, such as tcp://10.0.0.5:8786. [default: this machine]",
+    )(command)
+
+
 def spoken(command: Command) -> Command:
     """`--quiet` and `--json`, for every verb."""
     quiet = click.option("--quiet", is_flag=True, help="No progress and no summary.")

@@ -7,7 +7,7 @@ from pathlib import Path
 from bayestouch.errors import InputError
 from bayestouch.indenter_priors import IndenterPrior
 from bayestouch.inference.options import Kept, Options
-from bayestouch.inference.run import TouchRun, fingerprint, read_in_memory, read_to_file
+from bayestouch.inference.run import Hands, TouchRun, fingerprint, own_hands, read_in_memory, read_to_file
 from bayestouch.posterior import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
@@ -33,6 +33,7 @@ def infer(
     output: str | Path | None = None,
     seed: int = 0,
     workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> TouchPosteriors:
     """Posterior of every touch: on a finger r_c, R, θ_c and P; on a pad x, y and P.
@@ -74,22 +75,25 @@ def infer(
         Seed of every random number; a touch's draws depend on it and on the touch's place in the table alone.
     workers : int, optional
         Processes; as many as there are cores by default. The result does not depend on it.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster that reads the blocks instead of this machine, such as
+        ``tcp://10.0.0.5:8786``. The result is the same.
     progress : callable, optional
         Called with the fraction done.
 
     Raises
     ------
     InputError
-        If the table does not fit the calibrated sensor or no row is in contact, or the output cannot be written.
+        If the table does not fit the calibrated sensor or no row is in contact, the output cannot be written, or the
+        cluster cannot be reached.
     """
-    options = Options(
-        indenter, plug_in, use_load, check_sensor, each_sample, method, Kept(draws, thin, summary_only), seed
-    )
+    kept = Kept(draws, thin, summary_only, summarised=output is not None)
+    options = Options(indenter, plug_in, use_load, check_sensor, each_sample, method, kept, seed)
     if output is not None:
-        infer_to_file(touches, calibration, output, options, workers=workers, progress=progress)
+        infer_to_file(touches, calibration, output, options, workers=workers, scheduler=scheduler, progress=progress)
         return load_touches(output)
     options.check(touches, calibration)
-    return read_in_memory(_run(touches, calibration, options, workers), options.kept, progress)
+    return read_in_memory(_run(touches, calibration, options), kept, _hands(workers, scheduler), progress)
 
 
 def infer_to_file(
@@ -99,6 +103,7 @@ def infer_to_file(
     options: Options,
     *,
     workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> None:
     """Write the posterior of every touch to a file, block by block; as `infer`, which then opens it."""
@@ -107,23 +112,24 @@ def infer_to_file(
         raise InputError("expected the name of a file to write, this is a folder", file=path)
     options.check(touches, calibration)
     mark = fingerprint(touches, calibration, options)
-    run = _run(touches, calibration, options, workers)
+    run = _run(touches, calibration, options)
     del touches  # where nobody else holds the table, its memory is free from here on
-    read_to_file(run, options.kept, path, mark, progress)
+    read_to_file(run, options.kept, _hands(workers, scheduler), path, mark, progress)
 
 
-def _run(touches: Touches, calibration: Calibration, options: Options, workers: int | None) -> TouchRun:
+def _hands(workers: int | None, scheduler: str | None) -> Hands:
+    if scheduler is None:
+        return own_hands(workers)
+    from bayestouch.inference.cluster import hands_of_cluster
+
+    return hands_of_cluster(scheduler)
+
+
+def _run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
     if isinstance(calibration.sensor.body, Finger):
         from bayestouch.inference.finger import finger_run
 
-        return finger_run(touches, calibration, options, workers)
+        return finger_run(touches, calibration, options)
     from bayestouch.inference.pad import pad_run
 
-    return pad_run(
-        touches,
-        calibration,
-        plug_in=options.plug_in,
-        use_load=options.use_load,
-        draws=options.kept.draws,
-        seed=options.seed,
-    )
+    return pad_run(touches, calibration, options)

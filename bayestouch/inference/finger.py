@@ -24,6 +24,7 @@ from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
 from bayestouch.inference.options import Options
 from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.inference.run import TouchRun, rows_of_blocks
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
@@ -37,21 +38,27 @@ ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
-class FingerRun:
-    """Touches on a finger that are ready to be read. A `TouchRun`.
+class FingerTouches:
+    """A block of touches: averaged, and the same as the posterior wants them."""
+
+    means: TouchMeans
+    readings: TouchReadings
+
+    def select(self, index: NDArray[np.int64]) -> FingerTouches:
+        """Some of the touches."""
+        return FingerTouches(_select(self.means, index), self.readings.select(index))
+
+
+@dataclass(frozen=True, eq=False)
+class FingerBlocks:
+    """A calibrated finger that is ready to read touches. A `bayestouch.inference.run.BlockReader`.
 
     Attributes
     ----------
     calibration : Calibration
         The calibrated sensor.
-    means : TouchMeans
-        The touches, averaged.
-    readings : TouchReadings
-        The same as the posterior wants them.
     task : DrawTask
         Sensor, priors and how to draw.
-    workers : int or None
-        Threads.
     affected : AffectedChain or None
         Effects of the calibration.
     settings, notes
@@ -59,25 +66,16 @@ class FingerRun:
     """
 
     calibration: Calibration
-    means: TouchMeans
-    readings: TouchReadings
     task: DrawTask
-    workers: int | None
     affected: AffectedChain | None
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
 
-    @property
-    def n_touches(self) -> int:
-        """How many touches."""
-        return self.means.n_touches
-
-    def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of some of the touches, which do not depend on the others."""
-        some = np.arange(start, stop)
-        readings = self.readings.select(some)
-        drawn = draw_all(self.task, readings, self.workers, progress, start)
-        means, priors, chain = _select(self.means, some), self.task.priors, self.task.chain
+    def read(self, block: FingerTouches, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of touches that are numbered from `first`, by so many processes."""
+        means, readings = block.means, block.readings
+        drawn = draw_all(self.task, readings, workers, progress, first)
+        priors, chain = self.task.priors, self.task.chain
         log_probability = drawn.pop(TIPS, None)
         draws = {name: drawn[name] for name in DRAWN}
         return TouchPosteriors(
@@ -93,7 +91,7 @@ class FingerRun:
         )
 
 
-def finger_run(touches: Touches, calibration: Calibration, options: Options, workers: int | None) -> FingerRun:
+def finger_run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
     """Make touches on a finger ready to be read."""
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
     typical = float(calibration.settings["typical_load"])
@@ -143,7 +141,12 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options, wor
         "version": bayestouch.__version__,
     }
     notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))
-    return FingerRun(calibration, means, readings, task, workers, affected, settings, notes)
+    whole = FingerTouches(means, readings)
+    return TouchRun(
+        FingerBlocks(calibration, task, affected, settings, notes),
+        means.n_touches,
+        lambda size: map(whole.select, rows_of_blocks(means.n_touches, size)),
+    )
 
 
 def _select(means: TouchMeans, index: NDArray[np.int64]) -> TouchMeans:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,6 +21,7 @@ from bayestouch.inference.finger_reader import (
     noise_whitener,
 )
 from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.inference.spread import cores, may_fork, shared_empty, spread_out
 from bayestouch.noise import Noise
 from bayestouch.progress import Progress
 from bayestouch.radius_prior import RadiusOfTips
@@ -91,8 +89,8 @@ def draw_all(
 ) -> Drawn:
     """Draws and grades of all touches, by public name; the last axis is the touch.
 
-    Threads draw pieces side by side: they share the table and write into one result, and numpy computes without
-    Python's lock. The few touches that are not good at the first go are drawn again together, however scattered.
+    Pieces are drawn side by side, see `bayestouch.inference.spread`. The few touches that are not good at the first go
+    are drawn again together, however scattered.
 
     Parameters
     ----------
@@ -101,7 +99,7 @@ def draw_all(
     touches : TouchReadings
         The touches.
     workers : int, optional
-        Threads; as many as there are cores by default. The result does not depend on it.
+        How many draw at once; as many as there are cores by default. The result does not depend on it.
     progress : callable, optional
         Called with the share of the work done.
     first : int
@@ -112,25 +110,30 @@ def draw_all(
     dict
         ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m): (chain, draw, t); grades: (t,); `TIPS`: (k, t).
     """
-    t = touches.n_touches
-    out: Drawn = {name: np.empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN}
-    out |= {name: np.empty(t) for name in GRADES}
+    t, workers = touches.n_touches, cores(workers)
+    empty = np.empty if workers == 1 or not may_fork() else shared_empty
+    out: Drawn = {name: empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN}
+    out |= {name: empty((t,)) for name in GRADES}
     if isinstance(task.priors.radius, RadiusOfTips):
-        out[TIPS] = np.empty((task.priors.radius.n_alternatives, t))
+        out[TIPS] = empty((task.priors.radius.n_alternatives, t))
     # Round 0 is importance sampling.
     start = 0 if task.method == "importance" else 1
 
-    def draw(rows: IntArray, rounds: tuple[int, int]) -> Drawn:
-        return draw_touches(task, touches.select(rows), first + rows, rounds)
+    def draw(piece: tuple[IntArray, bool]) -> tuple[IntArray, Drawn]:
+        rows, again = piece
+        drawn = draw_touches(task, touches.select(rows), first + rows, (start + 1, 3) if again else (start, start))
+        if again:
+            return rows, drawn
+        for name, values in drawn.items():
+            out[name][..., rows[0] : rows[-1] + 1] = values
+        return rows, {}
 
-    with _spread(workers) as spread:
-        for rows, drawn in spread(lambda rows: draw(rows, (start, start)), np.arange(t), PIECE):
-            for name, values in drawn.items():
-                out[name][..., rows[0] : rows[-1] + 1] = values
+    with spread_out(draw, workers) as spread:
+        for rows, _ in spread([(rows, False) for rows in _pieces(np.arange(t), PIECE)]):
             if progress is not None:
                 progress((rows[-1] + 1) / t)
         poor = np.flatnonzero(out["grade"] == 0)
-        for rows, drawn in spread(lambda rows: draw(rows, (start + 1, 3)), poor, PIECE_AGAIN):
+        for rows, drawn in spread([(rows, True) for rows in _pieces(poor, PIECE_AGAIN)]):
             # Chains replace poor weights even where they are poor themselves: they at least tell what they missed.
             better = (drawn["grade"] > 0) | (drawn["ess_bulk"] > out["ess_bulk"][rows]) | (start == 0)
             for name, values in drawn.items():
@@ -138,24 +141,9 @@ def draw_all(
     return out
 
 
-Spread = Callable[[Callable[[IntArray], Drawn], IntArray, int], Iterator[tuple[IntArray, Drawn]]]
-
-
-@contextmanager
-def _spread(workers: int | None) -> Iterator[Spread]:
-    """Give a function that maps another over pieces of rows, and yields rows and results in order."""
-    workers = (os.cpu_count() or 1) if workers is None else workers
-    pool = ThreadPoolExecutor(workers) if workers > 1 else None
-
-    def spread(function: Callable[[IntArray], Drawn], rows: IntArray, size: int) -> Iterator[tuple[IntArray, Drawn]]:
-        pieces = [rows[start : start + size] for start in range(0, len(rows), size)]
-        yield from zip(pieces, map(function, pieces) if pool is None else pool.map(function, pieces), strict=True)
-
-    try:
-        yield spread
-    finally:
-        if pool is not None:
-            pool.shutdown(cancel_futures=True)
+def _pieces(rows: IntArray, largest: int) -> list[IntArray]:
+    """Rows in pieces of about the same size, an even number of them; the pieces do not depend on who draws them."""
+    return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
 
 
 def draw_touches(task: DrawTask, touches: TouchReadings, numbers: IntArray, rounds: tuple[int, int]) -> Drawn:

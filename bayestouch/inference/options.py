@@ -23,11 +23,19 @@ class Kept:
         Of each chain every so many-th draw is kept.
     summary_only : bool
         No draw is kept.
+    summarised : bool
+        There are summaries, of all draws, even if every draw is kept.
     """
 
     draws: int = 1024
     thin: int = 1
     summary_only: bool = False
+    summarised: bool = True
+
+    @property
+    def everything(self) -> bool:
+        """Whether posteriors stay as they are drawn."""
+        return self.thin == 1 and not (self.summary_only or self.summarised)
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +13,12 @@ import bayestouch
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.errors import InputError
+from bayestouch.inference.options import Kept, Options
 from bayestouch.inference.pad_components import components_of
 from bayestouch.inference.pad_lattice import Lattice, lattice_for
 from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
 from bayestouch.inference.pad_reader import PadReader, PadTouches
+from bayestouch.inference.run import TouchRun, rows_of_blocks
 from bayestouch.parameters import Normal, Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
@@ -43,8 +44,8 @@ _THINNED = 200
 
 
 @dataclass(frozen=True, eq=False)
-class PadRun:
-    """Touches on a pad that are ready to be read. A `bayestouch.inference.run.TouchRun`.
+class PadBlocks:
+    """A calibrated pad that is ready to read touches. A `bayestouch.inference.run.BlockReader`.
 
     Attributes
     ----------
@@ -52,8 +53,6 @@ class PadRun:
         Of the pad.
     reader : PadReader
         What the calibration says of readings.
-    readings : PadReadings
-        The touches, averaged.
     draws, seed : int
         Draws of each touch in all, and the seed.
     settings, notes
@@ -62,25 +61,19 @@ class PadRun:
 
     calibration: Calibration
     reader: PadReader
-    readings: PadReadings
     draws: int
     seed: int
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
-
-    @property
-    def n_touches(self) -> int:
-        """How many touches."""
-        return self.readings.n_touches
 
     @cached_property
     def lattice(self) -> Lattice:
         """Places that are tried for every touch."""
         return lattice_for(self.reader)
 
-    def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of some of the touches, which do not depend on the others."""
-        reader, readings = self.reader, self.readings.select(np.arange(start, stop))
+    def read(self, block: PadReadings, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of touches that are numbered from `first`; one process does it."""
+        reader, readings = self.reader, block
         known = reader.touches(readings)
         names = (*COORDINATES[: reader.map.dimensions], "P")
         n, t = -(-self.draws // CHAINS), readings.n_touches
@@ -90,12 +83,12 @@ class PadRun:
         done = 0
         for index, parts, modes in _blocks(reader, known, self.lattice):
             result = sample_blocks(
-                lambda x, blocks: reader.log_density(known, x, blocks - start),
+                lambda x, blocks: reader.log_density(known, x, blocks - first),
                 parts,
                 walkers=CHAINS,
                 draws=n,
                 seed=self.seed,
-                blocks=start + index,
+                blocks=first + index,
                 demands=_demands(n),
             )
             for axis, name in enumerate(names):
@@ -130,7 +123,47 @@ class PadRun:
         )
 
 
-def pad_run(
+def pad_run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
+    """Make touches on a pad ready to be read.
+
+    In what is read, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
+    ``"reference_level"`` the probability of the smallest region (of highest density) that contains the reference
+    location, NaN where it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the
+    posterior mean of the readings. Without measured loads, loads are as uncertain as they varied in the calibration.
+
+    Raises
+    ------
+    InputError
+        The touches do not fit the calibration.
+    """
+    reader = PadReader.from_calibration(calibration, plug_in=options.plug_in)
+    if touches.n_elements != reader.map.n_elements:
+        raise InputError(f"expected readings of {reader.map.n_elements} elements, got {touches.n_elements}")
+    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+    readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
+    if not options.use_load:
+        readings = readings.without_load()
+    draws = options.kept.draws
+    settings: dict[str, str | float] = {
+        "body": "pad",
+        "kernel": calibration.settings["kernel"],
+        "samples": reader.samples,
+        "plug_in": float(options.plug_in),
+        "use_load": float(options.use_load),
+        "draws": float(draws),
+        "least_ess": _demands(-(-draws // CHAINS)).ess_bulk,
+        "seed": float(options.seed),
+        "version": bayestouch.__version__,
+    }
+    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings))))
+    return TouchRun(
+        PadBlocks(calibration, reader, draws, options.seed, settings, notes),
+        readings.n_touches,
+        lambda size: map(readings.select, rows_of_blocks(readings.n_touches, size)),
+    )
+
+
+def infer_pad(
     touches: Touches,
     calibration: Calibration,
     *,
@@ -138,64 +171,12 @@ def pad_run(
     use_load: bool = True,
     draws: int = 1000,
     seed: int = 0,
-) -> PadRun:
-    """Make touches on a pad ready to be read.
-
-    Parameters
-    ----------
-    touches : Touches
-        Touches to be read; reference locations are kept for comparison only.
-    calibration : Calibration
-        Of the pad.
-    plug_in : bool
-        Take the calibration as exact; by default what it leaves open adds to the variance of the readings.
-    use_load : bool
-        Use measured loads; without, loads are as uncertain as they varied in the calibration.
-    draws : int
-        Draws of each touch in all.
-    seed : int
-
-    Returns
-    -------
-    PadRun
-        In what it reads, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
-        ``"reference_level"`` the probability of the smallest region (of highest density) that contains the reference
-        location, NaN where it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the
-        posterior mean of the readings.
-
-    Raises
-    ------
-    InputError
-        The touches do not fit the calibration.
-    """
-    reader = PadReader.from_calibration(calibration, plug_in=plug_in)
-    if touches.n_elements != reader.map.n_elements:
-        raise InputError(f"expected readings of {reader.map.n_elements} elements, got {touches.n_elements}")
-    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
-    readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
-    if not use_load:
-        readings = readings.without_load()
-    settings: dict[str, str | float] = {
-        "body": "pad",
-        "kernel": calibration.settings["kernel"],
-        "samples": reader.samples,
-        "plug_in": float(plug_in),
-        "use_load": float(use_load),
-        "draws": float(draws),
-        "least_ess": _demands(-(-draws // CHAINS)).ess_bulk,
-        "seed": float(seed),
-        "version": bayestouch.__version__,
-    }
-    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings))))
-    return PadRun(calibration, reader, readings, draws, seed, settings, notes)
-
-
-def infer_pad(
-    touches: Touches, calibration: Calibration, *, progress: Progress | None = None, **options: Any
+    progress: Progress | None = None,
 ) -> TouchPosteriors:
-    """Posteriors of location and load of touches on a pad, in memory; as `pad_run`."""
-    run = pad_run(touches, calibration, **options)
-    return run.read(0, run.n_touches, progress)
+    """Posteriors of location and load of touches on a pad, in memory and by one process; see `bayestouch.infer`."""
+    options = Options(plug_in=plug_in, use_load=use_load, kept=Kept(draws), seed=seed)
+    run = pad_run(touches, calibration, options)
+    return run.reader.read(next(run.blocks(run.n_touches)), 0, 1, progress)
 
 
 def _demands(n: int) -> Demands:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import fields, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 import bayestouch
 from bayestouch.growing_file import GrowingFile
@@ -24,38 +25,77 @@ BLOCK_DRAWS = 1 << 22
 BLOCK_UNIT = 512
 
 
-class TouchRun(Protocol):
-    """Touches that are ready to be read."""
+class BlockReader(Protocol):
+    """A calibrated sensor that is ready to read touches. It is sent to wherever they are read."""
 
-    @property
-    def n_touches(self) -> int:
-        """How many."""
-        ...
-
-    def read(self, start: int, stop: int, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of some of the touches, which do not depend on the others."""
+    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of a block of touches, numbered from `first`; they do not depend on the other blocks."""
         ...
 
 
-def _block(kept: Kept) -> int:
+@dataclass(frozen=True, eq=False)
+class TouchRun:
+    """Touches that are ready to be read.
+
+    Attributes
+    ----------
+    reader : BlockReader
+        Reads them.
+    n_touches : int
+        How many.
+    blocks : callable
+        Given a size, yields the touches in blocks of that size (the last one smaller), in order.
+    """
+
+    reader: BlockReader
+    n_touches: int
+    blocks: Callable[[int], Iterator[Any]]
+
+
+Numbered = Iterator[tuple[int, Any]]
+#: Reads blocks, each given with the number of its first touch, in any order; tells how far it is with the one in work.
+Hands = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
+
+
+def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
+    """Numbers 0 ... n - 1 in pieces of `size`."""
+    return (np.arange(first, min(first + size, n)) for first in range(0, n, size))
+
+
+def size_of_block(kept: Kept) -> int:
     """Touches that are read together."""
     return max(1, BLOCK_DRAWS // kept.draws // BLOCK_UNIT) * BLOCK_UNIT
 
 
-def _keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
+def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
     """A block with the summary of all its draws, and those to be kept."""
+    if kept.everything:
+        return block
     draws = {} if kept.summary_only else {name: a[:, :: kept.thin] for name, a in block.posterior.items()}
     return replace(block, posterior=draws, summary=summarise(block.posterior))
 
 
-def read_in_memory(run: TouchRun, kept: Kept, progress: Progress | None) -> TouchPosteriors:
+def own_hands(workers: int | None) -> Hands:
+    """Read blocks one after the other, each with all cores of this machine or so many."""
+
+    def hands(
+        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        for first, block in blocks:
+            yield first, keep(reader.read(block, first, workers, within), kept)
+
+    return hands
+
+
+def read_in_memory(run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None) -> TouchPosteriors:
     """Posteriors of all touches."""
-    if kept.thin == 1 and not kept.summary_only:
-        return run.read(0, run.n_touches, progress)
-    return _joined([_keep(block, kept) for _, block in _blocks(run, kept, progress)])
+    blocks = dict(_read(run, kept, hands, progress, set()))
+    return _joined([blocks[first] for first in sorted(blocks)])
 
 
-def read_to_file(run: TouchRun, kept: Kept, path: Path, fingerprint: str, progress: Progress | None) -> None:
+def read_to_file(
+    run: TouchRun, kept: Kept, hands: Hands, path: Path, fingerprint: str, progress: Progress | None
+) -> None:
     """Write the posteriors of all touches to a file, going on from where an interrupted run stopped.
 
     Raises
@@ -69,8 +109,8 @@ def read_to_file(run: TouchRun, kept: Kept, path: Path, fingerprint: str, progre
         layout = partial.layout()
         file = None if layout is None else GrowingFile.from_json(partial.file, layout)
         done = set() if file is None else partial.finished()
-        for first, block in _blocks(run, kept, progress, done):
-            groups, attributes = touch_groups(_keep(block, kept))
+        for first, block in _read(run, kept, hands, progress, done):
+            groups, attributes = touch_groups(block)
             if file is None:
                 file = _begin(partial, groups, attributes, run.n_touches)
             file.write(groups, first)
@@ -108,28 +148,28 @@ def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches:
     return file
 
 
-def _blocks(
-    run: TouchRun, kept: Kept, progress: Progress | None, done: frozenset[int] | set[int] = frozenset()
+def _read(
+    run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None, done: set[int]
 ) -> Iterator[tuple[int, TouchPosteriors]]:
     """First touch and posteriors of each block that is not done."""
-    t = run.n_touches
-    for first in range(0, t, _block(kept)):
-        last = min(first + _block(kept), t)
-        if first not in done:
-            yield first, run.read(first, last, _share_of(progress, first / t, last / t))
-        elif progress is not None:
-            progress(last / t)
+    size = size_of_block(kept)
+    read = len(done)
 
+    def tell(fraction: float) -> None:
+        if progress is not None:
+            progress(min(1.0, (read + fraction) * size / run.n_touches))
 
-def _share_of(progress: Progress | None, low: float, high: float) -> Progress | None:
-    if progress is None:
-        return None
-    told = progress
-    return lambda fraction: told(low + (high - low) * fraction)
+    left = ((i * size, block) for i, block in enumerate(run.blocks(size)) if i * size not in done)
+    for first, block in hands(run.reader, kept, left, None if progress is None else tell):
+        yield first, block
+        read += 1
+        tell(0.0)
 
 
 def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
     first = blocks[0]
+    if len(blocks) == 1:
+        return first
 
     def last_axis(name: str) -> dict[str, Any]:
         parts = [getattr(block, name) for block in blocks]
