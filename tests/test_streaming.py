@@ -258,6 +258,34 @@ def test_a_run_killed_a_hundred_times_ends_the_same(files: tuple[Path, Path], tm
     _killed_again_and_again(files, tmp_path, 100, random.Random(4))
 
 
+_DEADLY = """
+import os, signal, sys, bayestouch
+from bayestouch.inference import finger_draws
+here, usual = os.getpid(), finger_draws.draw_touches
+
+def deadly(task, touches, numbers, rounds):
+    if os.getpid() != here and numbers[0] > 0:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return usual(task, touches, numbers, rounds)
+
+data = bayestouch.load_dataset({folder!r})
+calibration = bayestouch.load({calibration!r})
+options = dict(method="importance", draws=128, seed=1)
+whole = bayestouch.infer(data.touches, calibration, workers=1, **options)
+finger_draws.draw_touches = deadly
+rest = bayestouch.infer(data.touches, calibration, workers=2, **options)
+assert all((rest.posterior[name] == draws).all() for name, draws in whole.posterior.items())
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="processes are forked on Linux only")
+def test_a_process_that_is_killed_is_stood_in_for(files: tuple[Path, Path]) -> None:
+    """A process forked to draw is killed, as for want of memory: its parent draws the rest."""
+    script = _DEADLY.format(folder=str(files[0]), calibration=str(files[1]))
+    ended = subprocess.run([sys.executable, "-c", script], capture_output=True, check=False, timeout=120)
+    assert ended.returncode == 0, ended.stderr.decode()
+
+
 def test_what_a_killed_run_leaves_is_no_result(files: tuple[Path, Path], tmp_path: Path) -> None:
     run = Killed(*files, tmp_path / "posterior.nc")
     assert run.kill(2, 0.0)
