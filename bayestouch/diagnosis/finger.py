@@ -11,7 +11,7 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut, held_out
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.search import ERRORS, Round, search
-from bayestouch.diagnosis.touch_errors import touch_errors
+from bayestouch.diagnosis.touch_errors import TouchReading, read_held_out
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Setting, catalogue
@@ -47,7 +47,7 @@ def trace_finger(
         if new is not None:
             corrected = stand(new[0], added, new[1])
     advance(1.0)
-    return Traced(data, rounds, added, before, explained, corrected, remaining)
+    return Traced(data, rounds, stand.steps(rounds, before, explained), added, before, explained, corrected, remaining)
 
 
 def in_order(rounds: tuple[Round, ...], fitted: Fitted) -> tuple[AddedEffect, ...]:
@@ -78,9 +78,17 @@ class _Stands:
             extra=None if correction is None else table_of(fitted, correction).arrays(),
         )
         held: HeldOut | None = None
-        errors = None
+        read: TouchReading | None = None
         if self.observed is not None:
             held = held_out(fitted, correction, self.observed, calibration.noise.force_sd)
             if self.sample:
-                errors = touch_errors(calibration, self.data, held, seed=self.seed)
-        return Stand(fitted, correction, calibration, held, errors)
+                read = read_held_out(calibration, self.data, held, seed=self.seed)
+        return Stand(fitted, correction, calibration, held, read)
+
+    def steps(self, rounds: tuple[Round, ...], before: Stand, explained: Stand) -> tuple[HeldOut, ...]:
+        """Held-out residuals at the beginning of each round."""
+        if self.observed is None or before.held_out is None or explained.held_out is None:
+            return ()
+        force_sd = before.calibration.noise.force_sd
+        between = [held_out(each.before, None, self.observed, force_sd) for each in rounds[1:-1]]
+        return (before.held_out, *between, explained.held_out)[: len(rounds)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from bayestouch.affected.whitening import Whitening
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.correction import weights_of
 from bayestouch.diagnosis.placed import Correction, where_of
+from bayestouch.diagnosis.quantities import Quantity, of_finger
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -35,8 +37,10 @@ class HeldOut:
         Readings that are there.
     design : (t m, q) array
         What one standard deviation of each direction of the model's own uncertainty does to `whitened`.
-    angle_deg, radius_mm, load : (t,) arrays
-        Location, composite radius R and load of the references, as the model has them.
+    reference : mapping of (t,) arrays
+        References as the model has them, by the names of posteriors; NaN unknown.
+    quantities : tuple of Quantity
+        What the residuals may be looked at against.
     """
 
     observed: Observations
@@ -44,9 +48,8 @@ class HeldOut:
     whitened: FloatArray
     present: BoolArray
     design: FloatArray
-    angle_deg: FloatArray
-    radius_mm: FloatArray
-    load: FloatArray
+    reference: Mapping[str, FloatArray]
+    quantities: tuple[Quantity, ...]
 
     @property
     def error_percent_peak(self) -> float:
@@ -106,15 +109,17 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
     present = (whitening.root != 0).any(axis=2)
     peak = np.abs(model.chain(fitted.vector).response) * model.reference_load
     recording = model.poses(fitted.vector)
+    angle, load = recording.place[0], np.where(unknown, np.nan, recording.load)
+    radius = composite_radius(recording.indenter_radius_mm, model.finger.outer_radius_mm)
+    element = np.asarray(model.finger.element_angles_deg)
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / peak,
         whitened=np.where(present, whitening.touches(residual), 0.0),
         present=present,
         design=_design(fitted, model.derivatives(fitted.vector)[0], functions, whitening),
-        angle_deg=recording.place[0],
-        radius_mm=composite_radius(recording.indenter_radius_mm, model.finger.outer_radius_mm),
-        load=np.where(unknown, np.nan, recording.load),
+        reference={"R": radius, "theta_c": angle, "P": load},
+        quantities=of_finger(observed, element, angle, radius, load, predicted / peak, peak),
     )
 
 

@@ -38,7 +38,7 @@ def all_numbers(traced: Traced) -> Numbers:
         "unexplained": {
             "fraction": remaining.fraction,
             "p_value": remaining.after.p_value,
-            "where": where_it_is(traced.explained.held_out, data) if remaining.after.there else "nowhere",
+            "where": where_it_is(traced.explained.held_out) if remaining.after.there else "nowhere",
             "test": asdict(remaining.after),
         },
         "correction": None,
@@ -58,7 +58,7 @@ def all_numbers(traced: Traced) -> Numbers:
 def _errors(stand: Stand) -> Numbers:
     held = stand.held_out
     names = [each.name for each in fields(TouchErrors)]
-    of_touches = dict.fromkeys(names) if stand.errors is None else asdict(stand.errors)
+    of_touches = dict.fromkeys(names) if stand.read is None else asdict(stand.read.errors)
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
         "lack_of_fit": None if held is None else held.lack_of_fit,

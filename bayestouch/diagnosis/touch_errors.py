@@ -16,6 +16,7 @@ from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 COVERAGE = 0.9
 # Of central intervals to a few parts in a hundred of their width, which is far below what hundreds of touches tell.
@@ -46,14 +47,13 @@ class TouchErrors:
     @classmethod
     def of(cls, read: TouchPosteriors, held: HeldOut) -> TouchErrors:
         """Errors of the posteriors of the held-out touches among those that were read."""
-        place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
-        index = np.array([place[int(touch)] for touch in held.observed.means.touch])
-        reference = {"R": held.radius_mm, "theta_c": held.angle_deg, "P": held.load}
+        index = _index(read, held)
+        reference = held.reference
         error = {name: read.mean(name)[index] - reference[name] for name in reference}
         low, high = (end[index] for end in read.interval("R", COVERAGE))
         tip = held.observed.means.indenter_radius_mm
         round_tip = (tip > 0) & np.isfinite(tip)
-        inside = ((low <= held.radius_mm) & (held.radius_mm <= high))[round_tip]
+        inside = ((low <= reference["R"]) & (reference["R"] <= high))[round_tip]
         return cls(
             R_bias_mm=float(error["R"].mean()),
             R_rms_mm=_rms(error["R"]),
@@ -63,9 +63,27 @@ class TouchErrors:
         )
 
 
-def touch_errors(
+@dataclass(frozen=True, eq=False)
+class TouchReading:
+    """Held-out touches as read: their errors, and R of each with its central 90 %.
+
+    Attributes
+    ----------
+    errors : TouchErrors
+        Summary.
+    R_mm, low_mm, high_mm : (t,) arrays
+        Posterior mean, and ends of the interval.
+    """
+
+    errors: TouchErrors
+    R_mm: FloatArray
+    low_mm: FloatArray
+    high_mm: FloatArray
+
+
+def read_held_out(
     calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int, progress: Progress | None = None
-) -> TouchErrors:
+) -> TouchReading:
     """Read the held-out touches with a calibration and compare with their references.
 
     Where effects depend on what came before, the touches in between are read too: they are in the same file, and
@@ -74,7 +92,15 @@ def touch_errors(
     # The table has had its rest reading subtracted.
     plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
     read = infer(_to_be_read(calibration, data), plain, method="importance", draws=DRAWS, seed=seed, progress=progress)
-    return TouchErrors.of(read, held)
+    index = _index(read, held)
+    low, high = (end[index] for end in read.interval("R", COVERAGE))
+    return TouchReading(TouchErrors.of(read, held), read.mean("R")[index], low, high)
+
+
+def _index(read: TouchPosteriors, held: HeldOut) -> IntArray:
+    """Where the held-out touches are among those that were read."""
+    place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
+    return np.array([place[int(touch)] for touch in held.observed.means.touch])
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:

@@ -10,7 +10,7 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.search import Round
-from bayestouch.diagnosis.touch_errors import TouchErrors
+from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.results import Calibration
 
@@ -29,15 +29,15 @@ class Stand:
         The same as a posterior that `infer` uses.
     held_out : HeldOut or None
         Residuals of the held-out touches; None where none could be held out.
-    errors : TouchErrors or None
-        Errors of the held-out touches when they are read; None where they were not.
+    read : TouchReading or None
+        The held-out touches read as unknown; None where they were not.
     """
 
     fitted: Fitted
     correction: Correction | None
     calibration: Calibration
     held_out: HeldOut | None
-    errors: TouchErrors | None
+    read: TouchReading | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,8 @@ class Traced:
         Touches, parted.
     rounds : tuple of Round
         Rounds of the search.
+    steps : tuple of HeldOut
+        Held-out residuals at the beginning of each round; empty where none could be held out.
     added : tuple of AddedEffect
         Effects with their values, in the order in which they were added.
     before, explained : Stand
@@ -62,6 +64,7 @@ class Traced:
 
     data: DiagnosisData
     rounds: tuple[Round, ...]
+    steps: tuple[HeldOut, ...]
     added: tuple[AddedEffect, ...]
     before: Stand
     explained: Stand

@@ -8,10 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.errors import few
-from bayestouch.sensor import Finger
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -68,41 +66,28 @@ class View:
             if one and start is None:
                 start = i
             if not one and start is not None:
-                out.append(f"{self.ends[start]:.3g} to {self.ends[i]:.3g}{self.unit}")
+                out.append(f"{self.ends[start]:.3g} to {self.ends[i]:.3g} {self.unit}")
                 start = None
         return out
 
 
-def views(held: HeldOut, data: DiagnosisData) -> Iterator[View]:
-    """Views of held-out residuals: angle from element to touch, element, location, load, radius and time."""
-    t, m = held.residual.shape
-    body = data.dataset.sensor.body
-    assert isinstance(body, Finger)
-    shape = (t, m)
-    element = np.broadcast_to(np.arange(m), shape)
-    yield _view(held, "element", "", element.astype(float), np.arange(m + 1) - 0.5, by_element=True)
-    away = held.angle_deg[:, None] - np.asarray(body.element_angles_deg)
-    quantities = (
-        ("angle from element to touch", "°", away),
-        ("location", "°", held.angle_deg[:, None]),
-        ("load", " N/m", held.load[:, None]),
-        ("R", " mm", held.radius_mm[:, None]),
-        ("time", f" {held.observed.unit}", held.observed.touch_time_s[:, None]),
-    )
-    for name, unit, values in quantities:
-        spread = np.broadcast_to(values, shape)
-        finite = spread[np.isfinite(spread)]
-        if len(finite) and np.ptp(finite) > 0:
-            yield _view(held, name, unit, spread, _ends(finite))
+def views(held: HeldOut) -> Iterator[View]:
+    """Views of held-out residuals: by element, and along each quantity."""
+    m = held.residual.shape[1]
+    element = np.broadcast_to(np.arange(m, dtype=float), held.residual.shape)
+    yield _view(held, "element", "", element, np.arange(m + 1) - 0.5, by_element=True)
+    for each in held.quantities:
+        finite = each.values[np.isfinite(each.values)]
+        yield _view(held, each.name, each.unit, each.values, bin_ends(finite))
 
 
-def _ends(values: FloatArray) -> FloatArray:
+def bin_ends(values: FloatArray, bins: int = BINS) -> FloatArray:
     """Ends of bins that hold equally many values, or one for each where they are few."""
     distinct = np.unique(values)
-    if len(distinct) <= BINS:
+    if len(distinct) <= bins:
         middle = 0.5 * (distinct[1:] + distinct[:-1])
         return np.concatenate([[distinct[0]], middle, [distinct[-1]]])
-    return np.unique(np.quantile(values, np.linspace(0, 1, BINS + 1)))
+    return np.unique(np.quantile(values, np.linspace(0, 1, bins + 1)))
 
 
 def _view(
@@ -120,11 +105,11 @@ def _view(
     return View(name, unit, None if by_element else ends, square, error, mean)
 
 
-def where_it_is(held: HeldOut | None, data: DiagnosisData) -> str:
+def where_it_is(held: HeldOut | None) -> str:
     """One sentence that names the views along which the excess is spread most unevenly, and where it is high."""
     if held is None:
         return "no touches were held out to look at"
-    found = sorted(views(held, data), key=lambda view: -view.contrast)
+    found = sorted(views(held), key=lambda view: -view.contrast)
     parts = []
     for view in found[:NAMED]:
         named = view.outstanding()

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bayestouch.diagnosis.pictures import all_pictures
 from bayestouch.diagnosis.repeat import repeat_script
 from bayestouch.effects.stated import StatedModel
-from bayestouch.reporting.files import write_numbers, write_text
+from bayestouch.reporting.files import write_numbers, write_pictures, write_text
 
 if TYPE_CHECKING:
     from bayestouch.diagnosis.result import Diagnosis
@@ -21,7 +22,10 @@ def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
     diagnosis.calibration_after.save(folder / "calibration_after.nc")
     write_text(folder / MODEL, stated_model(diagnosis).to_toml())
     write_text(folder / SCRIPT, repeat_script(diagnosis))
-    write_numbers(folder / NUMBERS, diagnosis.to_dict())
+    pictures = all_pictures(diagnosis.traced)
+    write_pictures(folder, pictures)
+    figures = [picture.described for picture in pictures]
+    write_numbers(folder / NUMBERS, {**diagnosis.to_dict(), "figures": figures})
 
 
 def stated_model(diagnosis: Diagnosis) -> StatedModel:

@@ -13,6 +13,8 @@ from typing import Any
 from bayestouch.errors import InputError
 
 PAGE, NUMBERS = "index.html", "report.json"
+#: What says which figures a folder has: a report, or a diagnosis.
+LISTS = (NUMBERS, "diagnosis.json")
 
 
 @contextmanager
@@ -50,7 +52,7 @@ def _move(new: Path, output: Path) -> None:
         return
     stale = _figures_of(output) - _figures_of(new)
     files = sorted(path.relative_to(new) for path in new.rglob("*") if path.is_file())
-    files.sort(key=lambda file: (file.name == PAGE, file.name == NUMBERS))
+    files.sort(key=lambda file: (file.name == PAGE, file.name in LISTS))
     for file in files:
         (output / file).parent.mkdir(parents=True, exist_ok=True)
         (new / file).replace(output / file)
@@ -60,12 +62,13 @@ def _move(new: Path, output: Path) -> None:
 
 
 def _figures_of(folder: Path) -> set[str]:
-    """Figures that the report in a folder says it has; none where there is no report."""
-    try:
-        figures = json.loads((folder / NUMBERS).read_text("utf-8"))["figures"]
-        return {str(figure["file"]) for figure in figures}
-    except (OSError, ValueError, KeyError, TypeError):
-        return set()
+    """Figures that the report or diagnosis in a folder says it has; none where there is neither."""
+    found: set[str] = set()
+    for name in LISTS:
+        with suppress(OSError, ValueError, KeyError, TypeError):
+            figures = json.loads((folder / name).read_text("utf-8"))["figures"]
+            found |= {str(figure["file"]) for figure in figures}
+    return found
 
 
 def write_text(path: Path, text: str) -> None:

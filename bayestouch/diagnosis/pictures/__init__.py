@@ -1,0 +1,30 @@
+"""Figures of a diagnosis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bayestouch.diagnosis.pictures.effects import effect_pictures
+from bayestouch.diagnosis.pictures.search import search_picture
+from bayestouch.diagnosis.pictures.touches import touch_picture
+from bayestouch.diagnosis.pictures.views import pair_picture, view_picture
+from bayestouch.diagnosis.traced import Traced
+from bayestouch.reporting.pictures import Picture
+
+__all__ = ["all_pictures"]
+
+
+def all_pictures(traced: Traced) -> tuple[Picture, ...]:
+    """Every figure that the data give, the most telling first."""
+    return tuple(_each(traced))
+
+
+def _each(traced: Traced) -> Iterator[Picture]:
+    yield from effect_pictures(traced)
+    before, after = traced.before.held_out, traced.after.held_out
+    if before is not None and after is not None:
+        yield view_picture(before, after)
+        yield pair_picture(before, after)
+    yield search_picture(traced)
+    if traced.before.read is not None and traced.after.read is not None and before is not None and after is not None:
+        yield touch_picture(traced.before.read, traced.after.read, before, after)

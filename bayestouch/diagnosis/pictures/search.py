@@ -1,0 +1,55 @@
+"""Which effects were tried, and what each explains."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.diagnosis.search import Round, Tried
+from bayestouch.diagnosis.traced import Traced
+from bayestouch.reporting.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
+
+
+def search_picture(traced: Traced) -> Picture:
+    """Share of what can be explained that each candidate explains, a panel for each round."""
+    rounds = traced.rounds
+    names = [tried.effect.name for tried in rounds[0].tried]
+    with drawing():
+        figure, axes = canvas(0.9 + 0.2 * len(names), 1, len(rounds), sharey=True)
+        for k, (axis, each) in enumerate(zip(axes[0], rounds, strict=True)):
+            tried = {one.effect.name: one for one in each.tried}
+            values = [_share(tried.get(name)) for name in names]
+            colours = [_colour(each, name, tried) for name in names]
+            axis.barh(np.arange(len(names)), values, color=colours, height=0.75)
+            axis.set(xlim=(0, 100), xlabel="explains (%)", title=f"round {k + 1}: {_outcome(each)}")
+            axis.set_yticks(np.arange(len(names)), names)
+        axes[0][0].invert_yaxis()
+        content = rendered(figure, "png")
+    added = [each.added.effect.name for each in rounds if each.added is not None]
+    return Picture(
+        "search",
+        "search",
+        "Which effects were tried",
+        "What each effect of the catalogue explains, if it is added alone, of the residual that can be explained. Blue "
+        "was added; orange cannot be told from it with these data.",
+        f"Rounds of the search; added: {', '.join(added) or 'nothing'}.",
+        content,
+        "png",
+    )
+
+
+def _share(tried: Tried | None) -> float:
+    if tried is None or not np.isfinite(tried.share) or (tried.noise is not None and not tried.gain > 0):
+        return 0.0
+    return 100 * tried.share
+
+
+def _colour(each: Round, name: str, tried: dict[str, Tried]) -> str:
+    if each.added is None:
+        return GREY
+    if name == each.added.effect.name:
+        return BLUE
+    return ORANGE if name in each.added.alike else GREY
+
+
+def _outcome(each: Round) -> str:
+    return "nothing added" if each.added is None else f"{each.added.effect.name} added"

@@ -1,0 +1,40 @@
+"""Radii of held-out touches as they are read, before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.touch_errors import TouchReading
+from bayestouch.reporting.pictures import BLUE, GREY, RED, Picture, canvas, drawing, rendered
+
+
+def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOut, held_after: HeldOut) -> Picture:
+    """R as read over R as it was, with the central 90 % of each touch."""
+    panels = (("before", before, held_before, RED), ("after", after, held_after, BLUE))
+    with drawing():
+        figure, axes = canvas(3.7, 1, 2, sharex=True, sharey=True)
+        for axis, (label, read, held, colour) in zip(axes[0], panels, strict=True):
+            truth = held.reference["R"]
+            # Touches of one tip stand side by side.
+            width = 0.02 * float(np.ptp(truth))
+            shift = width * (np.argsort(np.argsort(held.reference["theta_c"])) / max(len(truth) - 1, 1) - 0.5)
+            axis.vlines(truth + shift, read.low_mm, read.high_mm, color=colour, lw=0.6, alpha=0.5)
+            axis.plot(truth + shift, read.R_mm, ".", color=colour, ms=3)
+            axis.axline((0, 0), slope=1, color=GREY, lw=1)
+            errors = read.errors
+            axis.set(
+                xlabel="R of the probe (mm)",
+                title=f"{label}: bias {errors.R_bias_mm:+.2f} mm, rms {errors.R_rms_mm:.2f} mm",
+            )
+        axes[0][0].set_ylabel("R as read (mm)")
+        content = rendered(figure, "png")
+    return Picture(
+        "radii",
+        "touches",
+        "Radii of held-out touches",
+        "Posterior mean of R and its central 90 % for each held-out touch, against the R of the probe that made it.",
+        f"Rms error of R {before.errors.R_rms_mm:.2f} mm before and {after.errors.R_rms_mm:.2f} mm after.",
+        content,
+        "png",
+    )
