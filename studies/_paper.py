@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import ndtri
 
 from bayestouch import Calibration, calibrate
 from bayestouch.calibration.finger import fit_finger
@@ -14,10 +15,18 @@ from bayestouch.dataset import DataSet
 from bayestouch.reliability.paper_finger import DESIGN
 from bayestouch.sensor import Finger
 from bayestouch.simulation import FingerDesign, SimulatedDataSet
+from bayestouch.touches import Touches
 
 #: MPa: posterior mean and 90 % interval that `table_3_modulus.py` prints; the paper prints no modulus.
 SHEAR_MODULUS = 0.054
 MODULUS_INTERVAL = (0.045, 0.065)
+
+
+def drawn_modulus(seed: int) -> float:
+    """μ of a simulated finger, MPa: quantiles of that posterior, evenly spread over the seeds, 0 the median."""
+    low, high = np.log(MODULUS_INTERVAL)
+    share = (0.5 + seed * (np.sqrt(5) - 1) / 2) % 1
+    return float(np.exp((low + high) / 2 + (high - low) / 2 * ndtri(share) / ndtri(0.95)))
 
 
 def paper_design(**changes: object) -> FingerDesign:
@@ -58,6 +67,34 @@ def with_map_errors(simulated: SimulatedDataSet, percent: float, seed: int, leng
         error = np.einsum("tk,tek->te", spectrum, np.cos(turn) * cosine + np.sin(turn) * sine)
         tables[name] = table.with_(readings=table.readings + response * load[:, None] * error)
     return replace(simulated.dataset, **tables)
+
+
+def with_place_errors(
+    simulated: SimulatedDataSet, percent: float, seed: int, *, step_deg: float = 1.0, repeats: bool = True
+) -> DataSet:
+    """Add to every reading an error of the place that is touched, `percent` of the peak, whatever the indenter.
+
+    It differs from place to place (of `step_deg`) and element to element without any smoothness, so that no E map can
+    take it up, and repeats whenever the place is touched: the surface or the rubber there, or the prober. Without
+    `repeats` every touch has its own.
+    """
+    response = np.asarray(simulated.truth["response"])
+    rng = np.random.default_rng([seed, 78])
+    places = round(360 / step_deg) if repeats else sum(np.unique(t.touch).size for t in _tables(simulated))
+    error = percent / 100 * response * rng.standard_normal((places, len(response)))
+    tables = {}
+    for name, table in zip(("calibration", "touches"), _tables(simulated), strict=True):
+        load = np.asarray(simulated.truth[name]["P"])[table.touch]
+        own = table.touch if name == "calibration" else -1 - table.touch  # from both ends
+        place = (np.round(table.angle_deg / step_deg).astype(int) if repeats else own) % places
+        tables[name] = table.with_(readings=table.readings + load[:, None] * error[place])
+    return replace(simulated.dataset, **tables)
+
+
+def _tables(simulated: SimulatedDataSet) -> tuple[Touches, Touches]:
+    """Calibration and touches."""
+    assert simulated.dataset.calibration is not None
+    return simulated.dataset.calibration, simulated.dataset.touches
 
 
 def calibrated(dataset: DataSet, e_map: str = "model") -> Calibration:

@@ -4,53 +4,28 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bayestouch import published
+from bayestouch.reliability.comparison import Beside, shown
 
 OUTPUT = Path(__file__).parent / "figures_out"
 
 
-@dataclass(frozen=True)
-class Beside:
-    """A printed number beside a predicted one.
-
-    Attributes
-    ----------
-    key : str
-        Key of `bayestouch.published.number`.
-    ours, low, high : float
-        Prediction and the ends of its 90 % interval; NaN ends where none is given.
-    why : str
-        Why they differ, or on what the prediction rests.
-    """
-
-    key: str
-    ours: float
-    low: float = np.nan
-    high: float = np.nan
-    why: str = ""
-
-    @property
-    def paper(self) -> published.PublishedNumber:
-        """As printed."""
-        return published.number(self.key)
-
-
 def print_beside(rows: Iterable[Beside]) -> None:
-    """Paper / bayestouch / difference / why."""
-    print(f"{'':34s}{'paper':>8s}{'bayestouch':>12s}{'90 % interval':>18s}{'difference':>12s}  unit")
-    for row in rows:
+    """Paper / bayestouch / difference / why; a reason that several rows in turn share is printed after the last."""
+    listed = list(rows)
+    print(f"{'':40s}{'paper':>8s}{'bayestouch':>12s}{'90 % interval':>18s}{'difference':>12s}  unit")
+    for row, following in zip(listed, [*listed[1:], None], strict=True):
         interval = "" if np.isnan(row.low) else f"{row.low:.3g} to {row.high:.3g}"
-        difference = row.ours - row.paper.value
+        difference = "" if np.isnan(row.ours) else f"{row.difference:+.2g}"
         print(
-            f"{row.key:34s}{row.paper.printed:>8s}{row.ours:12.3g}{interval:>18s}{difference:+12.2g}  {row.paper.unit}"
+            f"{row.key:40s}{row.paper.printed:>8s}{shown(row.ours):>12s}{interval:>18s}{difference:>12s}"
+            f"  {row.paper.unit}{' (put in)' if row.put_in else ''}"
         )
-        if row.why:
+        if row.why and (following is None or following.why != row.why):
             print(f"    {row.why}")
 
 

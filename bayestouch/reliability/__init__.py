@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Any
 # Public name: module that defines it.
 _PUBLIC = {
     "Annulus": "paper_criterion",
+    "Beside": "comparison",
     "BiasMap": "bias_scores",
+    "Comparison": "comparison",
     "Explained": "bias_scores",
     "KnownFinger": "known_finger",
     "Optimism": "distinguishability",
@@ -59,6 +61,8 @@ if TYPE_CHECKING:
     from bayestouch.reliability.bias_scores import observed_bias as observed_bias
     from bayestouch.reliability.bias_scores import shared_by_indenters as shared_by_indenters
     from bayestouch.reliability.bias_scores import variance_split as variance_split
+    from bayestouch.reliability.comparison import Beside as Beside
+    from bayestouch.reliability.comparison import Comparison as Comparison
     from bayestouch.reliability.distinguishability import Optimism as Optimism
     from bayestouch.reliability.distinguishability import Trial as Trial
     from bayestouch.reliability.distinguishability import optimism as optimism

@@ -1,0 +1,138 @@
+"""Numbers that the paper printed beside ours: difference, reason, and whether all of them are there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch import published
+from bayestouch.errors import InputError
+
+_HEADER = "| number | paper | bayestouch | 90 % | difference | why |\n|---|---|---|---|---|---|"
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A printed number beside ours.
+
+    Attributes
+    ----------
+    key : str
+        Key of `bayestouch.published.number`.
+    ours, low, high : float
+        In the paper's unit, with the ends of its 90 % interval; NaN ends where none is given, NaN for a quantity that
+        has no counterpart here.
+    why : str
+        Why they differ, or on what our number rests.
+    put_in : bool
+        Our number is a setting of the simulation, so that agreement shows nothing.
+    """
+
+    key: str
+    ours: float
+    low: float = np.nan
+    high: float = np.nan
+    why: str = ""
+    put_in: bool = False
+
+    @property
+    def paper(self) -> published.PublishedNumber:
+        """As printed."""
+        return published.number(self.key)
+
+    @property
+    def difference(self) -> float:
+        """Ours less the paper's."""
+        return self.ours - self.paper.value
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the printed number, give or take its rounding, lies in the interval (or is ours, without one)."""
+        low, high = (self.ours, self.ours) if np.isnan(self.low) else (self.low, self.high)
+        slack = self.paper.rounding + 1e-9 * abs(self.paper.value)
+        return bool(low - slack <= self.paper.value <= high + slack)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Every number that the paper printed, in its order, beside ours.
+
+    Attributes
+    ----------
+    rows : tuple of Beside
+        One for each key of `bayestouch.published.all_numbers`.
+    """
+
+    rows: tuple[Beside, ...]
+
+    @classmethod
+    def of(cls, rows: Iterable[Beside]) -> Comparison:
+        """Order the rows as the paper has them.
+
+        Raises
+        ------
+        InputError
+            If a printed number has no row, or more than one.
+        """
+        by_key: dict[str, Beside] = {}
+        for row in rows:
+            if row.key in by_key:
+                raise InputError(f"two numbers to hold against {row.key}")
+            by_key[row.key] = row
+        keys = [number.key for number in published.all_numbers()]
+        missing = [key for key in keys if key not in by_key]
+        if missing:
+            raise InputError(f"nothing to hold against {len(missing)} printed numbers: {', '.join(missing)}")
+        return cls(tuple(by_key[key] for key in keys))
+
+    @property
+    def predicted(self) -> tuple[Beside, ...]:
+        """Rows that are neither settings of the simulation nor without a counterpart."""
+        return tuple(row for row in self.rows if not row.put_in and np.isfinite(row.ours))
+
+    def counted(self) -> str:
+        """How many rows there are of each kind, one sentence."""
+        predicted = self.predicted
+        agree = sum(row.agrees for row in predicted)
+        put_in = sum(row.put_in for row in self.rows)
+        return (
+            f"{len(self.rows)} printed numbers: {put_in} are settings of the simulation, "
+            f"{len(self.rows) - put_in - len(predicted)} have no counterpart, and of the {len(predicted)} others "
+            f"{agree} agree within rounding and the interval given."
+        )
+
+    def markdown(self) -> str:
+        """The table in Markdown, a section for each table of the paper and one for its text."""
+        sections = [("Table 1", "table_1."), ("Table 2", "table_2."), ("Table 3", "table_3["), ("Table 4", "table_4.")]
+        out = [self.counted(), ""]
+        done: set[str] = set()
+        for title, start in sections:
+            own = [row for row in self.rows if row.key.startswith(start)]
+            rows = [row for row in own if row.paper.where.startswith(f"{title}, row")]
+            done.update(row.key for row in rows)
+            out += [f"## {title}", "", _HEADER, *map(_line, rows), ""]
+        rest = [row for row in self.rows if row.key not in done]
+        out += ["## Text and captions", "", _HEADER, *map(_line, rest)]
+        return "\n".join(out) + "\n"
+
+
+def shown(value: float, decimals: int = 0) -> str:
+    """Three digits and at least these decimals, without an exponent; a dash for NaN."""
+    if np.isnan(value):
+        return "–"
+    if not np.isfinite(value) or abs(value - round(value)) < 1e-9:
+        return f"{value:.0f}"
+    return f"{value:.{max(decimals, 2 - int(np.floor(np.log10(abs(value)))))}f}"
+
+
+def _line(row: Beside) -> str:
+    unit = "" if row.paper.unit == "1" else f" {row.paper.unit}"
+    ours = shown(row.ours, len(row.paper.printed.partition(".")[2]))
+    interval = "" if np.isnan(row.low) else f"{shown(row.low)} to {shown(row.high)}"
+    sign = "+" if row.difference > 0 else ""
+    difference = "0" if abs(row.difference) <= row.paper.rounding else sign + shown(row.difference)
+    why = ("put in; " if row.put_in else "") + row.why
+    cells = (f"`{row.key}`", row.paper.printed + unit, ours, interval, difference, why.rstrip("; "))
+    return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"

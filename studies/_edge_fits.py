@@ -1,0 +1,84 @@
+"""What Figures 9 and 10 share: one element's readings of knife edges, beside what a calibration makes of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from _paper_run import PaperRun
+from _published import figure, rms, save
+
+from bayestouch.reliability.paper_finger import Calibration
+from bayestouch.simplex.elements import WINDOW_DEG
+
+
+@dataclass(frozen=True)
+class EdgeFit:
+    """Readings of one element over the angle of the touch; all over the fitted peak, 1 right under the edge.
+
+    Attributes
+    ----------
+    off_deg : (n,) array
+        Angle of the touch from the element.
+    data, fit : (n,) arrays
+        Averages of the samples, and the calibration's prediction.
+    """
+
+    name: str
+    off_deg: np.ndarray
+    data: np.ndarray
+    fit: np.ndarray
+
+    @classmethod
+    def of(cls, run: PaperRun, calibration: Calibration, element: int) -> EdgeFit:
+        """Read off a run; elements count from 0."""
+        means = run.calibrating
+        assert means.angle_deg is not None
+        edges = means.indenter_radius_mm == 0
+        angle, load = means.angle_deg[edges], means.load[edges]
+        finger = run.finger.reader(calibration, "layer", run.modulus)
+        predicted = finger.predict(np.zeros(len(angle)), np.radians(angle), load)[:, element]
+        off = angle - np.degrees(finger.angle[element])
+        order = np.argsort(off)
+        peak = finger.response[element] * load
+        return cls(
+            f"element {element + 1}, {calibration} calibration",
+            off[order],
+            (means.readings[edges][:, element] / peak)[order],
+            (predicted / peak)[order],
+        )
+
+    @property
+    def error(self) -> np.ndarray:
+        """Data less fit."""
+        return self.data - self.fit
+
+    @property
+    def near(self) -> np.ndarray:
+        """The 50 degrees about the element."""
+        return np.abs(self.off_deg) <= WINDOW_DEG / 2
+
+    def errors_percent(self) -> tuple[float, float, float]:
+        """Root mean square error within the 50 degrees, beyond them, and over all touches, % of the peak."""
+        near, error = self.near, 100 * self.error
+        return rms(error[near]), rms(error[~near]), rms(error)
+
+
+def print_errors(fits: list[EdgeFit]) -> None:
+    """Near, in the tails, and all."""
+    print(f"{'root mean square error, % of peak':40s}{'50 degrees':>12s}{'the tails':>12s}{'all':>12s}")
+    for fit in fits:
+        print(f"{fit.name:40s}" + "".join(f"{value:12.2f}" for value in fit.errors_percent()))
+
+
+def picture(folder: Path, name: str, title: str, fit: EdgeFit) -> None:
+    """As the paper draws it: fit solid, data dashed, error dotted."""
+    drawn, side = figure(figsize=(6.4, 4.0))
+    side.axvspan(-WINDOW_DEG / 2, WINDOW_DEG / 2, color="0.95", zorder=0, label="50 degrees")
+    side.plot(fit.off_deg, fit.fit, "C0-", label="fit")
+    side.plot(fit.off_deg, fit.data, "C1--", label="data (simulated)")
+    side.plot(fit.off_deg, fit.error, "k:", label="data less fit")
+    side.set(xlabel="angle from the element (degree)", ylabel="reading over its peak", title=title)
+    side.legend(fontsize=8)
+    save(drawn, folder, name)
