@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
 from bayestouch.affected.model import AffectedModel
+from bayestouch.affected.observations import Observations
 from bayestouch.affected.whitening import NoiseModel, Whitening
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
@@ -79,9 +80,18 @@ def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift,
     recording = replace(model.poses(vector), signal=model.predict(vector).touches)
     out = [np.zeros((0, *recording.signal.shape))]
     for drift, values in drifts:
-        basis = drift.basis(observed.touch_time_s, values, *observed.span)
+        basis = drift_basis(drift, values, observed)
         out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own))
     return np.concatenate(out)
+
+
+def drift_basis(drift: RandomEffect, values: Values, observed: Observations) -> FloatArray:
+    """Basis (t, k) of a drift at the time of each touch: functions of their own for each session."""
+    time, out = observed.touch_time_s, []
+    for low, high in observed.sessions or (observed.span,):
+        inside = (time >= low) & (time <= high)
+        out.append(np.where(inside[:, None], drift.basis(time, values, low, high), 0.0))
+    return np.concatenate(out, axis=1)
 
 
 def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> FloatArray:

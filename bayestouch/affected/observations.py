@@ -39,6 +39,8 @@ class Observations:
         First and last time of the data set.
     table : Touches
         The rows in contact.
+    sessions : tuple of (float, float)
+        First and last time of each table: what wanders with time may have jumped in between. Empty for one table.
     """
 
     means: TouchMeans
@@ -51,6 +53,7 @@ class Observations:
     history: History
     span: tuple[float, float]
     table: Touches
+    sessions: tuple[tuple[float, float], ...] = ()
 
     @property
     def n_touches(self) -> int:
@@ -77,7 +80,7 @@ class Observations:
     def without(self, wrong: NDArray[np.bool_]) -> Observations:
         """The same without some readings (n, m)."""
         table = self.table.with_(readings=np.where(wrong, np.nan, self.table.readings))
-        return Observations.of(table, self.time_s, self.held_s, self.unit, self.history, self.span)
+        return Observations.of(table, self.time_s, self.held_s, self.unit, self.history, self.span, self.sessions)
 
     @classmethod
     def of(
@@ -88,6 +91,7 @@ class Observations:
         unit: str,
         history: History,
         span: tuple[float, float],
+        sessions: tuple[tuple[float, float], ...] = (),
     ) -> Observations:
         """Observations of all touches of a table with the clock of its rows; readings have their rest subtracted."""
         rows = np.flatnonzero(touches.in_contact)
@@ -105,6 +109,7 @@ class Observations:
             history=history,
             span=span,
             table=touches.select(rows),
+            sessions=sessions,
         )
 
 

@@ -13,7 +13,7 @@ from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger, Pad
+from bayestouch.sensor import Finger
 from bayestouch.splits import with_calibration
 from bayestouch.touches import Touches
 
@@ -23,6 +23,7 @@ BoolArray = NDArray[np.bool_]
 
 # Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
+TOO_FEW = "too few touches to hold any out: errors are not estimated"
 NOTHING_KNOWN = "no touch has a known indenter, location and reading: there is nothing to fit"
 # Blocks in time that the touches of a pad are parted into.
 BLOCKS = 40
@@ -44,6 +45,8 @@ class DiagnosisData:
         Unit of the times.
     rest : (m,) array or None
         Rest reading that was subtracted from the calibration's rows.
+    session : (n,) int array
+        Which table each row is from: what wanders may have jumped in between.
     training, held_out : (n,) bool arrays
         Rows of the touches that fits and choices see, and of those that nothing sees.
     notes : tuple of str
@@ -56,6 +59,7 @@ class DiagnosisData:
     held_s: FloatArray
     unit: str
     rest: FloatArray | None
+    session: IntArray
     training: BoolArray
     held_out: BoolArray
     notes: tuple[str, ...]
@@ -66,19 +70,17 @@ class DiagnosisData:
 
         Every other touch of ``touches.csv`` that has references joins the calibration touches, so that fits see all
         radii and the whole time; the others are held out. Where too few have references, every fourth calibration
-        touch is held out. Touches of a pad without a table to calibrate with are parted by time: every fourth block of
-        touches that follow each other is held out.
+        touch is held out. Without a table to calibrate with, every fourth touch of a finger is held out, and on a pad
+        every fourth block of touches that follow each other.
 
         Raises
         ------
         InputError
             No touch has the references that a calibration needs.
         """
-        if dataset.calibration is None and isinstance(dataset.sensor.body, Pad):
-            return cls._in_blocks(dataset)
-        dataset = with_calibration(dataset)
+        if dataset.calibration is None:
+            return cls._of_one_table(dataset)
         calibration, touches = dataset.calibration, dataset.touches
-        assert calibration is not None
         first, second = one_clock(calibration, touches)
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
@@ -96,7 +98,7 @@ class DiagnosisData:
             held[np.flatnonzero(known & ~read)[2::4]] = True
             how = "too few touches to be read have references: every fourth calibration touch is held out"
         else:
-            how = "too few touches to hold any out: errors are not estimated"
+            how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
         return cls(
@@ -106,6 +108,7 @@ class DiagnosisData:
             held_s=np.concatenate([first.held_s, second.held_s]),
             unit=first.unit,
             rest=rest,
+            session=(np.arange(table.n_rows) >= calibration.n_rows).astype(np.int64),
             training=(known & ~held)[group],
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, first.note, second.note) if note)),
@@ -136,25 +139,32 @@ class DiagnosisData:
             held_s=timing.held_s,
             unit=timing.unit,
             rest=calibration.rest_reading(),
+            session=np.zeros(table.n_rows, dtype=np.int64),
             training=known[group],
             held_out=np.zeros(table.n_rows, dtype=bool),
             notes=tuple(dict.fromkeys(note for note in (*dataset.notes, timing.note) if note)),
         )
 
     @classmethod
-    def _in_blocks(cls, dataset: DataSet) -> DiagnosisData:
-        """Part one table of a pad by time."""
+    def _of_one_table(cls, dataset: DataSet) -> DiagnosisData:
+        """Part one table by time."""
         whole = dataset.touches
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
         _, group = groups(table.touch)
-        known = _known(table, finger=False)
+        finger = isinstance(dataset.sensor.body, Finger)
+        known = _known(table, finger)
         place = np.cumsum(known) - 1
-        size = max(2, int(known.sum()) // BLOCKS)
+        size = 1 if finger else max(2, int(known.sum()) // BLOCKS)
         held = known & ((place // size) % 4 == 2)
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
-        how = f"every fourth block of {size} touches that follow each other is held out"
+        held &= np.full(len(held), known.sum() >= ENOUGH_CALIBRATION)
+        how = "every fourth touch is held out"
+        if not finger:
+            how = f"every fourth block of {size} touches that follow each other is held out"
+        if not held.any():
+            how = TOO_FEW
         notes = (*dataset.notes, *table.notes, how, clock.note)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
@@ -163,6 +173,7 @@ class DiagnosisData:
             held_s=clock.held_s,
             unit=clock.unit,
             rest=whole.rest_reading(),
+            session=np.zeros(table.n_rows, dtype=np.int64),
             training=training,
             held_out=held[group],
             notes=tuple(dict.fromkeys(note for note in notes if note)),
@@ -177,7 +188,15 @@ class DiagnosisData:
         """Observations of some rows; they know what was read before each, whichever part that is in."""
         history = history_of(self.table, self.time_s)
         span = (float(self.time_s.min()), float(self.time_s.max()))
-        return Observations.of(self.table.select(rows), self.time_s[rows], self.held_s[rows], self.unit, history, span)
+        return Observations.of(
+            self.table.select(rows), self.time_s[rows], self.held_s[rows], self.unit, history, span, self._sessions
+        )
+
+    @property
+    def _sessions(self) -> tuple[tuple[float, float], ...]:
+        """First and last time of each table."""
+        times = [self.time_s[self.session == each] for each in np.unique(self.session)]
+        return tuple((float(time.min()), float(time.max())) for time in times)
 
     def setting(self, contact: str, reference_load: float) -> Setting:
         """What effects may suit themselves to."""

@@ -107,9 +107,7 @@ def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
     listed = EffectList.from_text(str(calibration.settings[KEY]))
     if not listed.drifts and not any(effect.needs_samples for effect in listed.plain):
         return data.table.select(data.held_out)
-    assert data.dataset.calibration is not None
-    second = np.arange(data.table.n_rows) >= data.dataset.calibration.n_rows
-    return data.table.select(second if second[data.held_out].any() else ~second)
+    return data.table.select(np.isin(data.session, data.session[data.held_out]))
 
 
 def _rms(values: FloatArray) -> float:

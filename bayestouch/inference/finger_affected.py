@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.described import AffectedChain
-from bayestouch.affected.fitting import spread_over_elements
+from bayestouch.affected.fitting import drift_basis, spread_over_elements
 from bayestouch.affected.observations import Observations, history_of
 from bayestouch.affected.outliers import without_wrong
 from bayestouch.affected.timing import Timing
@@ -162,7 +162,7 @@ def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray
     )
     out = []
     for drift in affected.listed.drifts:
-        basis = drift.basis(observed.touch_time_s, affected.values[drift.name], *observed.span)
+        basis = drift_basis(drift, affected.values[drift.name], observed)
         out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own))
     return np.moveaxis(np.concatenate(out), 0, -1)
 
