@@ -100,6 +100,8 @@ def main(draws: int = 2000, folder: Path | None = None) -> dict[str, list[Ridge]
         for kind in ("gain", "response"):
             spread, by_depth, by_sigma, condition = summary(elements, kind)
             print(f"{case:24s}{kind:10s}{spread:10.4f}{by_depth:11.2f}{by_sigma:9.2f}{condition:11.0f}")
+        sigma = elements[0].sigma
+        print(f"{case:24s}σ {sigma.mean():.3f} ± {sigma.std():.3f}, as built {CASES[case][0].poisson_ratio}")
     if folder is not None:
         save_picture(found, folder)
     return found
