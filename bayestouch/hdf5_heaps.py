@@ -2,7 +2,7 @@
 
 Texts and references of varying length lie in "global heaps", blocks of objects one behind the other (HDF5 File Format
 Specification 3.0, section III.E). The library walks through them by the size that each object states. The free space at
-the end is an object too, and where damage makes its size zero the walk stands still for ever (seen in HDF5 2.0; found
+the end is an object too, and where damage makes a size zero the walk stands still for ever (seen in HDF5 2.0; found
 by `studies/fuzz_readers.py`).
 """
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from bayestouch.errors import InputError
 
-_SIGNATURE = b"GCOL\x01\0\0\0"
+_SIGNATURE = b"GCOL\x01"
 _HEADER, _OBJECT = 16, struct.Struct("<HHIQ")
 
 
@@ -35,14 +35,19 @@ def check_heaps(file: Path) -> None:
 
 
 def _walks(data: mmap.mmap, start: int) -> bool:
-    """Whether every object of a heap leads further, up to its end or to what the library itself refuses."""
+    """Whether every object of a heap leads further, up to its end or to what the library itself refuses.
+
+    The steps are the library's: free space counts its own header, an object is filled up to 8 bytes, and sizes are taken
+    modulo 2⁶⁴, so that one may lead backwards.
+    """
     if start + _HEADER > len(data):
         return True
     (size,) = struct.unpack_from("<Q", data, start + 8)
     at, end = start + _HEADER, min(start + size, len(data))
     while at + _OBJECT.size <= end:
         index, _, _, length = _OBJECT.unpack_from(data, at)
-        if index == 0:
-            return bool(length > 0)
-        at += _OBJECT.size + (length + 7) // 8 * 8
+        step = (length if index == 0 else _OBJECT.size + (length + 7) // 8 * 8) % 2**64
+        if step == 0 or step >= 2**63:
+            return False
+        at += step
     return True

@@ -3,9 +3,13 @@
 Valid files are damaged at random (bytes changed, cut out, repeated, put in from elsewhere, numbers blown up), and each
 is read in a child process whose memory and time are limited. Whatever is not read must raise `InputError`: another
 exception counts as a crash, and so does a child that dies (a fault in a C library); a hang is an input that takes more
-than `SECONDS`. Inputs that crash are kept in the folder given by ``--keep``.
+than 10 s. The damage is blind: `fuzz_coverage.py` is led by the lines that inputs reach. Inputs that crash are kept in
+the folder given by ``--keep``.
 
-    python studies/fuzz_readers.py [--inputs 100000] [--keep FOLDER] [READER ...]
+    python studies/fuzz_readers.py [--inputs 100000] [--seconds S] [--results FILE] [--keep FOLDER] [READER ...]
+
+With ``--results`` a run goes on from what the file says was done, so that the whole may be run in pieces of
+``--seconds`` for a reader. With ``--docs`` nothing is run: the table in ``docs/robustness.md`` is made from the file.
 """
 
 from __future__ import annotations
@@ -15,67 +19,25 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
-import multiprocessing
-import random
-import resource
-import signal
+import json
+import math
 import sys
 import tempfile
 import time
-import traceback
 import warnings
-from collections.abc import Callable
-from multiprocessing.connection import Connection
 from pathlib import Path
+
+from _fuzzing import Read, fuzz
 
 import bayestouch
 from bayestouch.errors import InputError
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
 
-#: One input may take this long, and a child as much memory as this.
-SECONDS, MEMORY = 10, 2 << 30
-#: A child reads so many inputs before the next one takes its place.
-BATCH = 2_000
-WORDS = [
-    b"-1", b"0", b"1e400", b"nan", b"inf", b"9" * 400, b"1_0", b'"', b"'", b"[" * 500, b"{" * 500, b"\x00", b"\xff",
-    b"\r", b"\n", b",", b";", b"\t", b"a.b." * 40, b"0x7fffffff", b"18446744073709551615", b"<script>",
-    b"\x00\x00\x00\x80", b"\xff\xff\xff\x7f", b"\xff" * 8, b"\xf0\x9f\x98\x80", b"null", b"true", b"e01",
-    b"touch", b"=", b"[[a]]\n",
-]  # fmt: skip
+PAGE = Path(__file__).parent.parent / "docs" / "robustness.md"
+BEGIN, END = "<!-- fuzz table: studies/fuzz_readers.py --docs -->\n", "<!-- end of fuzz table -->"
 
 
-def damaged(data: bytes, rng: random.Random) -> bytes:
-    """One to eight changes at random places."""
-    text = bytearray(data)
-    for _ in range(rng.choice((1, 1, 1, 2, 3, 8))):
-        n = len(text)
-        at, length = rng.randrange(n + 1), rng.choice((1, 1, 2, 4, 8, 64, 1024))
-        match rng.randrange(8):
-            case 0:
-                text[at : at + 1] = bytes([rng.randrange(256)])
-            case 1 if n:
-                at = min(at, n - 1)
-                text[at] ^= 1 << rng.randrange(8)
-            case 2:
-                del text[at : at + length]
-            case 3:
-                text[at:at] = text[at : at + length]
-            case 4:
-                start = rng.randrange(n + 1)
-                text[at : at + length] = text[start : start + length]
-            case 5:
-                word = rng.choice(WORDS)
-                text[at : at + len(word)] = word
-            case 6:
-                text[at:at] = rng.choice(WORDS)
-            case _:
-                text[at : at + length] = rng.randbytes(min(length, 8))
-    if rng.random() < 0.02:
-        del text[rng.randrange(len(text) + 1) :]
-    return bytes(text)
-
-
-def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Callable[[Path], object]]]:
+def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     """By name: suffix, valid files to start from, and the call that reads one."""
     from bayestouch.indenter_text import indenter_from_text
     from bayestouch.posterior import load
@@ -105,12 +67,14 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Callable[[Path], 
 
     def read_text(path: Path) -> None:
         text = path.read_bytes().decode("utf-8", "surrogateescape")
-        refused = 0
+        refusals = []
         for reader in (prior_from_text, indenter_from_text):
             try:
                 reader(text)
-            except InputError:
-                refused += 1
+            except InputError as error:
+                refusals.append(error)
+        if len(refusals) == 2:
+            raise refusals[0]
 
     def read_table(path: Path) -> None:
         read_touches(path, data.sensor)
@@ -125,99 +89,64 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Callable[[Path], 
     }  # fmt: skip
 
 
-def child(pipe: Connection, path: Path, read: Callable[[Path], object], inputs: list[bytes], seed: int, n: int) -> None:
-    """Read damaged files one by one; says what each came to before the next is begun."""
-    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    warnings.simplefilter("ignore")
-    rng = random.Random(seed)
-    for _ in range(n):
-        data = damaged(rng.choice(inputs), rng)
-        path.write_bytes(data)
-        signal.alarm(SECONDS)  # nothing handles it: it ends the child, also inside a C library
-        try:
-            read(path)
-            what = "read"
-        except InputError as error:
-            what = "refused" if "\n" not in str(error) else "crash\nthe message has more than one line"
-        except BaseException:
-            what = "crash\n" + traceback.format_exc()
-        signal.alarm(0)
-        pipe.send(what)
-    pipe.send(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+def table(results: dict[str, dict[str, float]]) -> str:
+    """The results as a table in Markdown."""
+    lines = [
+        "| reader | inputs | read | refused | crashes | hangs | peak MB | slowest, ms | mean, ms |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for name, r in results.items():
+        counts = (r["inputs"], r["read"], r["refused"], r["crash"] + r["died"], r["hang"])
+        cells = [f"{count:,.0f}" for count in counts]
+        times = (f"{r['peak']:.0f}", f"{1e3 * r['slowest']:.0f}", f"{1e3 * r['seconds'] / max(r['inputs'], 1):.1f}")
+        lines.append(f"| {name} | {' | '.join((*cells, *times))} |")
+    return "\n".join(lines) + "\n"
 
 
-def fuzz(
-    name: str, suffix: str, inputs: list[bytes], read: Callable[[Path], object], total: int, keep: Path | None
-) -> dict[str, float]:
-    """Read `total` damaged files; counts by outcome, peak memory of a child in MB, seconds."""
-    counts: dict[str, float] = dict.fromkeys(("inputs", "read", "refused", "crash", "died", "hang"), 0)
-    peak, seed, start, seen = 0, 0, time.monotonic(), set()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / f"input{suffix}"
-        while counts["inputs"] < total:
-            ours, theirs = multiprocessing.Pipe(duplex=False)
-            n = int(min(BATCH, total - counts["inputs"]))
-            process = multiprocessing.get_context("fork").Process(
-                target=child, args=(theirs, path, read, inputs, seed, n)
-            )
-            process.start()
-            theirs.close()
-            seed += 1
-            try:
-                while isinstance(message := ours.recv(), str):
-                    what, _, detail = message.partition("\n")
-                    counts["inputs"] += 1
-                    counts[what] += 1
-                    if what == "crash" and (last := detail.strip().rpartition("\n")[2][:60]) not in seen:
-                        seen.add(last)
-                        print(f"{name}: {detail}", file=sys.stderr)
-                        _keep(path, keep, name, len(seen))
-                peak = max(peak, message)
-            except EOFError:
-                process.join()
-                what = "hang" if process.exitcode == -signal.SIGALRM else "died"
-                counts["inputs"] += 1
-                counts[what] += 1
-                seen.add(f"{what} {seed}")
-                print(f"{name}: child ended with {process.exitcode} ({what})", file=sys.stderr)
-                _keep(path, keep, name, len(seen))
-            process.join()
-    return counts | {"peak": peak / 1024, "seconds": time.monotonic() - start}
-
-
-def _keep(path: Path, keep: Path | None, name: str, number: int) -> None:
-    if keep is not None:
-        keep.mkdir(parents=True, exist_ok=True)
-        (keep / f"{name.split(',')[0].replace(' ', '-')}-{number}{path.suffix}").write_bytes(path.read_bytes())
-
-
-def main(total: int = 100_000, names: list[str] | None = None, keep: Path | None = None) -> dict[str, dict[str, float]]:
-    """Print the table; returns counts by reader."""
-    print(
-        f"{'reader':24s}{'inputs':>9s}{'read':>9s}{'refused':>9s}{'crashes':>9s}{'hangs':>7s}{'peak MB':>9s}{'s':>7s}"
-    )
-    out = {}
+def main(
+    total: int = 100_000,
+    names: list[str] | None = None,
+    *,
+    seconds: float = math.inf,
+    results: Path | None = None,
+    keep: Path | None = None,
+) -> dict[str, dict[str, float]]:
+    """Print the table; returns counts by reader (see `_fuzzing.fuzz`)."""
+    out: dict[str, dict[str, float]] = {}
+    if results is not None and results.exists():
+        out = json.loads(results.read_text())
     with tempfile.TemporaryDirectory() as folder:
         for name, (suffix, inputs, read) in readers(Path(folder)).items():
             if names and not any(part in name for part in names):
                 continue
-            read_warm = Path(folder) / f"warm{suffix}"
-            read_warm.write_bytes(inputs[0])
-            read(read_warm)  # what is imported is imported before the child is forked
-            r = out[name] = fuzz(name, suffix, inputs, read, total, keep)
-            print(
-                f"{name:24s}{r['inputs']:9.0f}{r['read']:9.0f}{r['refused']:9.0f}{r['crash'] + r['died']:9.0f}"
-                f"{r['hang']:7.0f}{r['peak']:9.0f}{r['seconds']:7.0f}",
-                flush=True,
-            )
+            warm = Path(folder) / f"warm{suffix}"
+            warm.write_bytes(inputs[0])
+            read(warm)  # what is imported is imported before the child is forked
+            out[name] = fuzz(suffix, inputs, read, out.get(name, {}), total, time.monotonic() + seconds, keep)
+            if results is not None:
+                results.write_text(json.dumps(out, indent=1))
+    print(table(out))
     return out
+
+
+def write_docs(results: Path) -> None:
+    """Put the table into the page."""
+    page = PAGE.read_text("utf-8")
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    PAGE.write_text(f"{before}{BEGIN}{table(json.loads(results.read_text()))}{END}{after}", "utf-8")
 
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--inputs", type=int, default=100_000)
+    parser.add_argument("--seconds", type=float, default=math.inf)
+    parser.add_argument("--results", type=Path)
     parser.add_argument("--keep", type=Path)
+    parser.add_argument("--docs", action="store_true")
     parser.add_argument("readers", nargs="*")
-    options = parser.parse_args()
-    main(options.inputs, options.readers, options.keep)
+    o = parser.parse_args()
+    if o.docs:
+        write_docs(o.results)
+        sys.exit()
+    main(o.inputs, o.readers, seconds=o.seconds, results=o.results, keep=o.keep)

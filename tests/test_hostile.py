@@ -120,7 +120,8 @@ def test_more_groups_than_ours_are_refused(saved: Path) -> None:
     assert "more than 64" in refused(saved)
 
 
-def test_a_heap_without_end_is_refused_and_not_walked(saved: Path) -> None:
+@pytest.mark.parametrize("size", [0, 16, 2**64 - 16], ids=["none", "another behind it", "backwards"])
+def test_a_heap_without_end_is_refused_and_not_walked(saved: Path, size: int) -> None:
     """In HDF5 2.0 this never comes back; a child reads it, so that a hang ends the test and nothing else."""
     data = bytearray(saved.read_bytes())
     heap = data.find(b"GCOL\x01")
@@ -128,8 +129,8 @@ def test_a_heap_without_end_is_refused_and_not_walked(saved: Path) -> None:
     at, end = heap + 16, heap + int.from_bytes(data[heap + 8 : heap + 16], "little")
     while at < end and int.from_bytes(data[at : at + 2], "little"):
         at += 16 + (int.from_bytes(data[at + 8 : at + 16], "little") + 7) // 8 * 8
-    assert at < end, "the heap is full: no free space to damage"
-    data[at + 8 : at + 16] = bytes(8)
+    assert at + 32 <= end, "the heap is full: no free space to damage"
+    data[at + 8 : at + 32] = size.to_bytes(8, "little") + bytes(16)
     saved.write_bytes(data)
     code = f"from bayestouch.posterior import load\nload({str(saved)!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

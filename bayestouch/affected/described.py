@@ -15,7 +15,7 @@ from bayestouch.affected.observations import PlainRows
 from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.calibration.finger_flat import FlatLayout
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, Values, effect_classes
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, shown
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger
 
@@ -80,8 +80,8 @@ class EffectList:
             raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
             raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
             raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
-            setting, names, noise = Setting(**raw), list(content["names"]), dict(content["noise"])
-        except (ValueError, KeyError, TypeError) as error:
+            setting, names, noise = Setting(**raw), [str(name) for name in content["names"]], dict(content["noise"])
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
             raise InputError("expected the effects of a chain as JSON", column=KEY) from error
         return cls(setting, named_effects(names, setting), noise)
 
@@ -97,7 +97,7 @@ def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
     classes, out = effect_classes(), []
     for name in names:
         if name not in classes:
-            raise InputError(f"unknown effect {name!r}; known are {', '.join(classes)}")
+            raise InputError(f"unknown effect {shown(name)}; known are {', '.join(classes)}")
         effect = classes[name].suited(setting)
         if effect is None:
             raise InputError(f"effect {name} cannot occur, or not be seen, in the way this sensor was touched")
