@@ -37,8 +37,8 @@ def check_heaps(file: Path) -> None:
 def _walks(data: mmap.mmap, start: int) -> bool:
     """Whether every object of a heap leads further, up to its end or to what the library itself refuses.
 
-    The steps are the library's: free space counts its own header, an object is filled up to 8 bytes, and sizes are taken
-    modulo 2⁶⁴, so that one may lead backwards.
+    The steps are the library's: free space counts its own header, an object is filled up to 8 bytes, and sizes are
+    taken modulo 2⁶⁴, so that one may lead backwards.
     """
     if start + _HEADER > len(data):
         return True
