@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -13,14 +12,9 @@ from typing import Any
 import tomli_w
 
 from bayestouch.errors import InputError, shown
-from bayestouch.files import reading, write_together
+from bayestouch.files import write_together
 from bayestouch.sensor import Finger, Pad, Rubber, Sensor
-
-#: A description of one sensor is a page of text; beyond this it is some other file.
-MAX_BYTES = 1_000_000
-MAX_PARTS = 50
-#: Dots between what may be parts of a key; no text or number has so many without a blank or a comma.
-_DEEP_KEY = re.compile(rf"(?:[\w\"'-]{{1,99}}[ \t]{{0,9}}\.[ \t]{{0,9}}){{{MAX_PARTS}}}")
+from bayestouch.toml_text import read_toml_text, tables_from_toml
 
 _GEOMETRY: Mapping[str, tuple[str, ...]] = {
     "finger": ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm", "element_angles_deg"),
@@ -45,18 +39,8 @@ def read_sensor(path: str | Path) -> Sensor:
     InputError
         The file is missing, is no TOML, or a value is missing, of the wrong type or out of range.
     """
-    with reading(path) as file:
-        if file.stat().st_size > MAX_BYTES:
-            raise InputError(f"expected a description of at most {MAX_BYTES} bytes", file=file)
-        data = file.read_bytes()
-    notes: list[str] = []
-    if data.startswith(b"\xef\xbb\xbf"):
-        notes.append(f"{file.name}: a byte order mark was skipped")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        row = data[: error.start].count(b"\n") + 1
-        raise InputError(f"expected UTF-8 text, got the byte {data[error.start]:#04x}", file=file, row=row) from None
+    text, notes = read_toml_text(path)
+    file = Path(path)
     sensor = sensor_from_toml(text, file=file, default_name=file.resolve().parent.name)
     return replace(sensor, notes=(*notes, *sensor.notes))
 
@@ -69,17 +53,7 @@ def sensor_from_toml(text: str, *, file: str | Path = "sensor.toml", default_nam
     InputError
         As `read_sensor`, with the line of the value at fault where it can be told.
     """
-    # The parser takes the square of a key's parts in time, and what it nests more deeply nothing can print.
-    if deep := _DEEP_KEY.search(text):
-        line = text.count("\n", 0, deep.start()) + 1
-        raise InputError(f"expected keys of at most {MAX_PARTS} parts", file=file, row=line)
-    try:
-        tables = tomllib.loads(text)
-    except RecursionError:
-        raise InputError("expected TOML, got arrays nested too deeply", file=file) from None
-    except ValueError as error:  # TOMLDecodeError, and integers of more digits than Python takes
-        at = re.search(r"\(at line (\d+)", str(error))
-        raise InputError(f"expected TOML: {error}", file=file, row=int(at[1]) if at else None) from None
+    tables = tables_from_toml(text, file)
     try:
         return _sensor(tables, default_name, Path(file).name)
     except InputError as error:

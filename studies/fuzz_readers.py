@@ -39,6 +39,7 @@ BEGIN, END = "<!-- fuzz table: studies/fuzz_readers.py --docs -->\n", "<!-- end 
 
 def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     """By name: suffix, valid files to start from, and the call that reads one."""
+    from bayestouch.effects import StatedModel, read_model
     from bayestouch.indenter_text import indenter_from_text
     from bayestouch.posterior import load
     from bayestouch.prior_text import prior_from_text
@@ -63,6 +64,8 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
         return [(folder / name).read_bytes() for name in names]
 
     pad = bayestouch.simulation.simulate(bayestouch.simulation.PadDesign(), seed=1).dataset.sensor
+    stated = ("crosstalk", {"share": 0.04}), ("gain_drift", {})
+    models = [StatedModel("finger", "layer", stated).to_toml().encode(), b"body = 'pad'\n[[effect]]\nname = 'creep'\n"]
     texts = [b"normal:1,2", b"uniform:0,1", b"log-normal:0.1,2", b"r_c=log-normal:2,1.6", b"tips:0=0.5,2=0.25,inf=0.25"]
 
     def read_text(path: Path) -> None:
@@ -83,6 +86,7 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
         "touch table, CSV": (".csv", bytes_of("csv/touches.csv", "csv/calibration.csv"), read_table),
         "touch table, Parquet": (".parquet", bytes_of("parquet/touches.parquet"), read_table),
         "sensor.toml": (".toml", [*bytes_of("csv/sensor.toml"), sensor_to_toml(pad).encode()], read_sensor),
+        "model.toml": (".toml", models, read_model),
         "calibration, netCDF": (".nc", bytes_of("calibration.nc"), load),
         "posterior, netCDF": (".nc", bytes_of("posterior.nc"), load),
         "priors, text": (".txt", texts, read_text),

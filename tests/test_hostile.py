@@ -230,3 +230,29 @@ def test_names_in_files_lead_nowhere(tmp_path: Path) -> None:
         bayestouch.save_dataset(dataset, inside / kind, kind)  # type: ignore[arg-type]
     new = {path for path in tmp_path.rglob("*")} - before
     assert new and all(path.is_relative_to(inside) for path in new)
+
+
+START = '[[effect]]\nname = "crosstalk"\nstart = { %s }\n'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "effect = " + "[" * 100_000,
+        "a" + ".a" * 10_000 + " = 1",
+        "[[effect]]\nname = []\n",
+        START % f"share = {10**400}",
+        START % "share = nan",
+        START % f"share = {'9' * 5000}",
+        "\udcff",
+    ],
+    ids=["deep", "dotted", "a list for a name", "no double", "nan", "digits", "no UTF-8"],
+)
+def test_a_model_file_from_anyone_is_refused_in_one_line(tmp_path: Path, text: str) -> None:
+    from bayestouch.effects import read_model
+
+    path = tmp_path / "model.toml"
+    path.write_bytes(text.encode("utf-8", "surrogateescape"))
+    with pytest.raises(InputError) as caught:
+        read_model(path)
+    assert "\n" not in str(caught.value) and str(caught.value).startswith(str(path))

@@ -222,7 +222,7 @@ def test_not_utf8(tmp_path) -> None:
 def test_too_large_a_file_is_not_read(tmp_path, monkeypatch) -> None:
     file = tmp_path / "sensor.toml"
     file.write_text(FINGER)
-    monkeypatch.setattr("bayestouch.sensor_toml.MAX_BYTES", 10)
+    monkeypatch.setattr("bayestouch.toml_text.MAX_BYTES", 10)
     with pytest.raises(InputError, match=r"sensor.toml: expected a description of at most 10 bytes$"):
         read_sensor(file)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,8 +9,10 @@ from typing import Any
 
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.errors import InputError, shown
-from bayestouch.files import reading
+from bayestouch.toml_text import read_toml_text, tables_from_toml
 
+#: No parameter of an effect has a value beyond this.
+LARGEST = 1e100
 _HEAD = """\
 # What the chain of this sensor holds beyond the base model, as a diagnosis found it.
 # bayestouch calibrate DATASET --model model.toml fits the values anew, starting from these.
@@ -64,10 +65,7 @@ class StatedModel:
         InputError
             It is no TOML, names an effect that is not known, or a value is no number.
         """
-        try:
-            content = tomllib.loads(text)
-        except tomllib.TOMLDecodeError as error:
-            raise InputError(f"expected TOML: {error}") from None
+        content = tables_from_toml(text)
         unknown = sorted(set(content) - {"body", "contact", "correction", "effect"})
         if unknown:
             raise InputError("not known here; expected body, contact, correction and [[effect]]", column=unknown[0])
@@ -86,15 +84,16 @@ class StatedModel:
 
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
     name, known = table.get("name"), effect_classes()
-    if name not in known:
+    if not isinstance(name, str) or name not in known:
         raise InputError(f"unknown effect {shown(name)}; known are {', '.join(known)}", column="effect.name")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in start.values()
+        isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST
+        for value in start.values()
     )
     if not numbers:
-        raise InputError(f"expected numbers by the names of the parameters of {name}", column="effect.start")
-    return str(name), {str(key): float(value) for key, value in start.items()}
+        raise InputError(f"expected finite numbers by the names of the parameters of {name}", column="effect.start")
+    return name, {key: float(value) for key, value in start.items()}
 
 
 def read_model(path: str | Path) -> StatedModel:
@@ -105,11 +104,8 @@ def read_model(path: str | Path) -> StatedModel:
     InputError
         As `StatedModel.from_toml`, with the file; or it cannot be read.
     """
-    with reading(path) as file:
-        content = file.read_bytes()
+    text, _ = read_toml_text(path)
     try:
-        return StatedModel.from_toml(content.decode("utf-8"))
-    except UnicodeDecodeError:
-        raise InputError("expected TOML in UTF-8", file=path) from None
+        return StatedModel.from_toml(text)
     except InputError as error:
-        raise InputError(error.message, file=path, column=error.column) from None
+        raise InputError(error.message, file=path, row=error.row, column=error.column) from None
