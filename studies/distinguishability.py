@@ -61,9 +61,7 @@ class Sensor:
 
     def known(self) -> KnownFinger:
         """As its calibration would know it."""
-        finger = expected_finger(self.design)
-        misfit = np.full(finger.n_elements, self.lack_of_fit_percent / 100 * self.design.peak_reading)
-        return replace(finger, noise=replace(finger.noise, discrepancy_sd=misfit))
+        return expected_finger(self.design, lack_of_fit_percent=self.lack_of_fit_percent)
 
 
 def sensors() -> tuple[Sensor, ...]:

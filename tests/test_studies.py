@@ -202,6 +202,17 @@ def test_every_published_number_has_its_own(tmp_path: Path) -> None:
     assert page.count("| `") == len(found.rows)
 
 
+def test_design_questions(tmp_path: Path) -> None:
+    """Closer elements and less noise help; averaging helps until the lack of fit is reached."""
+    found = study("design_questions").main(small=True, folder=tmp_path)
+    for vary in ("spacing_mm", "noise_percent"):
+        assert np.all(np.diff(found.maps[vary].rms()) > 0)
+    exact, missing = found.averaging.values()
+    assert missing.floor > 5 * exact.floor
+    assert missing.enough() < 10 < exact.enough()
+    assert (tmp_path / "design_questions.png").stat().st_size > 10_000
+
+
 def test_distinguishability() -> None:
     """The noise of Table 1 allows finer distinctions than Table 4's noise in R, which the paper goes by."""
     module = study("distinguishability")

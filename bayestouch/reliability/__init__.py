@@ -14,6 +14,8 @@ _PUBLIC = {
     "Beside": "comparison",
     "BiasMap": "bias_scores",
     "Comparison": "comparison",
+    "DesignMaps": "designs",
+    "Effort": "effort",
     "Explained": "bias_scores",
     "KnownFinger": "known_finger",
     "Optimism": "distinguishability",
@@ -24,7 +26,10 @@ _PUBLIC = {
     "TouchPlaces": "known_finger",
     "Trial": "distinguishability",
     "attainable": "bias_scores",
+    "averaging_effort": "effort",
+    "calibration_effort": "effort",
     "covered": "bias_scores",
+    "design_maps": "designs",
     "draw_bias": "maps",
     "expected_coverage": "bias_scores",
     "expected_finger": "expected_calibration",
@@ -63,12 +68,17 @@ if TYPE_CHECKING:
     from bayestouch.reliability.bias_scores import variance_split as variance_split
     from bayestouch.reliability.comparison import Beside as Beside
     from bayestouch.reliability.comparison import Comparison as Comparison
+    from bayestouch.reliability.designs import DesignMaps as DesignMaps
+    from bayestouch.reliability.designs import design_maps as design_maps
     from bayestouch.reliability.distinguishability import Optimism as Optimism
     from bayestouch.reliability.distinguishability import Trial as Trial
     from bayestouch.reliability.distinguishability import optimism as optimism
     from bayestouch.reliability.distinguishability import threshold_radii as threshold_radii
     from bayestouch.reliability.distinguishability import told_apart as told_apart
     from bayestouch.reliability.distinguishability import trial as trial
+    from bayestouch.reliability.effort import Effort as Effort
+    from bayestouch.reliability.effort import averaging_effort as averaging_effort
+    from bayestouch.reliability.effort import calibration_effort as calibration_effort
     from bayestouch.reliability.evidence import log_evidence as log_evidence
     from bayestouch.reliability.expected_calibration import expected_finger as expected_finger
     from bayestouch.reliability.information import RadiusScale as RadiusScale

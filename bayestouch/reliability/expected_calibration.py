@@ -24,7 +24,9 @@ FloatArray = NDArray[np.float64]
 _ONE_SD = np.array([0.15865525, 0.84134475])
 
 
-def expected_finger(design: FingerDesign, *, seed: int | None = None, calibrated: bool = True) -> KnownFinger:
+def expected_finger(
+    design: FingerDesign, *, seed: int | None = None, calibrated: bool = True, lack_of_fit_percent: float = 0.0
+) -> KnownFinger:
     """The finger of a design as its planned calibration would know it.
 
     The covariance is that of the Laplace approximation at the truth: Fisher information of the calibration touches
@@ -38,12 +40,15 @@ def expected_finger(design: FingerDesign, *, seed: int | None = None, calibrated
         Draws the errors of the elements (gain, depth, angle); built as designed without.
     calibrated : bool
         False takes every parameter as known.
+    lack_of_fit_percent : float
+        Error of the model in % of `peak_reading`, independent between touches and elements, which no averaging of
+        samples removes: in the calibration touches as in those to be read.
     """
     built = _built(design, seed)
     m = design.n_elements
     noise = Noise(
         np.full(m, design.noise_percent_peak / 100 * design.peak_reading),
-        np.zeros(m),
+        np.full(m, lack_of_fit_percent / 100 * design.peak_reading),
         0.0,
         design.force_noise_sd or np.nan,
     )

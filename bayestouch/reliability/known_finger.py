@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -12,7 +13,7 @@ from bayestouch.calibration.empirical_map import EmpiricalCalibration
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
-from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.neighbours import Neighbours
 from bayestouch.errors import InputError
 from bayestouch.inference.finger_covariance import reading_covariance
 from bayestouch.inference.finger_reader import CalibratedFinger
@@ -76,8 +77,12 @@ class ElasticErrors:
     chain: FingerChain
     parameters: FloatArray
 
+    @cached_property
+    def _neighbours(self) -> Neighbours:
+        return Neighbours.of(self.chain)
+
     def _jacobian(self, touches: TouchPlaces) -> FloatArray:
-        return calibration_jacobian(self.chain, touches.radius_mm, touches.angle, touches.load)
+        return self._neighbours.jacobian(touches.radius_mm, touches.angle, touches.load)
 
     def covariance(self, touches: TouchPlaces) -> FloatArray:
         """Covariance of the readings of each touch, (t, m, m)."""

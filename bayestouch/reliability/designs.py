@@ -1,0 +1,160 @@
+"""Another sensor: the maps of reliability as functions of depth, element spacing, noise and rubber thickness.
+
+They rest on `expected_finger` and `sweet_spots`: nothing is simulated, so a design is judged in a second or two. Places
+are counted from an element (0) to halfway to its neighbour (0.5), in pitches: on a finger built as designed every
+stretch between two elements is the same but for those at the ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.errors import InputError
+from bayestouch.reliability.distinguishability import threshold_radii
+from bayestouch.reliability.expected_calibration import expected_finger
+from bayestouch.reliability.maps import SweetSpots, sweet_spots
+from bayestouch.reliability.paper_criterion import Annulus
+from bayestouch.simulation import FingerDesign
+
+FloatArray = NDArray[np.float64]
+Vary = Literal["depth_mm", "spacing_mm", "noise_percent", "thickness_mm"]
+
+INDENTERS_MM = (0.0, 3.9, 12.3, np.inf)
+PLACES = tuple(np.linspace(0.0, 0.5, 6))
+
+
+@dataclass(frozen=True, eq=False)
+class DesignMaps:
+    """Maps over v designs, k indenters and n places; R in mm, θ_c in degree, P in N/m.
+
+    Attributes
+    ----------
+    vary : str
+        What was changed.
+    values : (v,) array
+        To what.
+    designs : tuple of FingerDesign
+        The designs.
+    places : (n,) array
+        From an element (0) to halfway to the next (0.5), pitches.
+    spots : tuple of SweetSpots
+        Every map of each design, element by element.
+    threshold_mm : (v, n) array
+        Sharpest r_c told from a knife edge with 95 %; NaN where not even the flat is.
+    """
+
+    vary: str
+    values: FloatArray
+    designs: tuple[FingerDesign, ...]
+    places: FloatArray
+    spots: tuple[SweetSpots, ...]
+    threshold_mm: FloatArray
+
+    def sd(self, name: str = "R") -> FloatArray:
+        """Standard deviation of an estimate, noise and calibration together, (v, k, n)."""
+        return np.stack([each.sd(name) for each in self.spots])
+
+    def rms(self, name: str = "R") -> FloatArray:
+        """Its root mean square over indenters and places, (v,)."""
+        return np.asarray(np.sqrt((self.sd(name) ** 2).mean(axis=(1, 2))))
+
+    def unevenness(self, name: str = "R") -> FloatArray:
+        """Standard deviation halfway between elements over that above one, root mean square of the indenters, (v,)."""
+        squares = (self.sd(name) ** 2).mean(axis=1)
+        return np.asarray(np.sqrt(squares[:, -1] / squares[:, 0]))
+
+
+def design_maps(
+    design: FingerDesign,
+    vary: Vary,
+    values: ArrayLike,
+    *,
+    indenters_mm: Sequence[float] = INDENTERS_MM,
+    places: Sequence[float] = PLACES,
+    samples: int = 1,
+    use_load: bool = False,
+    noise_of: Literal["peak", "strain"] = "peak",
+    lack_of_fit_percent: float = 0.0,
+) -> DesignMaps:
+    """Reliability of a finger as a function of one of its sizes.
+
+    Parameters
+    ----------
+    design : FingerDesign
+        Everything else.
+    vary : {"depth_mm", "spacing_mm", "noise_percent", "thickness_mm"}
+        Depth of the elements below the surface; arc between them at their radius (over the same whole arc); noise of
+        one reading in % of the peak; thickness of the rubber, the elements staying as far above the core.
+    values : (v,) array_like
+        What to set it to.
+    indenters_mm : sequence of float
+        r_c of the k indenters.
+    places : sequence of float
+        From an element (0) to halfway to the next (0.5), pitches.
+    samples, use_load
+        As in `sweet_spots`.
+    noise_of : {"peak", "strain"}
+        What stays when the strain at the elements changes: noise in % of its peak, or noise as a strain.
+    lack_of_fit_percent : float
+        As in `expected_finger`.
+
+    Raises
+    ------
+    InputError
+        If a value gives an impossible finger, or `vary` is unknown.
+    """
+    wanted = np.atleast_1d(np.asarray(values, dtype=float))
+    designs = tuple(changed_design(design, vary, float(value), noise_of=noise_of) for value in wanted)
+    spots, thresholds = [], []
+    for each in designs:
+        known = expected_finger(each, lack_of_fit_percent=lack_of_fit_percent)
+        angle = places_deg(each, places)
+        spots.append(sweet_spots(known, indenters_mm, angle, samples=samples, use_load=use_load))
+        thresholds.append(threshold_radii(known, angle, samples=samples, use_load=use_load))
+    return DesignMaps(vary, wanted, designs, np.asarray(places, dtype=float), tuple(spots), np.stack(thresholds))
+
+
+def changed_design(
+    design: FingerDesign, vary: Vary, value: float, *, noise_of: Literal["peak", "strain"] = "peak"
+) -> FingerDesign:
+    """One design of `design_maps`."""
+    outer = design.outer_radius_mm
+    if vary == "depth_mm":
+        new = replace(design, sensing_radius_mm=outer - value)
+    elif vary == "thickness_mm":
+        above_core = design.sensing_radius_mm - design.core_radius_mm
+        new = replace(design, core_radius_mm=outer - value, sensing_radius_mm=outer - value + above_core)
+    elif vary == "spacing_mm":
+        pitch = float(np.degrees(value / design.sensing_radius_mm)) if value > 0 else 0.0
+        elements = max(1, round(design.n_elements * design.pitch_deg / pitch)) if pitch > 0 else 1
+        new = replace(design, pitch_deg=pitch, n_elements=elements)
+    elif vary == "noise_percent":
+        return replace(design, noise_percent_peak=value)
+    else:
+        raise InputError(f"vary: expected depth_mm, spacing_mm, noise_percent or thickness_mm, got {vary!r}")
+    if noise_of == "peak":
+        return new
+    return replace(new, noise_percent_peak=design.noise_percent_peak * _peak_strain(design) / _peak_strain(new))
+
+
+def places_deg(design: FingerDesign, places: Sequence[float] = PLACES) -> FloatArray:
+    """Angles of places counted from the element nearest to the middle towards its neighbour below, degree."""
+    element = design.element_angles_deg[design.n_elements // 2]
+    return np.asarray(element - np.asarray(places, dtype=float) * design.pitch_deg)
+
+
+def _peak_strain(design: FingerDesign) -> float:
+    outer = design.outer_radius_mm
+    finger = Annulus(
+        design.core_radius_mm / outer,
+        design.sensing_radius_mm / outer,
+        outer_radius_mm=outer,
+        poisson_ratio=design.poisson_ratio,
+        shear_modulus_MPa=design.shear_modulus_MPa,
+    )
+    return float(finger.strain([0.0])[1].max())

@@ -1,0 +1,146 @@
+"""How much effort is enough: calibration touches to make, samples of a touch to average."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.reliability.designs import INDENTERS_MM, places_deg
+from bayestouch.reliability.expected_calibration import expected_finger
+from bayestouch.reliability.known_finger import KnownFinger
+from bayestouch.reliability.maps import sweet_spots
+from bayestouch.simulation import FingerDesign
+from bayestouch.simulation.finger import plan_touches
+
+FloatArray = NDArray[np.float64]
+
+#: A standard deviation that is larger than the least possible by this share is good enough.
+ENOUGH = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Effort:
+    """Root mean square standard deviation of an estimate over indenters and places, as something is done more often.
+
+    Attributes
+    ----------
+    name : str
+        Which estimate: ``R`` (mm), ``theta_c`` (degree) or ``P`` (N/m).
+    count : (s,) int array
+        Calibration touches, or samples averaged; rising.
+    sd : (s,) array
+        With noise, calibration and lack of fit in it.
+    floor : float
+        What is left however large the count.
+    """
+
+    name: str
+    count: NDArray[np.int64]
+    sd: FloatArray
+    floor: float
+
+    def enough(self, share: float = ENOUGH) -> float:
+        """Smallest count with which the standard deviation is at most (1 + share) times the floor.
+
+        Interpolated as `needed` does; inf where no count given is enough.
+        """
+        return self.needed((1 + share) * self.floor)
+
+    def needed(self, sd: float) -> float:
+        """Smallest count with which the standard deviation is at most `sd`; inf where no given one is enough.
+
+        Between the counts given the variance above the floor is interpolated as a power of the count, -1 for noise.
+        """
+        good = np.flatnonzero(self.sd <= sd)
+        if not good.size:
+            return float(np.inf)
+        first = int(good[0])
+        if first == 0:
+            return float(self.count[0])
+        pair = slice(first - 1, first + 1)
+        above = np.log(np.maximum(self.sd[pair] ** 2 - self.floor**2, 1e-12 * self.floor**2))
+        wanted = np.log(max(sd**2 - self.floor**2, 1e-12 * self.floor**2))
+        return float(np.exp(np.interp(-wanted, -above, np.log(self.count[pair]))))
+
+
+def calibration_effort(
+    design: FingerDesign,
+    edge_steps_deg: Sequence[float] = (18.0, 12.0, 9.0, 6.0, 3.0, 2.0, 1.0),
+    *,
+    flats_per_edge: float = 1 / 3,
+    name: str = "R",
+    indenters_mm: Sequence[float] = INDENTERS_MM,
+    samples: int = 1,
+    use_load: bool = False,
+    lack_of_fit_percent: float = 0.0,
+) -> Effort:
+    """How many calibration touches are enough.
+
+    Parameters
+    ----------
+    design : FingerDesign
+        Sensor, noise, samples of each calibration touch and the arc that they span.
+    edge_steps_deg : sequence of float
+        Steps between knife edges to try.
+    flats_per_edge : float
+        Flats are made at that share of the places.
+    name, indenters_mm, samples, use_load, lack_of_fit_percent
+        As in `design_maps`; `samples` are those of the touches to be read.
+
+    Returns
+    -------
+    Effort
+        The floor is that of a calibration without any error.
+    """
+    places, counts, sds = places_deg(design), [], []
+
+    def rms(known: KnownFinger) -> float:
+        spots = sweet_spots(known, indenters_mm, places, samples=samples, use_load=use_load)
+        return float(np.sqrt((spots.sd(name) ** 2).mean()))
+
+    for step in sorted(edge_steps_deg, reverse=True):
+        plan = replace(design, edge_step_deg=step, flat_step_deg=step / flats_per_edge)
+        counts.append(plan_touches(plan, np.random.default_rng(0)).n_calibration)
+        sds.append(rms(expected_finger(plan, lack_of_fit_percent=lack_of_fit_percent)))
+    floor = rms(expected_finger(design, calibrated=False, lack_of_fit_percent=lack_of_fit_percent))
+    return Effort(name, np.array(counts), np.array(sds), floor)
+
+
+def averaging_effort(
+    known: KnownFinger,
+    angle_deg: ArrayLike,
+    samples: Sequence[int] = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000),
+    *,
+    name: str = "R",
+    indenters_mm: Sequence[float] = INDENTERS_MM,
+    use_load: bool = False,
+) -> Effort:
+    """How many samples of a touch to average.
+
+    Parameters
+    ----------
+    known : KnownFinger
+        The calibrated finger, or a planned one from `expected_finger`.
+    angle_deg : (n,) array_like
+        Locations.
+    samples : sequence of int
+        Numbers to try.
+    name, indenters_mm, use_load
+        As in `calibration_effort`.
+
+    Returns
+    -------
+    Effort
+        The floor is what calibration and lack of fit leave of it.
+    """
+    count = np.array(sorted(samples), dtype=np.int64)
+
+    def rms(number: int) -> float:
+        spots = sweet_spots(known, indenters_mm, angle_deg, samples=number, use_load=use_load)
+        return float(np.sqrt((spots.sd(name) ** 2).mean()))
+
+    # Noise a thousandth of what is tried last is as good as none.
+    return Effort(name, count, np.array([rms(int(n)) for n in count]), rms(int(count[-1]) * 10**6))

@@ -1,0 +1,162 @@
+"""Design questions: what depth, spacing, noise and thickness do to a finger, and how much effort is enough.
+
+One call each (`design_maps`, `calibration_effort`, `averaging_effort`), asked of the paper's finger: standard
+deviations of R at places from an element to halfway to the next, load not measured, single samples. Depth and thickness
+change the strain at the elements, so both are asked twice: with noise that stays at 1.72 % of the peak, and with noise
+that stays the same as a strain.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from _paper import indenter, paper_design
+from _published import figure, options, save
+
+from bayestouch.reliability import (
+    DesignMaps,
+    Effort,
+    averaging_effort,
+    calibration_effort,
+    design_maps,
+    expected_finger,
+)
+from bayestouch.reliability.designs import PLACES, places_deg
+from bayestouch.reliability.paper_finger import MISFIT_PERCENT
+
+VALUES = {
+    "depth_mm": (1.2, 1.6, 2.0, 2.4, 2.8, 3.1),
+    "spacing_mm": (0.8, 1.2, 1.58, 2.0, 2.5, 3.2, 4.0),
+    "noise_percent": (0.1, 0.4, 1.0, 1.72, 3.0),
+    "thickness_mm": (1.5, 2.0, 2.6, 3.3, 4.2, 5.2),
+}
+LABELS = {
+    "depth_mm": "depth of the elements (mm)",
+    "spacing_mm": "element spacing (mm)",
+    "noise_percent": "noise of a sample (% of peak)",
+    "thickness_mm": "thickness of the rubber (mm)",
+}
+STRAIN = ("depth_mm", "thickness_mm")
+MISFIT = MISFIT_PERCENT["model"]
+
+
+@dataclass(frozen=True, eq=False)
+class Answers:
+    """What the study found.
+
+    Attributes
+    ----------
+    maps : dict of DesignMaps
+        By what was varied, and with ``, same strain noise`` after it.
+    calibration : dict of Effort
+        By the samples of the touch to be read.
+    averaging : dict of Effort
+        Without and with the paper's lack of fit.
+    """
+
+    maps: dict[str, DesignMaps]
+    calibration: dict[int, Effort]
+    averaging: dict[str, Effort]
+
+
+def answer(small: bool) -> Answers:
+    """Ask everything."""
+    # Calibration every 3°: enough, and quicker than every degree.
+    design = paper_design(edge_step_deg=3.0, flat_step_deg=9.0)
+    maps = {}
+    for vary, values in VALUES.items():
+        some = values[::4] if small else values
+        maps[vary] = design_maps(design, vary, some)  # type: ignore[arg-type]
+        if vary in STRAIN and not small:
+            maps[f"{vary}, same strain noise"] = design_maps(design, vary, some, noise_of="strain")  # type: ignore[arg-type]
+    steps = (18.0, 6.0) if small else (18.0, 12.0, 9.0, 6.0, 4.5, 3.0, 2.0, 1.0)
+    calibration = {samples: calibration_effort(paper_design(), steps, samples=samples) for samples in (1, 20)}
+    places = places_deg(design, PLACES)
+    averaging = {
+        name: averaging_effort(expected_finger(design, lack_of_fit_percent=percent), places)
+        for name, percent in (("noise and calibration", 0.0), (f"and {MISFIT:.2f} % lack of fit", MISFIT))
+    }
+    return Answers(maps, calibration, averaging)
+
+
+def print_maps(name: str, maps: DesignMaps) -> None:
+    """One row for each value."""
+    indenters = [indenter(r) for r in maps.spots[0].indenters_mm]
+    print(f"\n{name}: sd of R (mm) above an element / halfway to the next; rms of θ_c and P; r_c told from an edge")
+    print(f"{'':>8s}" + "".join(f"{i:>14s}" for i in indenters) + f"{'θ_c (deg)':>11s}{'P (N/m)':>9s}{'r_c (mm)':>16s}")
+    radius, angle, load = maps.sd("R"), maps.rms("theta_c"), maps.rms("P")
+    for i, value in enumerate(maps.values):
+        cells = "".join(f"{row[0]:7.2f}/{row[-1]:6.2f}" for row in radius[i])
+        edge = maps.threshold_mm[i]
+        print(f"{value:8.2f}{cells}{angle[i]:11.3f}{load[i]:9.1f}{edge[0]:8.2f}/{edge[-1]:7.2f}")
+
+
+def print_effort(name: str, effort: Effort) -> None:
+    """Standard deviations by count, and what is enough."""
+    cells = ", ".join(f"{n}: {sd:.3f}" for n, sd in zip(effort.count, effort.sd, strict=True))
+    enough = effort.enough()
+    needed = f"from {enough:.0f}" if np.isfinite(enough) else f"with more than {effort.count[-1]} alone"
+    print(f"  {name}: {cells}; never below {effort.floor:.3f}; within 10 % of that {needed}")
+
+
+def picture(folder: Path, found: Answers) -> None:
+    """Four maps and two efforts."""
+    drawn, axes = figure(3, 2, figsize=(14.0, 8.0))
+    sides = axes.ravel()
+    for side, vary in zip(sides, VALUES, strict=False):
+        for name, style in ((vary, "-"), (f"{vary}, same strain noise", "--")):
+            if name not in found.maps:
+                continue
+            maps = found.maps[name]
+            for i, radius in enumerate(maps.spots[0].indenters_mm):
+                sd = maps.sd("R")[:, i]
+                label = indenter(radius) if style == "-" else None
+                side.plot(maps.values, sd[:, 0], f"C{i}{style}", label=label)
+                side.plot(maps.values, sd[:, -1], f"C{i}{style}", lw=0.8, marker="o", ms=3, mfc="none")
+        side.set(xlabel=LABELS[vary], ylabel="sd of R (mm)", yscale="log")
+        if vary == "noise_percent":
+            side.set_xscale("log")
+    sides[0].legend(fontsize=8, title="above an element;\ncircles: between two", title_fontsize=7)
+    sides[0].set_title("dashed: noise that stays the same as a strain", fontsize=9)
+    for colour, (samples, effort) in enumerate(found.calibration.items()):
+        name = "1 sample" if samples == 1 else f"mean of {samples}"
+        sides[4].loglog(effort.count, effort.sd, f"C{colour}.-", label=name)
+        sides[4].axhline(effort.floor, color=f"C{colour}", ls=":")
+        sides[4].plot(effort.enough(), 1.1 * effort.floor, "k*", ms=10)
+    sides[4].set(xlabel="calibration touches (edges and flats)", ylabel="rms sd of R (mm)")
+    sides[4].set_title("dotted: calibration without error; star: within 10 %", fontsize=9)
+    sides[4].legend(fontsize=8)
+    for colour, (name, effort) in enumerate(found.averaging.items()):
+        sides[5].loglog(effort.count, effort.sd, f"C{colour}.-", label=name)
+        sides[5].axhline(effort.floor, color=f"C{colour}", ls=":")
+        sides[5].plot(effort.enough(), 1.1 * effort.floor, "k*", ms=10)
+    sides[5].set(xlabel="samples averaged", ylabel="rms sd of R (mm)")
+    sides[5].set_title("dotted: what no averaging removes", fontsize=9)
+    sides[5].legend(fontsize=8)
+    save(drawn, folder, "design_questions")
+
+
+def main(small: bool = False, folder: Path | None = None) -> Answers:
+    """Print every answer and save the picture."""
+    found = answer(small)
+    for name, maps in found.maps.items():
+        print_maps(name, maps)
+    print("\nrms sd of R (mm) by the number of calibration touches")
+    for samples, effort in found.calibration.items():
+        print_effort(f"touches of {samples} sample{'s' * (samples > 1)}", effort)
+    print("rms sd of R (mm) by the number of samples averaged")
+    for name, effort in found.averaging.items():
+        print_effort(name, effort)
+    if folder is not None:
+        picture(folder, found)
+    return found
+
+
+if __name__ == "__main__":
+    main(*options(__doc__))

@@ -1,0 +1,125 @@
+"""Questions of design: another sensor, how many calibration touches, how many samples."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bayestouch import InputError
+from bayestouch.reliability import (
+    Annulus,
+    Effort,
+    averaging_effort,
+    calibration_effort,
+    design_maps,
+    expected_finger,
+    sweet_spots,
+)
+from bayestouch.reliability.designs import PLACES, changed_design, places_deg
+from bayestouch.simulation import FingerDesign
+
+DESIGN = FingerDesign(
+    shear_modulus_MPa=0.08,
+    sensing_radius_mm=10.3,
+    n_elements=6,
+    samples_per_touch=4,
+    calibration_span_deg=40.0,
+    edge_step_deg=4.0,
+    flat_step_deg=8.0,
+)
+TIPS = (1.59, 6.01, 12.3)
+
+
+def test_noise_is_all_there_is() -> None:
+    """With half the noise all standard deviations halve: calibration errors come from noise too, priors are wide."""
+    maps = design_maps(DESIGN, "noise_percent", [0.86, 1.72], indenters_mm=TIPS, places=[0.0, 0.5])
+    # the force sensor's noise in the calibration stays: 0.5 % of the load against 1.72 % of the peak, in a part of it
+    assert maps.sd("R")[1] / maps.sd("R")[0] == pytest.approx(2.0, rel=0.03)
+    assert maps.threshold_mm[1] == pytest.approx(2 * maps.threshold_mm[0], rel=0.35)  # r_c is not a scale of its own
+    assert maps.rms("theta_c").shape == (2,)
+    known = expected_finger(maps.designs[0])
+    spots = sweet_spots(known, TIPS, places_deg(DESIGN, [0.0, 0.5]), use_load=False)
+    assert maps.sd("P")[0] == pytest.approx(spots.sd("P"))
+
+
+def test_designs_change_what_they_say() -> None:
+    depth = changed_design(DESIGN, "depth_mm", 1.7)
+    assert depth.outer_radius_mm - depth.sensing_radius_mm == pytest.approx(1.7)
+    assert depth.core_radius_mm == DESIGN.core_radius_mm
+    thick = changed_design(DESIGN, "thickness_mm", 4.0)
+    assert thick.outer_radius_mm - thick.core_radius_mm == pytest.approx(4.0)
+    assert thick.sensing_radius_mm - thick.core_radius_mm == pytest.approx(0.9)
+    close = changed_design(DESIGN, "spacing_mm", np.radians(DESIGN.pitch_deg) * DESIGN.sensing_radius_mm / 2)
+    assert close.n_elements == 12
+    assert close.pitch_deg == pytest.approx(DESIGN.pitch_deg / 2)
+    for bad in (0.0, -1.0):
+        with pytest.raises(InputError, match="pitch_deg"):
+            changed_design(DESIGN, "spacing_mm", bad)
+    with pytest.raises(InputError, match="vary"):
+        changed_design(DESIGN, "colour", 1.0)  # type: ignore[arg-type]
+    with pytest.raises(InputError):
+        design_maps(DESIGN, "depth_mm", [5.0])  # below the core
+
+
+def test_noise_as_a_strain_stays_when_the_peak_changes() -> None:
+    deep = changed_design(DESIGN, "depth_mm", 2.9, noise_of="strain")
+
+    def noise_strain(design: FingerDesign) -> float:
+        outer = design.outer_radius_mm
+        finger = Annulus(design.core_radius_mm / outer, design.sensing_radius_mm / outer)
+        return float(finger.strain([0.0])[1].max() * design.noise_percent_peak)
+
+    assert noise_strain(deep) == pytest.approx(noise_strain(DESIGN), rel=1e-9)
+    assert deep.noise_percent_peak > DESIGN.noise_percent_peak
+
+
+@pytest.mark.parametrize("elements", [6, 7])
+def test_places_go_from_an_element_to_halfway(elements: int) -> None:
+    design = replace(DESIGN, n_elements=elements)
+    angles, places = design.element_angles_deg, places_deg(design, PLACES)
+    assert np.abs(angles - places[0]).min() == pytest.approx(0, abs=1e-9)
+    to_nearest = np.sort(np.abs(angles - places[-1]))[:2]
+    assert to_nearest == pytest.approx([design.pitch_deg / 2] * 2)
+    assert abs(places).max() <= design.pitch_deg / 2 + 1e-9
+
+
+def test_sparse_elements_are_uneven() -> None:
+    pitch = np.radians(DESIGN.pitch_deg) * DESIGN.sensing_radius_mm
+    maps = design_maps(DESIGN, "spacing_mm", [0.7 * pitch, 1.5 * pitch], indenters_mm=TIPS)
+    assert maps.unevenness()[0] < maps.unevenness()[1]
+    assert maps.rms()[0] < maps.rms()[1]
+
+
+def test_calibration_errors_shrink_as_the_root_of_the_touches() -> None:
+    found = calibration_effort(DESIGN, (8.0, 4.0, 2.0), indenters_mm=TIPS, samples=50)
+    assert list(found.count) == [14, 28, 54]
+    extra = found.sd**2 - found.floor**2
+    # priors take some of it where touches are few; places of touches relative to elements change
+    assert extra[:2] * found.count[:2] == pytest.approx(extra[2] * found.count[2], rel=0.35)
+    assert np.all(np.diff(found.sd) < 0)
+    assert found.sd[-1] > found.floor
+
+
+def test_lack_of_fit_is_not_averaged_away() -> None:
+    places = places_deg(DESIGN, [0.0, 0.5])
+    exact = expected_finger(DESIGN, calibrated=False)
+    found = averaging_effort(exact, places, (1, 4, 16), indenters_mm=TIPS)
+    assert found.sd == pytest.approx(found.sd[0] / np.sqrt(found.count), rel=1e-6)
+    missing = averaging_effort(
+        expected_finger(DESIGN, lack_of_fit_percent=1.72, calibrated=False), places, (1, 4, 16), indenters_mm=TIPS
+    )
+    # as large as the noise of a sample: variances add
+    assert missing.floor == pytest.approx(found.sd[0], rel=1e-3)
+    assert missing.sd**2 == pytest.approx(missing.floor**2 * (1 + 1 / missing.count), rel=1e-3)
+    assert missing.enough(0.1) == pytest.approx(1 / 0.21, rel=1e-2)  # between 4 and 16
+
+
+def test_effort_is_interpolated() -> None:
+    effort = Effort("R", np.array([1, 10, 100]), np.array([1.0, 0.5, 0.2]), 0.19)
+    assert effort.needed(2.0) == 1
+    assert effort.needed(0.5) == pytest.approx(10)
+    assert 10 < effort.needed(0.3) < 100
+    assert effort.enough(0.05) == np.inf
+    assert 10 < effort.enough(0.1) <= 100
