@@ -10,11 +10,16 @@ PYTHON ?= $(shell for python in $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 
-.PHONY: help report test test-slow lint docs studies lock clean
+# the newest Python at hand: ArviZ 1.x wants 3.12 or later
+NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo $$python && break; done)
+
+.PHONY: help report test test-slow test-oldest test-newest lint docs studies lock clean
 help:
 	@echo "make report     the first report, on simulated touches, in report/index.html"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make test-slow  the tests that take minutes"
+	@echo "make test-oldest, make test-newest"
+	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
 	@echo "make studies    every script in studies/"
 	@echo "make lock       constraints.txt made anew (maintainers)"
@@ -28,6 +33,13 @@ test: lint
 
 test-slow: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 -q -m slow
+
+# What old libraries say of newer ones beneath them is no fault of ours: warnings are no errors here.
+test-oldest: .venv-oldest/.ready
+	.venv-oldest/bin/pytest -n 2 -q -o filterwarnings=default
+
+test-newest: .venv-newest/.ready
+	.venv-newest/bin/pytest -n 2 -q
 
 lint: $(VENV)/.ready-dev
 	$(BIN)/ruff check .
@@ -60,6 +72,16 @@ $(VENV)/.created:
 		{ echo "bayestouch needs Python 3.11 or newer on the path, or make PYTHON=/path/to/python3.11" >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 		{ echo "$(PYTHON) cannot make a virtual environment: install its venv module" >&2; exit 1; }
+	@touch $@
+
+.venv-oldest/.ready: INTERPRETER := $(BIN)/python
+.venv-oldest/.ready: RESOLUTION := lowest-direct
+.venv-newest/.ready: INTERPRETER := $(NEWEST)
+.venv-newest/.ready: RESOLUTION := highest
+.venv-oldest/.ready .venv-newest/.ready: $(VENV)/.created pyproject.toml
+	$(BIN)/python -m pip install -q --disable-pip-version-check uv
+	$(BIN)/uv venv -q --clear --python $(INTERPRETER) $(@D)
+	$(BIN)/uv pip install -q --python $(@D)/bin/python --resolution $(RESOLUTION) -e '.[dev]'
 	@touch $@
 
 $(VENV)/.ready-runtime: EXTRAS :=

@@ -9,6 +9,7 @@ import pytest
 from test_studies import study
 
 import bayestouch
+from bayestouch.effects import StatedModel
 from bayestouch.inference.fault_tests import FEWEST
 from bayestouch.results import Calibration
 from bayestouch.simulation import FingerDesign, simulate
@@ -144,6 +145,24 @@ def test_what_was_found_is_kept_in_the_file(sound: tuple[Calibration, Touches], 
     again = bayestouch.load(tmp_path / "posterior.nc")
     assert found(again) == found(result)
     assert again.settings["elements_left_out"] == "e07"
+
+
+def test_faults_are_found_where_the_calibration_has_effects() -> None:
+    """The readings that an element should make are those with the effects in them, crosstalk here."""
+    design = FingerDesign(
+        samples_per_touch=3,
+        edge_step_deg=4.0,
+        flat_step_deg=12.0,
+        touch_radii_mm=(0.0, 9.3),
+        touch_span_deg=46.0,
+        touch_step_deg=4.0,
+    )
+    data = simulate(design, effects={"crosstalk": 0.06}, seed=3).dataset
+    model = StatedModel("finger", "layer", (("crosstalk", {}),))
+    with_effects = bayestouch.calibrate(data, model=model, draws=200, seed=3), data.touches
+    assert found(infer(with_effects)) == []
+    (note,) = found(infer(with_effects, readings=changed(with_effects, 7, 0.8 * data.touches.readings[:, 7])))
+    assert "e08 reads 0." in note and "is left out" in note
 
 
 def test_study_of_faults_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:

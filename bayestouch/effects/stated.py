@@ -92,7 +92,7 @@ def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
         for value in start.values()
     )
     if not numbers:
-        raise InputError(f"expected finite numbers by the names of the parameters of {name}", column="effect.start")
+        raise InputError(f"expected numbers by the names of the parameters of {name}", column="effect.start")
     return name, {key: float(value) for key, value in start.items()}
 
 

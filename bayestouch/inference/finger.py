@@ -18,7 +18,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import UniformRadius
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
 from bayestouch.inference.finger_affected import observe, prepare
-from bayestouch.inference.finger_check import check_finger, corrected_means, widened
+from bayestouch.inference.finger_check import CorrectedFinger, check_finger, corrected_means, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
@@ -107,14 +107,24 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options) -> 
     chain, table, covariance = _model(calibration, typical, affected)
     priors = IndenterPriors.of(chain, typical, options.indenter)
     noise, check = calibration.noise, None
-    if affected is not None and observed is not None:
+
+    def with_effects(plain: TouchReadings) -> TouchReadings:
+        if affected is None or observed is None:
+            return plain
         assert isinstance(chain, FingerChain)
-        readings = prepare(readings, observed, affected, chain, table, priors, noise, plug_in=options.plug_in)
-    elif options.check_sensor:
-        check = check_finger(readings, chain, table, noise, covariance, typical)
-        means, noise = corrected_means(means, check), widened(noise, check.excess)
-        readings, fewer = _readings(means, calibration, options.use_load and not check.force_left_out)
-        notes += (*fewer, *fault_notes(check, "N/m"))
+        return prepare(plain, observed, affected, chain, table, priors, noise, plug_in=options.plug_in)
+
+    prepared = with_effects(readings)
+    if options.check_sensor:
+        placed = None if affected is None else affected.placed
+        checked = chain if placed is None else CorrectedFinger(chain, placed)
+        check = check_finger(prepared, checked, table, noise, covariance, typical)
+        notes += fault_notes(check, "N/m")
+        if not check.sound:
+            means, noise = corrected_means(means, check), widened(noise, check.excess)
+            readings, fewer = _readings(means, calibration, options.use_load and not check.force_left_out)
+            notes += fewer
+            prepared = with_effects(readings)
     task = DrawTask(
         chain=chain,
         priors=priors,
@@ -141,7 +151,7 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options) -> 
         "version": bayestouch.__version__,
     }
     notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))
-    whole = FingerTouches(means, readings)
+    whole = FingerTouches(means, prepared)
     return TouchRun(
         FingerBlocks(calibration, task, affected, settings, notes),
         means.n_touches,

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.averages import TouchMeans
 from bayestouch.inference.fault_tests import FEWEST
 from bayestouch.inference.faults import SensorCheck, find_faults
@@ -20,6 +21,41 @@ FloatArray = NDArray[np.float64]
 
 #: Touches looked at, evenly spread over the table: twice as many would find changes of gain only a little smaller.
 MOST = 256
+
+
+@dataclass(frozen=True, eq=False)
+class CorrectedFinger:
+    """A calibrated finger with a correction by element and location."""
+
+    chain: CalibratedFinger
+    placed: PlacedTable
+
+    @property
+    def outer_radius_mm(self) -> float:
+        """``r_b`` in mm."""
+        return self.chain.outer_radius_mm
+
+    @property
+    def shear_modulus_MPa(self) -> float:
+        """μ in MPa."""
+        return self.chain.shear_modulus_MPa
+
+    @property
+    def angle(self) -> FloatArray:
+        """``θ_s`` of the elements, rad."""
+        return self.chain.angle
+
+    @property
+    def contact(self) -> str:
+        """Name of the contact model."""
+        return self.chain.contact
+
+    def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Readings (..., m), as `CalibratedFinger.predict`, with the correction."""
+        rows = self.chain.predict(radius_mm, angle, load)
+        touch = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (radius_mm, angle, load)))
+        added = self.placed.readings(*(each.ravel() for each in touch))
+        return np.asarray(rows + added.reshape(rows.shape))
 
 
 def check_finger(
@@ -37,7 +73,7 @@ def check_finger(
     readings : TouchReadings
         The touches; fewer than `FEWEST` tell nothing.
     chain, table, noise, reading_covariance
-        The calibrated finger, as for `DrawTask`.
+        The calibrated finger, as for `DrawTask`; where readings have effects, their context knows the covariance.
     typical_load : float
         N/m.
     """
@@ -46,9 +82,9 @@ def check_finger(
         return SensorCheck((), np.arange(m), 1.0, 0)
     some = np.unique(np.linspace(0, t - 1, min(t, MOST)).round().astype(np.int64))
     priors = IndenterPriors.of(chain, typical_load)
-    return find_faults(
-        FingerMisfit(chain, table, priors, noise, reading_covariance, readings.select(some), typical_load)
-    )
+    looked_at = readings.select(some)
+    covariance = reading_covariance if looked_at.context is None else looked_at.context.covariance
+    return find_faults(FingerMisfit(chain, table, priors, noise, covariance, looked_at, typical_load))
 
 
 def corrected_means(means: TouchMeans, check: SensorCheck) -> TouchMeans:
