@@ -5,18 +5,23 @@ two wires are swapped, the force sensor is off by a factor), and tables of touch
 happened, and with the check that `infer` makes by default. For each fault: how often it is found and rightly named,
 and the coverage of the 90 % intervals of R, θ_c and P. Tables without a fault give the rate of false alarms.
 
-    python studies/faulty_sensors.py [fingers]
+    python studies/faulty_sensors.py [--fingers 20] [--results FILE] [--docs]
+
+With ``--results`` a run goes on from the fingers that the file holds, so that the whole may be run in pieces. With
+``--docs`` nothing is run: the table in ``docs/robustness.md`` is made from the file.
 """
 
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import argparse
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -29,6 +34,10 @@ from bayestouch.touches import Touches
 #: Radii from an edge to a flat; with 61 locations they make as many tables as there are radii.
 RADII = tuple(float(r) for r in (0.0, *np.geomspace(0.5, 30.0, 18), np.inf))
 NAMES = ("R", "theta_c", "P")
+PAGE = Path(__file__).parent.parent / "docs" / "robustness.md"
+BEGIN, END = "<!-- table of faults: studies/faulty_sensors.py --docs -->\n", "<!-- end of faults -->"
+#: Of a table of touches: noticed or not, rightly named or not, coverage before and after (R, θ_c, P).
+Row = tuple[bool, bool, list[float], list[float]]
 Break = Callable[[Touches, int, np.random.Generator], Touches]
 
 
@@ -148,58 +157,95 @@ def read(table: Touches, calibration: Calibration, check: bool, seed: int) -> To
     )
 
 
-def main(fingers: int = 20) -> dict[str, dict[str, object]]:
+def one_finger(seed: int) -> list[tuple[str, Row]]:
+    """Every fault once and as many sound tables as there are radii, on one finger."""
+    simulated = simulate(design(), seed=seed)
+    calibration = bayestouch.calibrate(simulated.dataset, draws=400, seed=seed)
+    rng = np.random.default_rng([seed, 7])
+    touches = simulated.dataset.touches
+    outer = simulated.dataset.sensor.body.outer_radius_mm  # type: ignore[union-attr]
+    ids = np.unique(touches.touch)
+    true = {name: np.asarray(values) for name, values in simulated.truth["touches"].items()}
+    rows: list[tuple[str, Row]] = []
+    for number, part in enumerate(tables(touches, rng)):
+        table = touches.select(np.isin(touches.touch, part))
+        truth = {name: values[np.searchsorted(ids, part)] for name, values in true.items()}
+        sound = read(table, calibration, True, seed)
+        noticed, covered = _anything(sound, 0), inside(sound, truth, outer).tolist()
+        rows.append(("none", (noticed, noticed, covered, covered)))
+        for fault in FAULTS[number :: len(RADII)]:
+            element = int(rng.integers(3, 9))  # under the touches, and so are its partners
+            broken = fault.apply(table, element, rng)
+            before, after = (read(broken, calibration, check, seed) for check in (False, True))
+            covered = [inside(result, truth, outer).tolist() for result in (before, after)]
+            rows.append((fault.name, (_anything(after, element), fault.found(after, element), covered[0], covered[1])))
+    return rows
+
+
+def main(fingers: int = 20, results: Path | None = None) -> dict[str, dict[str, object]]:
     """Print the table; returns its rows by fault."""
-    rows: dict[str, list[tuple[bool, bool, np.ndarray, np.ndarray]]] = {}
+    done: dict[str, list[tuple[str, Row]]] = {}
+    if results is not None and results.exists():
+        done = json.loads(results.read_text())
     for seed in range(fingers):
-        simulated = simulate(design(), seed=seed)
-        calibration = bayestouch.calibrate(simulated.dataset, draws=400, seed=seed)
-        rng = np.random.default_rng([seed, 7])
-        touches = simulated.dataset.touches
-        outer = simulated.dataset.sensor.body.outer_radius_mm  # type: ignore[union-attr]
-        ids = np.unique(touches.touch)
-        true = {name: np.asarray(values) for name, values in simulated.truth["touches"].items()}
-        for number, part in enumerate(tables(touches, rng)):
-            table = touches.select(np.isin(touches.touch, part))
-            truth = {name: values[np.searchsorted(ids, part)] for name, values in true.items()}
-            sound = read(table, calibration, True, seed)
-            rows.setdefault("none", []).append((_anything(sound, 0),) * 2 + (inside(sound, truth, outer),) * 2)
-            for fault in FAULTS[number :: len(RADII)]:
-                element = int(rng.integers(3, 9))  # under the touches, and so are its partners
-                broken = fault.apply(table, element, rng)
-                before, after = (read(broken, calibration, check, seed) for check in (False, True))
-                result = (_anything(after, element), fault.found(after, element))
-                rows.setdefault(fault.name, []).append(
-                    (*result, inside(before, truth, outer), inside(after, truth, outer))
-                )
-    return _table(rows)
+        if str(seed) not in done:
+            done[str(seed)] = one_finger(seed)
+            if results is not None:
+                results.write_text(json.dumps(done))
+    summary = summarised(done)
+    print(as_markdown(summary))
+    return summary
 
 
-def _table(rows: dict[str, list[tuple[bool, bool, np.ndarray, np.ndarray]]]) -> dict[str, dict[str, object]]:
-    print(f"{'':27s}{'':>7s}{'':>9s}{'':>9s}   coverage of 90 % intervals (%)")
-    print(f"{'':27s}{'':>7s}{'':>9s}{'rightly':>9s}   without the check      with the check")
-    heads = "".join(f"{name:>6s}" for name in ("R", "θ_c", "P"))
-    print(f"{'fault':27s}{'tables':>7s}{'noticed':>9s}{'named':>9s}  {heads}     {heads}")
+def summarised(done: dict[str, list[tuple[str, Row]]]) -> dict[str, dict[str, object]]:
+    """By fault: number of tables, shares noticed and rightly named, mean coverage in % before and after."""
     out: dict[str, dict[str, object]] = {}
     for name in ("none", *(fault.name for fault in FAULTS)):
-        if name not in rows:
-            continue
-        noticed, named, before, after = (np.array(column) for column in zip(*rows[name], strict=True))
-        mean_before, mean_after = 100 * before.mean(axis=0), 100 * after.mean(axis=0)
-        out[name] = {
-            "tables": len(noticed),
-            "noticed": noticed.mean(),
-            "named": named.mean(),
-            "before": mean_before,
-            "after": mean_after,
-        }
-        print(
-            f"{name:27s}{len(noticed):7d}{100 * noticed.mean():8.1f}%{100 * named.mean():8.1f}%   "
-            f"{mean_before[0]:5.1f}{mean_before[1]:6.1f}{mean_before[2]:6.1f}    "
-            f"{mean_after[0]:6.1f}{mean_after[1]:6.1f}{mean_after[2]:6.1f}"
-        )
+        rows = [row for finger in done.values() for fault, row in finger if fault == name]
+        if rows:
+            noticed, named, before, after = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
+            out[name] = {
+                "tables": len(rows),
+                "noticed": noticed.mean(),
+                "named": named.mean(),
+                "before": 100 * np.nanmean(before, axis=0),
+                "after": 100 * np.nanmean(after, axis=0),
+            }
     return out
 
 
+def as_markdown(summary: dict[str, dict[str, object]]) -> str:
+    """The table."""
+    heads = (
+        "fault",
+        "tables",
+        "noticed",
+        "rightly named",
+        *(f"{n}, {c}" for c in ("no check", "check") for n in "RθP"),
+    )
+    lines = ["| " + " | ".join(heads) + " |", "|---|" + "--:|" * (len(heads) - 1)]
+    for name, row in summary.items():
+        shares = (f"{100 * row['noticed']:.0f} %", "" if name == "none" else f"{100 * row['named']:.0f} %")  # type: ignore[operator]
+        coverage = [f"{value:.0f}" for key in ("before", "after") for value in row[key]]  # type: ignore[attr-defined]
+        lines.append(f"| {name} | {row['tables']} | {' | '.join((*shares, *coverage))} |")
+    return "\n".join(lines) + "\n"
+
+
+def write_docs(results: Path) -> None:
+    """Put the table into the page."""
+    page = PAGE.read_text("utf-8")
+    before, _, rest = page.partition(BEGIN)
+    _, _, after = rest.partition(END)
+    PAGE.write_text(f"{before}{BEGIN}{as_markdown(summarised(json.loads(results.read_text())))}{END}{after}", "utf-8")
+
+
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--fingers", type=int, default=20)
+    parser.add_argument("--results", type=Path)
+    parser.add_argument("--docs", action="store_true")
+    options = parser.parse_args()
+    if options.docs:
+        write_docs(options.results)
+    else:
+        main(options.fingers, options.results)
