@@ -22,6 +22,7 @@ SECONDS, MEMORY = 10, 2 << 30
 #: A child reads so many inputs before the next one takes its place.
 BATCH = 500
 OUTCOMES = ("read", "refused", "crash", "died", "hang")
+COUNTS = ("batches", "inputs", *OUTCOMES, "seconds", "peak", "slowest")
 WORDS = [
     b"-1", b"0", b"1e400", b"nan", b"inf", b"9" * 400, b"1_0", b'"', b"'", b"[" * 500, b"{" * 500, b"\x00", b"\xff",
     b"\r", b"\n", b",", b";", b"\t", b"a.b." * 40, b"0x7fffffff", b"18446744073709551615", b"<script>",
@@ -116,7 +117,7 @@ def fuzz(
         ``batches``, ``inputs``, a count for each of `OUTCOMES`, ``seconds``, and the largest of a child:
         ``peak`` memory in MB, ``slowest`` input in s.
     """
-    counts = dict.fromkeys(("batches", "inputs", *OUTCOMES, "seconds", "peak", "slowest"), 0.0) | done
+    counts = dict.fromkeys(COUNTS, 0.0) | done
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"input{suffix}"
         while counts["inputs"] < total and time.monotonic() < until:

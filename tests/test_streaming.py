@@ -307,7 +307,8 @@ def test_a_line_cut_off_does_not_count(tmp_path: Path) -> None:
     with partial_folder(tmp_path / "a.nc", "x") as partial:
         partial.add(0)
         partial.add(4096)
-        (partial.folder / "finished.txt").open("a").write("81")
+        with (partial.folder / "finished.txt").open("a") as stream:
+            stream.write("81")
         assert partial.finished() == {0, 4096}
         assert partial.layout() is None, "no growing file"
 

@@ -17,11 +17,13 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import UniformRadius
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
+from bayestouch.inference.faults import SensorCheck
 from bayestouch.inference.finger_affected import observe, prepare
-from bayestouch.inference.finger_check import CorrectedFinger, check_finger, corrected_means, widened
+from bayestouch.inference.finger_check import CorrectedFinger, check_finger, corrected_means, looked_at_again, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
+from bayestouch.inference.finger_rows import readings_of, rows_as_touches
 from bayestouch.inference.options import Options
 from bayestouch.inference.reading_table import ReadingTable
 from bayestouch.inference.run import TouchRun, rows_of_blocks
@@ -101,8 +103,8 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options) -> 
         observed, note = observe(corrected, affected, calibration.noise, options.each_sample)
         means = observed.means
     else:
-        means, note = _rows_as_touches(corrected) if options.each_sample else corrected.averaged(), ""
-    readings, notes = _readings(means, calibration, options.use_load)
+        means, note = rows_as_touches(corrected) if options.each_sample else corrected.averaged(), ""
+    readings, notes = readings_of(means, calibration, options.use_load)
     notes += (note,) if note else ()
     chain, table, covariance = _model(calibration, typical, affected)
     priors = IndenterPriors.of(chain, typical, options.indenter)
@@ -118,11 +120,20 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options) -> 
     if options.check_sensor:
         placed = None if affected is None else affected.placed
         checked = chain if placed is None else CorrectedFinger(chain, placed)
-        check = check_finger(prepared, checked, table, noise, covariance, typical)
+
+        def check_of(readings: TouchReadings) -> SensorCheck:
+            return check_finger(readings, checked, table, noise, covariance, typical)
+
+        def again(first: SensorCheck) -> SensorCheck:
+            return check_of(with_effects(readings_of(corrected_means(means, first), calibration, options.use_load)[0]))
+
+        check = check_of(prepared)
+        if affected is not None and affected.listed.drifts:
+            check = looked_at_again(check, again)
         notes += fault_notes(check, "N/m")
         if not check.sound:
             means, noise = corrected_means(means, check), widened(noise, check.excess)
-            readings, fewer = _readings(means, calibration, options.use_load and not check.force_left_out)
+            readings, fewer = readings_of(means, calibration, options.use_load and not check.force_left_out)
             notes += fewer
             prepared = with_effects(readings)
     task = DrawTask(
@@ -181,26 +192,6 @@ def _model(
     if affected is not None and affected.placed is not None:
         table = table.corrected(affected.placed, elastic.shear_modulus_MPa)
     return elastic, table, CalibrationCovariance(elastic, calibration.covariance)
-
-
-def _readings(means: TouchMeans, calibration: Calibration, use_load: bool) -> tuple[TouchReadings, tuple[str, ...]]:
-    notes: tuple[str, ...] = ()
-    force_sd = calibration.noise.force_sd
-    counts = np.where(np.isnan(means.readings), 0, means.counts)
-    load = means.load if use_load else np.full(means.n_touches, np.nan)
-    if use_load and np.isnan(load).any():
-        notes = (
-            f"{int(np.isnan(load).sum())} touches have no measured load: their load is inferred from the elements.",
-        )
-    reads = np.maximum(counts.max(axis=1), 1)
-    return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(reads)), notes
-
-
-def _rows_as_touches(touches: Touches) -> TouchMeans:
-    """Every row in contact as a touch of its own, under the touch's number."""
-    contact = touches.select(touches.in_contact)
-    means = contact.with_(touch=np.arange(contact.n_rows), sample=np.zeros(contact.n_rows, dtype=np.int64)).averaged()
-    return replace(means, touch=contact.touch)
 
 
 def _reference(means: TouchMeans, chain: CalibratedFinger) -> dict[str, FloatArray]:

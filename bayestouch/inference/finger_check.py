@@ -87,6 +87,25 @@ def check_finger(
     return find_faults(FingerMisfit(chain, table, priors, noise, covariance, looked_at, typical_load))
 
 
+def looked_at_again(check: SensorCheck, again: Callable[[SensorCheck], SensorCheck]) -> SensorCheck:
+    """A check where drifts are found from the very readings that are checked: a drift follows a faulty element.
+
+    Parameters
+    ----------
+    check : SensorCheck
+        Of all readings.
+    again : callable
+        Check of the readings without the faulty elements of the one it is given, and with wires put right.
+    """
+    m = len(check.order)
+    elements = replace(check, faults=tuple(fault for fault in check.faults if fault.column < m), excess=1.0)
+    if elements.sound:
+        return check
+    second = again(elements)
+    faults = sorted((*elements.faults, *second.faults), key=lambda fault: fault.column)
+    return replace(second, faults=tuple(faults), order=elements.order[second.order])
+
+
 def corrected_means(means: TouchMeans, check: SensorCheck) -> TouchMeans:
     """Touches with swapped wires put right and readings of faulty elements missing."""
     readings, counts = means.readings[:, check.order], means.counts[:, check.order]
