@@ -42,7 +42,7 @@ class AddedEffect:
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
     """Effects of a fit: those of the chain, the drifts, those of the noise (effect, values, sd)."""
-    model, covariance = fitted.finger, fitted.linear.covariance()
+    model, covariance = fitted.model, fitted.linear.covariance()
     out, place = [], model.n_base
     for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
         rows = np.arange(place, place + len(values))
@@ -99,7 +99,7 @@ def calibration_of(
     scale[:m] = response
     chain, noise = model.chain(fitted.vector), fitted.noise
     missed = discrepancy(fitted)
-    force_sd = float(np.median(noise.load_sd[np.isfinite(means.load)] * np.sqrt(_reads(fitted))))
+    force_sd = force_noise(fitted)
     listed = EffectList(
         setting,
         tuple(each.effect for each in added),
@@ -189,6 +189,12 @@ def discrepancy(fitted: Fitted) -> FloatArray:
 
 def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
     return np.asarray((counts > 0).any(axis=0))
+
+
+def force_noise(fitted: Fitted) -> float:
+    """Noise of one reading of the load that a fit assumes."""
+    measured = np.isfinite(fitted.model.known.means.load)
+    return float(np.median(fitted.noise.load_sd[measured] * np.sqrt(_reads(fitted))))
 
 
 def _reads(fitted: Fitted) -> FloatArray:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import CONTACTS, seeded, spoken
+from bayestouch.commands.options import CONTACTS, KERNELS, seeded, spoken
 from bayestouch.commands.output import check_folder, say
 from bayestouch.progress import progress_bar
 
@@ -14,10 +14,13 @@ from bayestouch.progress import progress_bar
 @click.command(short_help="Trace what the model misses to an effect, and add it.")
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
-@click.option("--contact", type=CONTACTS, default="layer", show_default=True, help="Contact model to start from.")
+@click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
+@click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
 @seeded
 @spoken
-def diagnose(dataset: Path, output: Path, contact: str, seed: int, quiet: bool, as_json: bool) -> None:
+def diagnose(
+    dataset: Path, output: Path, contact: str | None, kernel: str | None, seed: int, quiet: bool, as_json: bool
+) -> None:
     """Find what the model misses, trace it to an effect, add that, and report before and after.
 
     Writes diagnosis.json, calibration_before.nc, calibration_after.nc, model.toml, figures and a script that
@@ -31,7 +34,9 @@ def diagnose(dataset: Path, output: Path, contact: str, seed: int, quiet: bool, 
     check_folder(output)
     data = bayestouch.load_dataset(dataset)
     with progress_bar("diagnose", quiet) as advance:
-        diagnosis = bayestouch.diagnose(data, contact=contact, seed=seed, progress=lambda part: advance(0.95 * part))
+        diagnosis = bayestouch.diagnose(
+            data, contact=contact, kernel=kernel, seed=seed, progress=lambda part: advance(0.95 * part)
+        )
         diagnosis.save(output)
         advance(1.0)
     numbers = diagnosis.to_dict()

@@ -17,7 +17,8 @@ __all__ = ["diagnose"]
 def diagnose(
     dataset: DataSet,
     *,
-    contact: str = "layer",
+    contact: str | None = None,
+    kernel: str | None = None,
     draws: int = 1000,
     sample: bool = True,
     seed: int = 0,
@@ -28,10 +29,12 @@ def diagnose(
     Parameters
     ----------
     dataset : DataSet
-        Sensor and touches. Touches with known indenter and location are needed; half of those to be read are held out
-        of every fit and every choice.
-    contact : str
-        Contact model of the base chain: ``"layer"``, ``"hertz"`` or ``"approximate frictionless"``.
+        Sensor and touches. Touches with known indenter (on a finger) and location are needed; half of those to be read
+        are held out of every fit and every choice, or on a pad without calibration table every fourth block of touches.
+    contact : {"layer", "hertz", "approximate frictionless"}, optional
+        Contact model of a finger's base chain; the exact contact on the bonded layer by default.
+    kernel : str, optional
+        Kernel of a pad's base chain, as of `bayestouch.calibrate`; chosen by cross-validation by default.
     draws : int
         Draws kept of each calibration.
     sample : bool
@@ -50,15 +53,26 @@ def diagnose(
     Raises
     ------
     InputError
-        The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have.
+        The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have; or an option
+        does not fit the body.
     """
-    from bayestouch.diagnosis.finger import trace_finger
     from bayestouch.diagnosis.result import Diagnosis
     from bayestouch.sensor import Finger
 
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
-    if not isinstance(dataset.sensor.body, Finger):
-        raise InputError("diagnose reads fingers only as yet; this sensor is a pad")
-    traced = trace_finger(dataset, contact=contact, draws=draws, sample=sample, seed=seed, progress=progress)
-    return Diagnosis.of(traced, {"contact": contact, "draws": draws, "sample": sample, "seed": seed})
+    options = {"draws": draws, "sample": sample, "seed": seed}
+    if isinstance(dataset.sensor.body, Finger):
+        from bayestouch.diagnosis.finger import trace_finger
+
+        if kernel is not None:
+            raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
+        contact = contact or "layer"
+        traced = trace_finger(dataset, contact=contact, draws=draws, sample=sample, seed=seed, progress=progress)
+        return Diagnosis.of(traced, {"contact": contact, **options})
+    from bayestouch.diagnosis.pad import trace_pad
+
+    if contact is not None:
+        raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")
+    traced = trace_pad(dataset, kernel=kernel, draws=draws, sample=sample, seed=seed, progress=progress)
+    return Diagnosis.of(traced, {"kernel": kernel, **options})

@@ -41,6 +41,10 @@ class HeldOut:
         References as the model has them, by the names of posteriors; NaN unknown.
     quantities : tuple of Quantity
         What the residuals may be looked at against.
+    samples : (n, m) array or None
+        Reading minus prediction of every sample, over the peak, where they are what a prediction is held against.
+    repeated : bool
+        Whether touches are read often enough for their noise to be known.
     """
 
     observed: Observations
@@ -50,18 +54,23 @@ class HeldOut:
     design: FloatArray
     reference: Mapping[str, FloatArray]
     quantities: tuple[Quantity, ...]
+    samples: FloatArray | None = None
+    repeated: bool = True
 
     @property
     def error_percent_peak(self) -> float:
         """Rms residual of each element in percent of its peak, mean over elements: the paper's measure."""
-        count = self.present.sum(axis=0)
-        squares = (np.nan_to_num(self.residual) ** 2).sum(axis=0)
+        residual = self.residual if self.samples is None else self.samples
+        count = np.isfinite(residual).sum(axis=0)
+        squares = (np.nan_to_num(residual) ** 2).sum(axis=0)
         alive = count > 0
         return float(100 * np.mean(np.sqrt(squares[alive] / count[alive])))
 
     @property
     def lack_of_fit(self) -> float:
-        """Mean square of the whitened residuals: one where the model is right and exactly known."""
+        """Mean square of the whitened residuals: 1 where the model is right and exactly known; NaN without repeats."""
+        if not self.repeated:
+            return float("nan")
         return float((self.whitened**2).sum() / self.present.sum())
 
     @property
@@ -74,7 +83,7 @@ class HeldOut:
 
 
 def held_out(fitted: Fitted, correction: Correction | None, observed: Observations, force_sd: float) -> HeldOut:
-    """Residuals of a model on touches that it was not fitted to.
+    """Residuals of a finger's model on touches that it was not fitted to.
 
     Parameters
     ----------
@@ -87,20 +96,10 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
     force_sd : float
         Noise of one reading of the load.
     """
-    noise = fitted.noise
-    for name, values in noise.effects:
-        if name == "outliers":
-            wrong = wrong_readings(from_median(observed.table), noise.sd, noise.peak, values)
-            observed = observed.without(wrong)
+    noise, observed = fitted.noise, without_wrong(fitted, observed)
     model = fitted.finger.observing(observed)
-    predicted = model.predict(fitted.vector).touches
-    functions = drift_columns(model, fitted.vector, fitted.drifts)
-    weights = fitted.linear.weights()
-    if correction is not None:
-        there = where_of(replace(fitted, model=model))
-        functions = np.concatenate([functions, correction.columns(*there)])
-        weights = np.concatenate([weights[: len(functions) - len(weights_of(fitted)[0])], weights_of(fitted)[0]])
-    predicted = predicted + np.tensordot(weights, functions, axes=1)
+    added, functions = functions_at(fitted, correction, observed)
+    predicted = model.predict(fitted.vector).touches + added
     reads = np.maximum(observed.means.counts.max(axis=1), 1)
     unknown = ~np.isfinite(observed.load)
     load_sd = np.where(unknown, 0.3 * np.nanmean(model.load), force_sd / np.sqrt(reads))
@@ -117,13 +116,35 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
         residual=np.where(present, residual, np.nan) / peak,
         whitened=np.where(present, whitening.touches(residual), 0.0),
         present=present,
-        design=_design(fitted, model.derivatives(fitted.vector)[0], functions, whitening),
+        design=design_of(fitted, model.derivatives(fitted.vector)[0], functions, whitening),
         reference={"R": radius, "theta_c": angle, "P": load},
         quantities=of_finger(observed, element, angle, radius, load, predicted / peak, peak),
     )
 
 
-def _design(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whitening: Whitening) -> FloatArray:
+def without_wrong(fitted: Fitted, observed: Observations) -> Observations:
+    """Touches without the readings that a model takes to be wrong."""
+    noise = fitted.noise
+    for name, values in noise.effects:
+        if name == "outliers":
+            observed = observed.without(wrong_readings(from_median(observed.table), noise.sd, noise.peak, values))
+    return observed
+
+
+def functions_at(
+    fitted: Fitted, correction: Correction | None, observed: Observations
+) -> tuple[FloatArray, FloatArray]:
+    """What drifts and correction of a fit add to other touches, (t, m), and what each weight does, (k, t, m)."""
+    model = fitted.model.observing(observed)
+    functions, weights = drift_columns(model, fitted.vector, fitted.drifts), fitted.linear.weights()
+    if correction is not None:
+        there = where_of(replace(fitted, model=model))
+        functions = np.concatenate([functions, correction.columns(*there)])
+        weights = np.concatenate([weights[: len(functions) - len(weights_of(fitted)[0])], weights_of(fitted)[0]])
+    return np.asarray(np.tensordot(weights, functions, axes=1)), functions
+
+
+def design_of(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whitening: Whitening) -> FloatArray:
     """Columns of `HeldOut.design`: parameters and weights of the functions together."""
     linear = fitted.linear
     columns = whitening.touches(np.concatenate([slopes, functions]))

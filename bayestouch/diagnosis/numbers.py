@@ -70,7 +70,7 @@ def _noise_floor(traced: Traced) -> float | None:
     """Prediction error of a model that is right: noise of a touch's mean reading, as the repeats have it."""
     held, fitted = traced.before.held_out, traced.before.fitted
     means = fitted.model.known.means if held is None else held.observed.means
-    if not np.nansum(fitted.model.known.means.pure_error_dof) > 0:
+    if (held is not None and not held.repeated) or not np.nansum(fitted.model.known.means.pure_error_dof) > 0:
         return None
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     some = (counts > 0).any(axis=0)

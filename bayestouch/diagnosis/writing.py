@@ -37,7 +37,7 @@ def stated_model(diagnosis: Diagnosis) -> StatedModel:
         effects.append((each.effect.name, {parameter.name: float(value) for parameter, value in values}))
     return StatedModel(
         body=traced.data.dataset.sensor.body.kind,
-        contact=str(diagnosis.options["contact"]),
+        contact=str(diagnosis.options.get("contact", "")),
         effects=tuple(effects),
         correction=traced.corrected is not None,
     )

@@ -160,5 +160,6 @@ class Memory(Effect):
         if recording.history is None:
             return recording.signal
         left = recording.history.leftover(recording.time_s - recording.held_s, time)
-        fade = np.exp((self.pause_s - recording.held_s) / time)
+        # A time far below the pause leaves nothing, whatever the share.
+        fade = np.exp(np.minimum((self.pause_s - recording.held_s) / time, 50.0))
         return np.asarray(recording.signal + share * fade[:, None] * left)

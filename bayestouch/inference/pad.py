@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bayestouch
+from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.errors import InputError
@@ -57,6 +58,8 @@ class PadBlocks:
         Draws of each touch in all, and the seed.
     settings, notes
         Of the result.
+    effects : PadEffects or None
+        Effects that the readings and loads are freed of: loads of the reader are those that act.
     """
 
     calibration: Calibration
@@ -65,6 +68,7 @@ class PadBlocks:
     seed: int
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
+    effects: PadEffects | None = None
 
     @cached_property
     def lattice(self) -> Lattice:
@@ -102,17 +106,19 @@ class PadBlocks:
             done += len(index)
             if progress is not None:
                 progress(done / t)
+        load = self._as_read(readings.load)
+        posterior["P"] = self._as_read(posterior["P"])
         return TouchPosteriors(
             sensor=self.calibration.sensor,
-            parameters=_parameters(reader, self.calibration),
+            parameters=self._parameters(),
             posterior=posterior,
             sample_stats=stats,
-            reference={**_by_axis(readings.location), "P": readings.load},
+            reference={**_by_axis(readings.location), "P": load},
             rows=TouchRows(
                 touch=readings.touch,
                 location=_by_axis(readings.location),
                 radius_mm=readings.radius_mm,
-                load=readings.load,
+                load=load,
                 observed=readings.readings,
                 predicted=predicted,
                 sd=sd,
@@ -121,6 +127,23 @@ class PadBlocks:
             settings=self.settings,
             notes=self.notes,
         )
+
+    def _as_read(self, load: FloatArray) -> FloatArray:
+        """Loads as a force sensor reads them, of loads as they act."""
+        return load if self.effects is None else self.effects.as_read(load)
+
+    def _parameters(self) -> tuple[Parameter, ...]:
+        reader, effects = self.reader, self.effects
+        low, high = reader.map.low, reader.map.high
+        load_unit = str(self.calibration.settings["load_unit"])
+        where = [
+            Parameter(name, name, name, "mm", Uniform(float(low[k]), float(high[k])), "contact location")
+            for k, name in enumerate(COORDINATES[: len(low)])
+        ]
+        about = "load" if reader.load_measured else "load over that of the calibration"
+        sd = reader.load_sd / (1.0 if effects is None else effects.load_slope)
+        prior = Normal(float(self._as_read(np.array(reader.load))), sd, 0.0)
+        return (*where, Parameter("P", "P", "P", "N" if load_unit == "N" else "", prior, about))
 
 
 def pad_run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
@@ -140,6 +163,9 @@ def pad_run(touches: Touches, calibration: Calibration, options: Options) -> Tou
     if touches.n_elements != reader.map.n_elements:
         raise InputError(f"expected readings of {reader.map.n_elements} elements, got {touches.n_elements}")
     corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+    effects = PadEffects.of(calibration)
+    if effects is not None:
+        corrected = effects.freed(corrected)
     readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
     if not options.use_load:
         readings = readings.without_load()
@@ -155,9 +181,9 @@ def pad_run(touches: Touches, calibration: Calibration, options: Options) -> Tou
         "seed": float(options.seed),
         "version": bayestouch.__version__,
     }
-    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings))))
+    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings), *_effect_notes(effects))))
     return TouchRun(
-        PadBlocks(calibration, reader, draws, options.seed, settings, notes),
+        PadBlocks(calibration, reader, draws, options.seed, settings, notes, effects),
         readings.n_touches,
         lambda size: map(readings.select, rows_of_blocks(readings.n_touches, size)),
     )
@@ -238,18 +264,6 @@ def _by_axis(location: FloatArray) -> dict[str, FloatArray]:
     return {name: location[:, axis] for axis, name in enumerate(COORDINATES[: location.shape[1]])}
 
 
-def _parameters(reader: PadReader, calibration: Calibration) -> tuple[Parameter, ...]:
-    low, high = reader.map.low, reader.map.high
-    load_unit = str(calibration.settings["load_unit"])
-    where = [
-        Parameter(name, name, name, "mm", Uniform(float(low[k]), float(high[k])), "contact location")
-        for k, name in enumerate(COORDINATES[: len(low)])
-    ]
-    about = "load" if reader.load_measured else "load over that of the calibration"
-    prior = Normal(reader.load, reader.load_sd, 0.0)
-    return (*where, Parameter("P", "P", "P", "N" if load_unit == "N" else "", prior, about))
-
-
 def _notes(reader: PadReader, readings: PadReadings) -> list[str]:
     measured = np.isfinite(readings.load)
     if measured.any() and not reader.load_measured:
@@ -260,3 +274,14 @@ def _notes(reader: PadReader, readings: PadReadings) -> list[str]:
             f"{reader.load:.3g} ± {reader.load_sd:.2g} N"
         ]
     return []
+
+
+def _effect_notes(effects: PadEffects | None) -> list[str]:
+    if effects is None:
+        return []
+    freed = [effect.name for effect in effects.listed.plain if effect.name not in effects.left_to_map]
+    notes = [f"readings and loads are freed of {' and '.join(freed)}, at its most probable values"] if freed else []
+    if effects.listed.drifts:
+        names = " and ".join(effect.name for effect in effects.listed.drifts)
+        notes.append(f"{names} is not taken out of touches that are read: it adds to the noise")
+    return notes

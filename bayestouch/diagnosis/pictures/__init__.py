@@ -26,5 +26,7 @@ def _each(traced: Traced) -> Iterator[Picture]:
         yield view_picture(before, after)
         yield pair_picture(before, after)
     yield search_picture(traced)
-    if traced.before.read is not None and traced.after.read is not None and before is not None and after is not None:
+    if before is None or after is None or "R" not in before.reference:
+        return
+    if traced.before.read is not None and traced.after.read is not None:
         yield touch_picture(traced.before.read, traced.after.read, before, after)

@@ -1,0 +1,86 @@
+"""From a fit without effects to what was traced, on any body: search, models before and after, what remains."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from bayestouch.affected.fitting import Fitted
+from bayestouch.affected.result import AddedEffect, added_effects
+from bayestouch.diagnosis.correction import corrected_fit
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.placed import Correction
+from bayestouch.diagnosis.search import ERRORS, Round, search
+from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
+from bayestouch.effects import Setting, catalogue
+from bayestouch.progress import Progress
+
+# Shares of the time: fits and search, then reading the held-out touches before and after.
+START, SEARCHED, READ = 0.1, 0.75, 0.85
+
+
+class Stands(Protocol):
+    """What a body makes of a fit."""
+
+    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
+        """Calibration, and errors on the held-out touches."""
+        ...
+
+    def held(self, fitted: Fitted, correction: Correction | None) -> HeldOut | None:
+        """Residuals of the held-out touches; None where none could be held out."""
+        ...
+
+
+def follow(data: DiagnosisData, fitted: Fitted, setting: Setting, stand: Stands, progress: Progress | None) -> Traced:
+    """Search from a fit without effects, and compare before and after.
+
+    Parameters
+    ----------
+    data : DiagnosisData
+        Touches, parted.
+    fitted : Fitted
+        Fit to the training touches, without effects.
+    setting : Setting
+        What effects may suit themselves to.
+    stand : Stands
+        Of the body.
+    progress : callable, optional
+        Called with the fraction done.
+    """
+    advance = progress or (lambda fraction: None)
+    advance(START)
+    rounds = search(fitted, catalogue(setting), lambda share: advance(START + (SEARCHED - START) * share))
+    advance(SEARCHED)
+    last = rounds[-1]
+    added = in_order(rounds, last.before)
+    before = stand(fitted, (), None)
+    advance(READ)
+    explained = stand(last.before, added, None) if added else before
+    remaining = Remaining(
+        before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(last.before, explained.held_out)
+    )
+    corrected = None
+    if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
+        new = corrected_fit(last.before)
+        if new is not None:
+            corrected = stand(new[0], added, new[1])
+    advance(1.0)
+    return Traced(
+        data, rounds, _steps(rounds, stand, before, explained), added, before, explained, corrected, remaining
+    )
+
+
+def in_order(rounds: tuple[Round, ...], fitted: Fitted) -> tuple[AddedEffect, ...]:
+    """Effects of the last model, in the order in which they were added."""
+    chosen = [each.added for each in rounds if each.added is not None]
+    noise = tuple((each.noise.effect, each.noise.values, each.noise.sd) for each in chosen if each.noise is not None)
+    by_name = {each.effect.name: each for each in added_effects(fitted, noise)}
+    return tuple(by_name[each.effect.name] for each in chosen if each.effect.name in by_name)
+
+
+def _steps(rounds: tuple[Round, ...], stand: Stands, before: Stand, explained: Stand) -> tuple[HeldOut, ...]:
+    """Held-out residuals at the beginning of each round; empty where none could be held out."""
+    between = [stand.held(each.before, None) for each in rounds[1:-1]]
+    steps = (before.held_out, *between, explained.held_out)[: len(rounds)]
+    return tuple(each for each in steps if each is not None)

@@ -1,0 +1,118 @@
+"""Diagnosis of a pad, from its data set to models before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted
+from bayestouch.affected.observations import Observations
+from bayestouch.affected.pad_calibration import pad_calibration
+from bayestouch.affected.pad_model import PadModel
+from bayestouch.affected.pad_start import pad_fit
+from bayestouch.affected.result import AddedEffect
+from bayestouch.affected.timing import Timing
+from bayestouch.affected.whitening import Whitening
+from bayestouch.dataset import DataSet
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.follow import follow
+from bayestouch.diagnosis.held_out import HeldOut, design_of, functions_at, without_wrong
+from bayestouch.diagnosis.pad_touches import read_held_out_pad
+from bayestouch.diagnosis.placed import Correction
+from bayestouch.diagnosis.quantities import of_pad
+from bayestouch.diagnosis.touch_errors import TouchReading
+from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.effects import Setting
+from bayestouch.progress import Progress
+
+FloatArray = NDArray[np.float64]
+
+# With fewer samples a touch, what changes while it is held cannot be told from noise.
+ENOUGH_SAMPLES = 3
+
+
+def trace_pad(
+    dataset: DataSet, *, kernel: str | None, draws: int, sample: bool, seed: int, progress: Progress | None
+) -> Traced:
+    """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
+    data = DiagnosisData.of(dataset)
+    observed, table = data.observations(data.training), data.table.select(data.training)
+    fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
+    setting = data.setting("", fitted.model.reference_load)
+    return follow(data, fitted, setting, _PadStands(data, setting, kernel, draws, sample, seed), progress)
+
+
+class _PadStands:
+    """Makes a `Stand` of a fit: calibration, and errors on the held-out touches."""
+
+    def __init__(
+        self, data: DiagnosisData, setting: Setting, kernel: str | None, draws: int, sample: bool, seed: int
+    ) -> None:
+        self.data, self.setting, self.kernel = data, setting, kernel
+        self.draws, self.sample, self.seed = draws, sample, seed
+        self.observed = data.observations(data.held_out) if data.n_held_out else None
+
+    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
+        data, model = self.data, fitted.model
+        assert isinstance(model, PadModel)
+        calibration = pad_calibration(
+            fitted,
+            added,
+            dataset=data.dataset,
+            table=data.table,
+            clock=Timing(data.time_s, data.held_s, data.unit),
+            training=data.training,
+            rest=data.rest,
+            setting=self.setting,
+            kernel=self.kernel or model.pad.kernel.name,
+            draws=self.draws,
+            seed=self.seed,
+            notes=data.notes,
+        )
+        held = self.held(fitted, correction)
+        read: TouchReading | None = None
+        if held is not None and self.sample:
+            read = read_held_out_pad(calibration, data, held, seed=self.seed)
+        return Stand(fitted, correction, calibration, held, read)
+
+    def held(self, fitted: Fitted, correction: Correction | None) -> HeldOut | None:
+        """Residuals of the held-out touches."""
+        return None if self.observed is None else held_out_pad(fitted, correction, self.observed)
+
+
+def held_out_pad(fitted: Fitted, correction: Correction | None, observed: Observations) -> HeldOut:
+    """Residuals of a pad's model on touches that it was not fitted to.
+
+    Where touches have several samples the prediction error is that of samples: a pad's samples may be of another time
+    of the hold each.
+    """
+    observed = without_wrong(fitted, observed)
+    model = fitted.model.observing(observed)
+    assert isinstance(model, PadModel)
+    added, functions = functions_at(fitted, correction, observed)
+    prediction = model.predict(fitted.vector)
+    predicted = prediction.touches + added
+    reads = np.maximum(observed.means.counts.max(axis=1), 1)
+    known = fitted.model.known
+    share = np.median(fitted.noise.load_sd * np.sqrt(np.maximum(known.means.counts.max(axis=1), 1)))
+    load_sd = share / np.sqrt(reads) if np.isfinite(known.load).any() else share * model.load
+    noise = fitted.noise.with_(load_sd=load_sd)
+    whitening = Whitening.of(observed, noise, predicted, model.by_load(fitted.vector))
+    residual = observed.means.readings - predicted
+    present = (whitening.root != 0).any(axis=2)
+    recording = model.poses(fitted.vector)
+    reference = {name: axis for name, axis in zip(("x", "y"), recording.place, strict=False)}
+    changing = 0.0 if prediction.samples is None else prediction.samples
+    by_sample = residual[observed.row_touch] + observed.deviation - changing
+    signal = (predicted - model.chain(fitted.vector).offset) / model.peak
+    return HeldOut(
+        observed=observed,
+        residual=np.where(present, residual, np.nan) / model.peak,
+        whitened=np.where(present, whitening.touches(residual), 0.0),
+        present=present,
+        design=design_of(fitted, model.derivatives(fitted.vector)[0], functions, whitening),
+        reference={**reference, "P": observed.load},
+        quantities=of_pad(observed, model.element_place, recording.place, observed.load, signal, model.peak),
+        samples=by_sample / model.peak,
+        repeated=bool(reads.min(initial=ENOUGH_SAMPLES) >= ENOUGH_SAMPLES),
+    )

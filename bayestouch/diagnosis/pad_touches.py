@@ -1,0 +1,78 @@
+"""Errors of touches on a pad that are read as unknown, on touches that no fit and no choice has seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.described import KEY, EffectList
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading
+from bayestouch.inference import infer
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.touches import Touches
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PadTouchErrors(TouchErrors):
+    """Posterior mean minus reference over held-out touches on a pad; NaN what the data cannot give.
+
+    Attributes
+    ----------
+    location_rms_mm : float
+        Of the location, all coordinates together.
+    P_rms_N : float
+        Of the load, read without the force sensor and held against it.
+    coverage_90 : float
+        Share of the touches whose location is in the smallest region that holds 90 % of its posterior.
+    """
+
+    location_rms_mm: float
+    P_rms_N: float
+
+
+def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int) -> TouchReading:
+    """Read the held-out touches with a calibration and compare with their references.
+
+    Where effects depend on what came before, the touches in between are read too.
+    """
+    # The table has had its rest reading subtracted.
+    plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
+    table = _to_be_read(calibration, data)
+    read = infer(table, plain, draws=DRAWS, seed=seed)
+    place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
+    index = np.array([place[int(touch)] for touch in held.observed.means.touch])
+    axes = [name for name in ("x", "y") if name in held.reference]
+    squares = np.sum([(read.mean(name)[index] - held.reference[name]) ** 2 for name in axes], axis=0)
+    level = np.asarray(read.sample_stats["reference_level"])[index]
+    unknown = np.full(len(index), np.nan)
+    errors = PadTouchErrors(
+        R_bias_mm=float("nan"),
+        R_rms_mm=float("nan"),
+        theta_rms_deg=float("nan"),
+        P_rms_N_per_m=float("nan"),
+        coverage_90=float(np.mean(level <= COVERAGE)),
+        location_rms_mm=float(np.sqrt(squares.mean())),
+        P_rms_N=_load_error(table, plain, held, index, seed),
+    )
+    return TouchReading(errors, unknown, unknown, unknown)
+
+
+def _load_error(table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int) -> float:
+    if not (np.isfinite(held.reference["P"]).all() and calibration.settings["load_measured"]):
+        return float("nan")
+    read: TouchPosteriors = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
+    return float(np.sqrt(np.mean((read.mean("P")[index] - held.reference["P"]) ** 2)))
+
+
+def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
+    if KEY in calibration.settings:
+        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        if any(effect.name == "memory" or effect.needs_samples for effect in listed.plain):
+            return data.table.select(data.training | data.held_out)
+    return data.table.select(data.held_out)
