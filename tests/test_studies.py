@@ -235,6 +235,16 @@ def test_sweet_spots(tmp_path: Path) -> None:
     assert (tmp_path / "sweet_spots.png").stat().st_size > 10_000
 
 
+def test_sweet_spots_of_places(tmp_path: Path) -> None:
+    """What edges leave over at a place foretells the bias of other tips there, and nothing where nothing is missing."""
+    found = study("sweet_spots_of_places").main(small=True, folder=tmp_path)
+    both, none = found["of both"][0], found["none"][0]
+    assert both.score.r_squared > 0.5
+    assert both.seen.shared > 0.6
+    assert abs(none.score.r_squared) < 0.2  # nothing is predicted, up to what noise leaves of the shrinking
+    assert (tmp_path / "sweet_spots_of_places.png").stat().st_size > 10_000
+
+
 @pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
 def test_sweet_spots_of_a_measured_pad() -> None:
     """Spread and bias of the barometers' locations are predicted from half of the touches."""

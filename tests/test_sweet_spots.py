@@ -9,6 +9,7 @@ import pytest
 from scipy import stats
 
 from bayestouch import InputError, calibrate, infer, simulate
+from bayestouch.averages import TouchMeans
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.inference.pad_reader import PadReader
@@ -25,6 +26,7 @@ from bayestouch.reliability import (
     known_bias,
     pad_known_bias,
     pad_spots,
+    place_bias,
     shared_by_indenters,
     sweet_spots,
     touch_information,
@@ -93,6 +95,45 @@ def test_known_bias_is_what_a_fit_finds(known: KnownFinger) -> None:
     # knots, which the step of the derivative smooths
     assert predicted["R"].ravel() == pytest.approx(error, abs=0.1 * np.abs(error).max())
     assert predicted["theta_c"].ravel() == pytest.approx(found.angle_deg - place, abs=0.002)
+
+
+def test_bias_of_a_place_is_foretold_by_edges_there(known: KnownFinger) -> None:
+    """Errors of a place, the same for every indenter, against the errors that the estimate's weights make of them."""
+    rng = np.random.default_rng(4)
+    angles = np.arange(-10.0, 11.0, 1.0)
+    error = 3 * known.noise.tactile_sd * rng.standard_normal((len(angles), known.n_elements))
+    edges = TouchPlaces(np.zeros(len(angles)), np.radians(angles), np.full(len(angles), 200.0))
+    n, m = len(angles), known.n_elements
+    means = TouchMeans(
+        touch=np.arange(n),
+        indenter_radius_mm=np.zeros(n),
+        angle_deg=angles,
+        x_mm=None,
+        y_mm=None,
+        readings=known.predict(edges) + error,
+        counts=np.full((n, m), 10_000),
+        pure_error_variance=known.noise.tactile_sd**2,
+        pure_error_dof=np.full(m, 1.0),
+        load=edges.load,
+        depth_mm=np.full(n, np.nan),
+        time_s=np.full(n, np.nan),
+    )
+    places = [-3.0, 0.0, 2.5]
+    predicted = place_bias(known, means, TIPS, places, load=200.0)
+    there = np.stack([error[7], error[10], (error[12] + error[13]) / 2])
+    touches = TouchPlaces.grid(composite_radius(TIPS, known.outer_radius_mm), np.radians(places), 200.0)
+    expected = TouchEstimator.of(known, touches).errors(np.tile(there, (len(TIPS), 1)))
+    assert predicted["R"].ravel() == pytest.approx(expected[:, 0], rel=1e-3)  # shrunk by a 10,000th or so
+    # nothing is foretold where noise explains what is left
+    noisy = replace(means, counts=np.full((n, m), 1), readings=means.readings - 0.9 * error)
+    assert np.all(place_bias(known, noisy, TIPS, places)["R"] == 0)
+    # what a better model says is part of the bias
+    assert isinstance(known.chain, FingerChain)
+    better = replace(known, chain=known.chain.with_(response=known.chain.response * 1.01))
+    both = place_bias(known, replace(means, readings=better.predict(edges)), TIPS, places, better=better)
+    assert both["R"] == pytest.approx(known_bias(known, better, TIPS, places)["R"], abs=1e-6)
+    with pytest.raises(InputError, match="two knife edges"):
+        place_bias(known, replace(means, indenter_radius_mm=np.ones(n)), TIPS, places)
 
 
 def test_few_calibration_touches_leave_more_open() -> None:

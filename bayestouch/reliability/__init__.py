@@ -41,6 +41,7 @@ _PUBLIC = {
     "optimism": "distinguishability",
     "pad_known_bias": "pad_maps",
     "pad_spots": "pad_maps",
+    "place_bias": "places",
     "shared_by_indenters": "bias_scores",
     "smallest_radius": "paper_criterion",
     "strain_difference": "paper_criterion",
@@ -97,6 +98,7 @@ if TYPE_CHECKING:
     from bayestouch.reliability.paper_criterion import smallest_radius as smallest_radius
     from bayestouch.reliability.paper_criterion import strain_difference as strain_difference
     from bayestouch.reliability.paper_criterion import tolerable_noise as tolerable_noise
+    from bayestouch.reliability.places import place_bias as place_bias
 
 
 def __getattr__(name: str) -> Any:
