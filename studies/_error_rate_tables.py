@@ -1,0 +1,163 @@
+"""Tables of `error_rates`: what was said of what was there."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+Record = dict[str, Any]
+
+SAID_NOTHING = ("adequate", "unattributed")
+
+
+def print_tables(records: list[Record]) -> None:
+    """All tables. Cases out of reach, and those that failed, are counted first."""
+    failed = [record for record in records if "error" in record]
+    beyond = [record for record in records if "out_of_reach" in record]
+    done = [record for record in records if "diagnosis" in record]
+    print(f"{len(done)} diagnoses, {len(beyond)} cases out of reach, {len(failed)} failed")
+    for record in failed[:10]:
+        print(f"  failed: {record['key']}: {record['error']}")
+    if not done:
+        return
+    for table in (nothing_there, detection, confusion, pairs, unlisted, before_and_after, cost):
+        print()
+        table(done)
+
+
+def of_kind(records: list[Record], kind: str) -> list[Record]:
+    """Records of one kind of case."""
+    return [record for record in records if record["kind"] == kind]
+
+
+def found(record: Record) -> list[str]:
+    """Effects that were added, in order."""
+    return [effect["name"] for effect in record["diagnosis"]["effects"]]
+
+
+def said(record: Record) -> str:
+    """The effect named first, else the verdict."""
+    names = found(record)
+    return names[0] if names else str(record["diagnosis"]["verdict"])
+
+
+def alike(record: Record) -> set[str]:
+    """Effects that the data could not tell from one that was added."""
+    return {name for effect in record["diagnosis"]["effects"] for name in effect.get("indistinguishable_from", ())}
+
+
+def rate(records: Iterable[Record], hit: Callable[[Record], bool]) -> str:
+    """Hits of all, as ``9/10``."""
+    hits = [hit(record) for record in records]
+    return f"{sum(hits)}/{len(hits)}" if hits else "-"
+
+
+def at_least(records: list[Record], size: float) -> list[Record]:
+    """Single effects of at least this size."""
+    return [record for record in of_kind(records, "one") if record["effects"][0][1] >= size]
+
+
+def nothing_there(records: list[Record]) -> None:
+    """False alarms."""
+    plain = of_kind(records, "none")
+    print("no effect: adequate in", rate(plain, lambda r: r["diagnosis"]["verdict"] == "adequate"), "(aim: 95 %)")
+    for alarm in sorted(said(record) for record in plain if record["diagnosis"]["verdict"] != "adequate"):
+        print(f"  false alarm: {alarm}")
+
+
+def detection(records: list[Record]) -> None:
+    """Detected (anything but adequate), named first, named first or not told from what was, by effect and size."""
+    ones = of_kind(records, "one")
+    sizes = sorted({record["effects"][0][1] for record in ones})
+    print("detected / named first / named first or declared alike, by size (noise of an averaged touch)")
+    print(f"{'':26s}" + "".join(f"{size:>22g}" for size in sizes))
+    for name in [*dict.fromkeys(record["names"][0] for record in ones), "all"]:
+        cells = []
+        for size in sizes:
+            here = [r for r in ones if r["effects"][0][1] == size and name in ("all", r["names"][0])]
+            counts = (
+                rate(here, lambda r: r["diagnosis"]["verdict"] != "adequate"),
+                rate(here, lambda r: said(r) == r["names"][0]),
+                rate(here, lambda r: said(r) == r["names"][0] or r["names"][0] in alike(r)),
+            )
+            cells.append(" ".join(f"{count:>6s}" for count in counts))
+        print(f"{name:26s}" + "".join(f"{cell:>22s}" for cell in cells))
+    large = at_least(records, 1.0)
+    print("size 1 and above, named first:", rate(large, lambda r: said(r) == r["names"][0]), "(aim: 90 %)")
+
+
+def confusion(records: list[Record]) -> None:
+    """What was named first for each single effect of size 1 and above."""
+    print("named first, for effects of size 1 and above")
+    large = at_least(records, 1.0)
+    for name in dict.fromkeys(record["names"][0] for record in large):
+        counts = Counter(said(record) for record in large if record["names"][0] == name)
+        print(f"{name:26s}" + ", ".join(f"{what} {count}" for what, count in counts.most_common()))
+
+
+def pairs(records: list[Record]) -> None:
+    """Both effects of a pair found."""
+    two = of_kind(records, "pair")
+    print("pairs, both found:", rate(two, lambda r: set(r["names"]) <= set(found(r))), "(aim: 80 %)")
+    for names in dict.fromkeys(tuple(record["names"]) for record in two):
+        here = [record for record in two if tuple(record["names"]) == names]
+        counts = Counter(" + ".join(found(record)) or said(record) for record in here)
+        print(f"  {' + '.join(names):44s}" + ", ".join(f"{what} {count}" for what, count in counts.most_common()))
+
+
+def excess_cut(record: Record) -> float:
+    """Share of the held-out lack of fit above 1 (the noise floor) that was taken away; NaN where there is none."""
+    before, after = (record["diagnosis"][when]["lack_of_fit"] for when in ("before", "after"))
+    if before is None or after is None or before <= 1:
+        return float("nan")
+    return float((before - after) / (before - 1))
+
+
+def unlisted(records: list[Record]) -> None:
+    """Effects outside the catalogue."""
+    print("outside the catalogue: unattributed (or an effect and then unattributed), share of the excess cut, median")
+    outside = of_kind(records, "unlisted")
+    for name in [*dict.fromkeys(record["names"][0] for record in outside), "all"]:
+        for size in sorted({record["effects"][0][1] for record in outside}):
+            here = [r for r in outside if r["effects"][0][1] == size and name in ("all", r["names"][0])]
+            counts = Counter(r["diagnosis"]["verdict"] + "".join(f" +{each}" for each in found(r)) for r in here)
+            verdicts = rate(here, lambda r: r["diagnosis"]["verdict"] == "unattributed")
+            half = rate(here, lambda r: excess_cut(r) >= 0.5)
+            cut = np.nanmedian([excess_cut(record) for record in here]) if here else np.nan
+            listed = ", ".join(f"{what} {count}" for what, count in counts.most_common(4)) if name != "all" else ""
+            print(f"{name:18s}{size:4g}{verdicts:>8s}  cut {cut:5.2f}, half or more {half:>6s}  {listed}")
+
+
+def before_and_after(records: list[Record]) -> None:
+    """Held-out figures before and after, where the true effect was named first; medians."""
+    keys = ("lack_of_fit", "R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m", "coverage_90")
+    print("held out, before -> after (medians; effect named first, size 1 and above; last line: no effect)")
+    print(f"{'':26s}" + "".join(f"{key:>20s}" for key in keys))
+    right = [record for record in at_least(records, 1.0) if said(record) == record["names"][0]]
+    plain = of_kind(records, "none")
+    for name in [*dict.fromkeys(record["names"][0] for record in right), "none"]:
+        here = plain if name == "none" else [record for record in right if record["names"][0] == name]
+        cells = []
+        for key in keys:
+            pair = [_median([record["diagnosis"][when].get(key) for record in here]) for when in ("before", "after")]
+            cells.append(f"{pair[0]:.3g} -> {pair[1]:.3g}")
+        print(f"{name:26s}" + "".join(f"{cell:>20s}" for cell in cells))
+    fits = [record["diagnosis"]["after"].get("lack_of_fit") for record in right]
+    fits = [fit for fit in fits if fit is not None]
+    print(f"lack of fit after at most 1.1: {sum(fit <= 1.1 for fit in fits)}/{len(fits)}")
+
+
+def _median(values: list[float | None]) -> float:
+    known = [value for value in values if value is not None]
+    return float(np.median(known)) if known else float("nan")
+
+
+def cost(records: list[Record]) -> None:
+    """Time of a diagnosis."""
+    seconds = [record["seconds"] for record in records]
+    quantiles = ", ".join(f"{value:.1f}" for value in np.quantile(seconds, [0.0, 0.5, 0.9, 1.0]))
+    cpu = np.median([record["cpu_seconds"] for record in records])
+    print(f"seconds a diagnosis (least, median, 90 %, most): {quantiles}; of the processor, median {cpu:.1f}")

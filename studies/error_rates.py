@@ -1,0 +1,164 @@
+"""Error rates of the diagnosis, over simulated fingers of which nothing is declared.
+
+The simulator is that of the tests (`tests/independent`), which shares no code with the package and gives every effect
+another formula than the catalogue's. A size is the root mean square of what an effect leaves in the touch means after
+the base parameters have absorbed what they can, over the noise of an averaged touch: with it the lack of fit is about
+1 + size². Sizes that only an absurd value would reach are left out, and the tables show how many fingers there were.
+
+    python studies/error_rates.py                              a handful of small fingers, within a minute
+    python studies/error_rates.py -o FOLDER [--fingers 10]     the study, for hours
+
+Every result is appended to FOLDER/results.jsonl, and cases that are in it are not run again: a stopped run goes on.
+Cases are in order of fingers, so that a part of the run is a smaller study.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import json
+import multiprocessing
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
+
+from _error_rate_tables import print_tables  # noqa: E402
+from independent.dataset import EFFECTS, LISTED, UNLISTED, forms, simulate, write  # noqa: E402
+from independent.finger import SMALL, Design  # noqa: E402
+from independent.sizes import OutOfReach  # noqa: E402
+
+SIZES = (0.5, 1.0, 2.0, 5.0)
+PLAIN_PER_FINGER, PAIR_SIZE = 4, 1.5
+PAIRS = (
+    ("crosstalk", "baseline_drift"),
+    ("gain_nonlinearity", "prober_eccentricity"),
+    ("proximity", "gain_drift"),
+    ("soft_spot", "memory"),
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One data set: effects by key with their sizes, and the seed of finger, touches and noise."""
+
+    kind: str
+    effects: tuple[tuple[str, float], ...]
+    seed: int
+
+    @property
+    def key(self) -> str:
+        """Name under which its result is kept."""
+        return json.dumps([self.kind, self.effects, self.seed])
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the effects."""
+        return [EFFECTS[key].name for key, _ in self.effects]
+
+
+def cases(fingers: int) -> Iterator[Case]:
+    """All cases, finger by finger; forms of an effect take turns."""
+    names = list(dict.fromkeys(effect.name for effect in LISTED))
+
+    def form(name: str, finger: int) -> str:
+        several = forms(name)
+        return several[finger % len(several)].key
+
+    for finger in range(fingers):
+        yield from (Case("none", (), 10_000 + PLAIN_PER_FINGER * finger + i) for i in range(PLAIN_PER_FINGER))
+        for name in names:
+            for size in SIZES:
+                yield Case("one", ((form(name, finger), size),), finger)
+        for pair in PAIRS:
+            yield Case("pair", tuple((form(name, finger), PAIR_SIZE) for name in pair), finger)
+        for effect in UNLISTED:
+            for size in SIZES[1:3]:
+                yield Case("unlisted", ((effect.key, size),), finger)
+
+
+def small_cases() -> Iterator[Case]:
+    """One of each kind, on small fingers."""
+    yield Case("none", (), 1)
+    yield Case("one", (("crosstalk: unequal, second neighbours", 2.0),), 1)
+    yield Case("unlisted", (("far_lobe: ", 2.0),), 1)
+
+
+def run(case: Case, design: Design) -> dict[str, Any]:
+    """Simulate and diagnose one case."""
+    import bayestouch
+
+    record: dict[str, Any] = {**asdict(case), "key": case.key, "names": case.names}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            simulated = simulate(design, [(EFFECTS[key], size) for key, size in case.effects], case.seed)
+        except OutOfReach as reason:
+            return {**record, "out_of_reach": str(reason)}
+        dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))
+        start, cpu = time.perf_counter(), time.process_time()
+        try:
+            diagnosis = bayestouch.diagnose(dataset, seed=0)
+        except Exception as error:  # a study of thousands of runs counts failures, it does not stop at one
+            return {**record, "error": f"{type(error).__name__}: {error}"}
+        record |= {"seconds": time.perf_counter() - start, "cpu_seconds": time.process_time() - cpu}
+    record["truth"] = {key: simulated.truth[key] for key in ("effects", "sizes", "size")}
+    return record | {"diagnosis": diagnosis.to_dict()}
+
+
+def results(folder: Path, wanted: list[Case], design: Design, processes: int) -> list[dict[str, Any]]:
+    """Results of the `wanted` cases, from the cache where they are there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    cache = folder / "results.jsonl"
+    lines = cache.read_text(encoding="utf-8").splitlines() if cache.exists() else []
+    known = {record["key"]: record for record in map(json.loads, lines)}
+    missing = [case for case in wanted if case.key not in known]
+    # spawn: a fork of a process with threads can hang
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(processes, mp_context=context) as pool, cache.open("a", encoding="utf-8") as file:
+        for future in tqdm(as_completed([pool.submit(run, case, design) for case in missing]), total=len(missing)):
+            record = future.result()
+            known[record["key"]] = record
+            file.write(json.dumps(record) + "\n")
+            file.flush()
+    return [known[case.key] for case in wanted]
+
+
+def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
+    """Run what is not in the cache, print the tables, save the figures."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, help="folder of results and figures; without it a handful is run")
+    parser.add_argument("--fingers", type=int, default=10)
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--tables", action="store_true", help="run nothing: only show the results that there are")
+    options = parser.parse_args(arguments)
+    if options.output is None:
+        with tempfile.TemporaryDirectory() as folder:
+            records = results(Path(folder), list(small_cases()), SMALL, options.processes)
+        print_tables(records)
+        return records
+    if options.tables:
+        lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
+        records = [json.loads(line) for line in lines]
+    else:
+        records = results(options.output, list(cases(options.fingers)), Design(), options.processes)
+    print_tables(records)
+    from _error_rate_figures import save_figures
+
+    save_figures(records, options.output)
+    return records
+
+
+if __name__ == "__main__":
+    main()
