@@ -1,7 +1,7 @@
 """Diagnosis of effects that nobody declared, in other functional forms than the catalogue's.
 
-The data come from `independent`, which shares no code with the package. `studies/error_rates.py` measures the rates; here
-are single fingers, on which the answer must be right.
+The data come from `independent`, which shares no code with the package. `studies/error_rates.py` measures the rates;
+here are single fingers, on which the answer must be right.
 """
 
 from __future__ import annotations
