@@ -14,18 +14,23 @@ from _error_rate_tables import Record, alike, at_least, of_kind, said
 BLUE, ORANGE, GREY = "#1f6fb4", "#d9730d", "#8a8a8a"
 
 
-def save_figures(records: list[Record], folder: Path) -> None:
-    """Save all figures as PNG."""
+def save_figures(
+    records: list[Record],
+    folder: Path,
+    prefix: str = "",
+    names: tuple[str, ...] = ("detection", "confusion", "before_after"),
+) -> None:
+    """Save figures as PNG."""
     done = [record for record in records if "diagnosis" in record]
     ones = of_kind(done, "one")
     if not ones:
         return
-    for name, figure in (
-        ("detection", detection(ones)),
-        ("confusion", confusion(done)),
-        ("before_after", before_after(done)),
-    ):
-        figure.savefig(folder / f"{name}.png", dpi=120)
+    folder.mkdir(parents=True, exist_ok=True)
+    drawn = {"detection": lambda: detection(ones), "confusion": lambda: confusion(done)}
+    drawn["before_after"] = lambda: before_after(done)
+    for name in names:
+        figure = drawn[name]()
+        figure.savefig(folder / f"{prefix}{name}.png", dpi=100)
         plt.close(figure)
 
 

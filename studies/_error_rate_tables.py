@@ -4,13 +4,113 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
+from contextlib import redirect_stdout
+from io import StringIO
 from typing import Any
 
 import numpy as np
+from independent.unlisted import PLACED as PLACED_EFFECTS
+from scipy.stats import beta
 
 Record = dict[str, Any]
 
-SAID_NOTHING = ("adequate", "unattributed")
+#: Effects outside the catalogue that are functions of element and relative location, which a correction can hold.
+PLACED = tuple(effect.name for effect in PLACED_EFFECTS)
+
+PAGE = """# Error rates of the diagnosis
+
+How often `bayestouch diagnose` is right, on simulated fingers of which it is told nothing. The simulator shares no code
+with the package and gives every effect another formula than the catalogue's: a tanh for a power of the reading, a
+triangular aperture for a rectangular one, two exponentials for one. A *size* is what an effect leaves in the touch
+means after the base parameters have absorbed what they can, root mean square, over the noise of an averaged touch: the
+lack of fit is about 1 + size².
+
+This page is written by `studies/error_rates.py` from its results; it holds {n} diagnoses. The whole study is
+
+    python studies/error_rates.py -o FOLDER --docs docs/error_rates.md
+
+and this part of it was run with `--light --fingers 3 --minutes ...`, which begins cases of one finger in random order.
+Intervals are 95 % (Clopper and Pearson) and treat the fingers as drawn from the effects and forms of the study.
+
+| what | how often | interval | aim |
+|---|---|---|---|
+{rows}
+
+```{{figure}} figures/error_rates_detection.png
+Share of fingers in which an effect was detected and named, against its size.
+```
+
+```{{figure}} figures/error_rates_confusion.png
+What was named first, for what was there (size 1 and above).
+```
+
+```text
+{tables}
+```
+"""
+
+
+def interval(hits: int, n: int) -> str:
+    """95 % interval of a rate after Clopper and Pearson, in percent."""
+    low = beta.ppf(0.025, hits, n - hits + 1) if hits else 0.0
+    high = beta.ppf(0.975, hits + 1, n - hits) if hits < n else 1.0
+    return f"{100 * low:.0f} to {100 * high:.0f} %"
+
+
+def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
+    """What was aimed at: question, hits, of how many, aim."""
+    plain, two, outside = (of_kind(records, kind) for kind in ("none", "pair", "unlisted"))
+    large = at_least(records, 1.0)
+    named = [record for record in large if said(record) == record["names"][0]]
+    fits = [record["diagnosis"]["after"]["lack_of_fit"] for record in named]
+    read = [r for r in named if r["diagnosis"]["after"]["coverage_90"] is not None]
+
+    def count(question: str, some: list[Record], hit: Callable[[Record], bool], aim: str) -> tuple[str, int, int, str]:
+        return question, sum(map(hit, some)), len(some), aim
+
+    return [
+        count("no effect: `adequate`", plain, lambda r: r["diagnosis"]["verdict"] == "adequate", "95 %"),
+        count("size 1 and above: named first", large, lambda r: said(r) == r["names"][0], "90 %"),
+        count(
+            "... or declared indistinguishable from what was named",
+            large,
+            lambda r: said(r) == r["names"][0] or r["names"][0] in alike(r),
+            "",
+        ),
+        count("pairs, size 1.5 each: both found", two, lambda r: set(r["names"]) <= set(found(r)), "80 %"),
+        count(
+            "outside the catalogue: `unattributed`",
+            outside,
+            lambda r: r["diagnosis"]["verdict"] == "unattributed",
+            "90 %",
+        ),
+        count(
+            "... and half of the held-out excess or more corrected, where it goes with element and relative location",
+            [r for r in outside if r["names"][0] in PLACED],
+            lambda r: excess_cut(r) >= 0.5,
+            "",
+        ),
+        ("named first: held-out lack of fit after at most 1.1", sum(fit <= 1.1 for fit in fits), len(fits), ""),
+        count(
+            "... 90 % intervals of R after hold 85 to 95 %",
+            read,
+            lambda r: 0.85 <= r["diagnosis"]["after"]["coverage_90"] <= 0.95,
+            "",
+        ),
+    ]
+
+
+def page(records: list[Record]) -> str:
+    """A page of the documentation."""
+    done = [record for record in records if "diagnosis" in record]
+    rows = [
+        f"| {question} | {hits} of {n} | {interval(hits, n) if n else '-'} | {aim} |"
+        for question, hits, n, aim in headline(done)
+    ]
+    with StringIO() as text, redirect_stdout(text):
+        print_tables(records)
+        tables = text.getvalue().rstrip()
+    return PAGE.format(rows="\n".join(rows), tables=tables, n=len(done))
 
 
 def print_tables(records: list[Record]) -> None:

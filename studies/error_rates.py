@@ -6,10 +6,14 @@ the base parameters have absorbed what they can, over the noise of an averaged t
 1 + size². Sizes that only an absurd value would reach are left out, and the tables show how many fingers there were.
 
     python studies/error_rates.py                              a handful of small fingers, within a minute
-    python studies/error_rates.py -o FOLDER [--fingers 10]     the study, for hours
+    python studies/error_rates.py -o FOLDER [--fingers 10]     the study: some 1000 diagnoses, for hours
+        --light         reads the held-out touches of fingers at one size only, for the errors of R and for coverage
+        --minutes 30    begins no case after so long
+        --tables        runs nothing: shows the results that there are
+        --docs PAGE     writes them as a page of the documentation
 
 Every result is appended to FOLDER/results.jsonl, and cases that are in it are not run again: a stopped run goes on.
-Cases are in order of fingers, so that a part of the run is a smaller study.
+Cases come finger by finger, those of a finger in random order, so that a part of the run is a smaller study.
 """
 
 from __future__ import annotations
@@ -22,6 +26,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 import argparse
 import json
 import multiprocessing
+import random
 import sys
 import tempfile
 import time
@@ -35,18 +40,21 @@ from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _error_rate_tables import print_tables  # noqa: E402
+from _error_rate_tables import page, print_tables  # noqa: E402
 from independent.dataset import EFFECTS, LISTED, UNLISTED, forms, simulate, write  # noqa: E402
 from independent.finger import SMALL, Design  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
 SIZES = (0.5, 1.0, 2.0, 5.0)
+# The size at which a light run, too, reads the held-out touches.
+READ_SIZE = 2.0
 PLAIN_PER_FINGER, PAIR_SIZE = 4, 1.5
 PAIRS = (
     ("crosstalk", "baseline_drift"),
     ("gain_nonlinearity", "prober_eccentricity"),
     ("proximity", "gain_drift"),
     ("soft_spot", "memory"),
+    ("tangential_load", "channel_lag"),
 )
 
 
@@ -70,7 +78,7 @@ class Case:
 
 
 def cases(fingers: int) -> Iterator[Case]:
-    """All cases, finger by finger; forms of an effect take turns."""
+    """All cases, finger by finger and shuffled within; forms of an effect take turns."""
     names = list(dict.fromkeys(effect.name for effect in LISTED))
 
     def form(name: str, finger: int) -> str:
@@ -78,15 +86,12 @@ def cases(fingers: int) -> Iterator[Case]:
         return several[finger % len(several)].key
 
     for finger in range(fingers):
-        yield from (Case("none", (), 10_000 + PLAIN_PER_FINGER * finger + i) for i in range(PLAIN_PER_FINGER))
-        for name in names:
-            for size in SIZES:
-                yield Case("one", ((form(name, finger), size),), finger)
-        for pair in PAIRS:
-            yield Case("pair", tuple((form(name, finger), PAIR_SIZE) for name in pair), finger)
-        for effect in UNLISTED:
-            for size in SIZES[1:3]:
-                yield Case("unlisted", ((effect.key, size),), finger)
+        own = [Case("none", (), 10_000 + PLAIN_PER_FINGER * finger + i) for i in range(PLAIN_PER_FINGER)]
+        own += [Case("one", ((form(name, finger), size),), finger) for name in names for size in SIZES]
+        own += [Case("pair", tuple((form(name, finger), PAIR_SIZE) for name in pair), finger) for pair in PAIRS]
+        own += [Case("unlisted", ((effect.key, size),), finger) for effect in UNLISTED for size in SIZES[1:3]]
+        random.Random(finger).shuffle(own)
+        yield from own
 
 
 def small_cases() -> Iterator[Case]:
@@ -96,8 +101,10 @@ def small_cases() -> Iterator[Case]:
     yield Case("unlisted", (("far_lobe: ", 2.0),), 1)
 
 
-def run(case: Case, design: Design) -> dict[str, Any]:
-    """Simulate and diagnose one case."""
+def run(case: Case, design: Design, light: bool, begin_before: float) -> dict[str, Any] | None:
+    """Simulate and diagnose one case; None where the time to begin (s since the epoch) is over."""
+    if time.time() > begin_before:
+        return None
     import bayestouch
 
     record: dict[str, Any] = {**asdict(case), "key": case.key, "names": case.names}
@@ -109,7 +116,8 @@ def run(case: Case, design: Design) -> dict[str, Any]:
         dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))
         start, cpu = time.perf_counter(), time.process_time()
         try:
-            diagnosis = bayestouch.diagnose(dataset, seed=0)
+            sample = not light or any(size == READ_SIZE for _, size in case.effects)
+            diagnosis = bayestouch.diagnose(dataset, sample=sample, seed=0)
         except Exception as error:  # a study of thousands of runs counts failures, it does not stop at one
             return {**record, "error": f"{type(error).__name__}: {error}"}
         record |= {"seconds": time.perf_counter() - start, "cpu_seconds": time.process_time() - cpu}
@@ -117,8 +125,10 @@ def run(case: Case, design: Design) -> dict[str, Any]:
     return record | {"diagnosis": diagnosis.to_dict()}
 
 
-def results(folder: Path, wanted: list[Case], design: Design, processes: int) -> list[dict[str, Any]]:
-    """Results of the `wanted` cases, from the cache where they are there."""
+def results(
+    folder: Path, wanted: list[Case], design: Design, processes: int, light: bool, begin_before: float
+) -> list[dict[str, Any]]:
+    """Results of the `wanted` cases, from the cache where they are there; as many as there is time for."""
     folder.mkdir(parents=True, exist_ok=True)
     cache = folder / "results.jsonl"
     lines = cache.read_text(encoding="utf-8").splitlines() if cache.exists() else []
@@ -127,12 +137,15 @@ def results(folder: Path, wanted: list[Case], design: Design, processes: int) ->
     # spawn: a fork of a process with threads can hang
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context) as pool, cache.open("a", encoding="utf-8") as file:
-        for future in tqdm(as_completed([pool.submit(run, case, design) for case in missing]), total=len(missing)):
+        jobs = [pool.submit(run, case, design, light, begin_before) for case in missing]
+        for future in tqdm(as_completed(jobs), total=len(missing), disable=None):
             record = future.result()
+            if record is None:
+                continue
             known[record["key"]] = record
             file.write(json.dumps(record) + "\n")
             file.flush()
-    return [known[case.key] for case in wanted]
+    return [known[case.key] for case in wanted if case.key in known]
 
 
 def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
@@ -141,22 +154,30 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("-o", "--output", type=Path, help="folder of results and figures; without it a handful is run")
     parser.add_argument("--fingers", type=int, default=10)
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--light", action="store_true", help=f"read held-out touches only at size {READ_SIZE:g}")
+    parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no case after so long")
     parser.add_argument("--tables", action="store_true", help="run nothing: only show the results that there are")
+    parser.add_argument("--docs", type=Path, help="page of the documentation to write")
     options = parser.parse_args(arguments)
     if options.output is None:
         with tempfile.TemporaryDirectory() as folder:
-            records = results(Path(folder), list(small_cases()), SMALL, options.processes)
+            records = results(Path(folder), list(small_cases()), SMALL, options.processes, True, float("inf"))
         print_tables(records)
         return records
     if options.tables:
         lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
         records = [json.loads(line) for line in lines]
     else:
-        records = results(options.output, list(cases(options.fingers)), Design(), options.processes)
+        until = time.time() + 60 * options.minutes
+        wanted = list(cases(options.fingers))
+        records = results(options.output, wanted, Design(), options.processes, options.light, until)
     print_tables(records)
     from _error_rate_figures import save_figures
 
     save_figures(records, options.output)
+    if options.docs is not None:
+        save_figures(records, options.docs.parent / "figures", prefix="error_rates_", names=("detection", "confusion"))
+        options.docs.write_text(page(records), encoding="utf-8")
     return records
 
 

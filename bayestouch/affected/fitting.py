@@ -81,7 +81,7 @@ def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift,
     out = [np.zeros((0, *recording.signal.shape))]
     for drift, values in drifts:
         basis = drift_basis(drift, values, observed)
-        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own))
+        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own(values)))
     return np.concatenate(out)
 
 
@@ -122,24 +122,36 @@ def functions_of(
     return Functions.of(raw, whitening.touches(raw))
 
 
-def linearised(
-    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
+def _compared(
+    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None
 ) -> Linearised:
-    """The model made linear around a vector."""
+    """The model at a vector compared with its data, without derivatives."""
     observed, predicted = model.known, model.predict(vector)
-    touches, samples = model.derivatives(vector)
     deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
     mean, spread, _, _ = model.prior()
-    d = len(vector)
+    residual = whitening.touches(observed.means.readings - predicted.touches)
     return Linearised(
-        residual=whitening.touches(observed.means.readings - predicted.touches),
-        jacobian=np.ascontiguousarray(whitening.touches(touches).reshape(d, -1).T),
+        residual=residual,
+        jacobian=np.zeros((residual.size, 0)),
         deviation=whitening.samples(deviation),
-        deviation_jacobian=None if samples is None else whitening.samples(samples).reshape(d, -1).T,
+        deviation_jacobian=None,
         touch=observed.row_touch,
         pull=mean - vector,
         precision=1 / spread**2,
         functions=functions,
+    )
+
+
+def _linearised(
+    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
+) -> Linearised:
+    """The model made linear around a vector."""
+    touches, samples = model.derivatives(vector)
+    d = len(vector)
+    return replace(
+        _compared(model, vector, whitening, functions),
+        jacobian=np.ascontiguousarray(whitening.touches(touches).reshape(d, -1).T),
+        deviation_jacobian=None if samples is None else whitening.samples(samples).reshape(d, -1).T,
     )
 
 
@@ -176,23 +188,24 @@ def fit(
         whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
     # Only a gain drift's functions depend on the vector, and by far less than their own size is known.
     functions = functions_of(model, vector, whitening, drifts, further)
-    linear = linearised(model, vector, whitening, functions)
+    linear = _linearised(model, vector, whitening, functions)
     for _ in range(MAX_ITERATIONS):
-        step = _at_bounds(linear, vector, low + 2 * margin, high - 2 * margin).step()
+        step, _ = _step(linear, vector, low + 2 * margin, high - 2 * margin)
         cost, share = linear.cost(), 1.0
-        better = None
-        while better is None and share > 1e-3:
+        moved = vector
+        while share > 1e-3:
             moved = np.clip(vector + share * step, low + margin, high - margin)
-            trial = linearised(model, moved, whitening, functions)
-            better = trial if trial.cost() < cost else None
+            if _compared(model, moved, whitening, functions).cost() < cost:
+                break
             share *= 0.3
-        if better is None:
+        else:
             break
-        vector, linear = moved, better
+        vector, linear = moved, _linearised(model, moved, whitening, functions)
         if cost - linear.cost() < SETTLED:
             break
-    linear = _at_bounds(linear, vector, low + 2 * margin, high - 2 * margin)
-    return Fitted(model, vector, drifts, noise, whitening, linear)
+    # A parameter at a bound that would leave it neither moves nor absorbs anything.
+    _, held = _step(linear, vector, low + 2 * margin, high - 2 * margin)
+    return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))
 
 
 def fit_from_both(
@@ -212,13 +225,8 @@ def fit_from_both(
     return min(one, two, key=lambda each: each.linear.cost())
 
 
-def _at_bounds(linear: Linearised, vector: FloatArray, low: FloatArray, high: FloatArray) -> Linearised:
-    """The model with those parameters held that lie at a bound and would leave it."""
-    held = np.zeros(len(vector), dtype=bool)
-    for _ in range(len(vector)):
-        step = linear.holding(held).step()
-        leaving = ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0))
-        if not (leaving & ~held).any():
-            break
-        held |= leaving
-    return linear.holding(held)
+def _step(
+    linear: Linearised, vector: FloatArray, low: FloatArray, high: FloatArray
+) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Step to the maximum, and which parameters are held: they lie at a bound and would leave it."""
+    return linear.step_within(lambda step: ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0)))

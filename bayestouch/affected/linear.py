@@ -7,10 +7,13 @@ of random functions, all with standard normal priors, which are integrated out o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -46,7 +49,7 @@ class Functions:
 
     def weights(self, rows: FloatArray) -> FloatArray:
         """Most probable weights (k, q) for whitened data (t m, q)."""
-        return np.asarray(np.linalg.solve(self.root.T, np.linalg.solve(self.root, self.white.T @ rows)))
+        return np.asarray(cho_solve((self.root, True), self.white.T @ rows))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +83,7 @@ class Linearised:
     precision: FloatArray
     functions: Functions | None = None
 
-    @property
+    @cached_property
     def plain(self) -> FloatArray:
         """Residual (t, m) after the most probable functions have been taken out."""
         if self.functions is None:
@@ -122,12 +125,26 @@ class Linearised:
             pull=np.where(held, 0.0, self.pull),
         )
 
-    def step(self) -> FloatArray:
-        """Step of the parameters to the maximum a posteriori, (d,)."""
-        matrix = self.hessian()
+    def step_within(self, leaving: Callable[[FloatArray], NDArray[np.bool_]]) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Step of the parameters to the maximum a posteriori, (d,), and which are held because they would leave.
+
+        Parameters
+        ----------
+        leaving : callable
+            Says of a step which parameters would leave their bounds, (d,).
+        """
+        matrix, slope = self.hessian(), self.gradient()
         scale = np.sqrt(np.diag(matrix))
-        even = matrix / np.outer(scale, scale)
-        return np.asarray(np.linalg.solve(_conditioned(even), self.gradient() / scale) / scale)
+        even, slope = _conditioned(matrix / np.outer(scale, scale)), slope / scale
+        held = np.zeros(len(slope), dtype=bool)
+        while True:
+            free = np.flatnonzero(~held)
+            step = np.zeros(len(slope))
+            step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free]) / scale[free]
+            more = leaving(step) & ~held
+            if not more.any():
+                return step, held
+            held |= more
 
     def covariance(self) -> FloatArray:
         """Covariance of the parameters, (d, d)."""
@@ -198,12 +215,12 @@ class Scorer:
             gram = gram + within.T @ within
             if fitted.deviation_jacobian is not None:
                 cross = cross + fitted.deviation_jacobian.T @ within
-        absorbed = np.linalg.solve(self.root, cross)
+        absorbed = solve_triangular(self.root, cross, lower=True)
         return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
 
 
 def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
-    """Log predictive density of each touch from the touches of other folds, (t,), up to a constant.
+    """Log predictive density of each touch from the touches of other folds, up to a constant.
 
     Parameters
     ----------
@@ -212,6 +229,11 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
         what is linear.
     fold : (t,) int array
         Fold of each touch.
+
+    Returns
+    -------
+    (t, 2) array
+        Of the touch's means, and of the deviations of its samples from these.
     """
     t, m = model.residual.shape
     design, hessian = _whole(model)
@@ -221,7 +243,7 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     if model.deviation_jacobian is not None:
         gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
     by_touch = design.reshape(t, m, -1)
-    out = np.zeros(t)
+    out = np.zeros((t, 2))
     for k in np.unique(fold):
         rows = np.flatnonzero(fold == k)
         flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
@@ -233,17 +255,17 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
             less[:d, :d] -= within.T @ within
             slope[:d] -= within.T @ model.deviation[inside].ravel()
         root = np.linalg.cholesky(_conditioned(less))
-        step = np.linalg.solve(root.T, np.linalg.solve(root, slope))
+        step = cho_solve((root, True), slope)
         error = residual - (flat @ step).reshape(residual.shape)
-        spread = np.linalg.solve(root, flat.T).T.reshape(*residual.shape, -1)
+        spread = solve_triangular(root, flat.T, lower=True).T.reshape(*residual.shape, -1)
         covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
         solved = np.linalg.solve(covariance, error[..., None])[..., 0]
         _, volume = np.linalg.slogdet(covariance)
-        out[rows] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
         left = model.deviation[inside]
         if within is not None:
             left = left - (within @ step[:d]).reshape(left.shape)
-        np.add.at(out, model.touch[inside], -0.5 * (left**2).sum(axis=1))
+        np.add.at(out[:, 1], model.touch[inside], -0.5 * (left**2).sum(axis=1))
     return out
 
 

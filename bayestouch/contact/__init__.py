@@ -8,6 +8,8 @@ shape goes through `bayestouch.contact.slope_map`.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 from bayestouch.contact.approximate import ApproximateFrictionless
 from bayestouch.contact.circle import CircleContact
 from bayestouch.contact.corner import CornerContact
@@ -64,5 +66,11 @@ def contact_model(name: str, finger_radii: tuple[float, float], poisson_ratio: f
         return HertzContact(outer_radius, poisson_ratio)
     if name not in CONTACT_MODELS:
         raise InputError(f"unknown contact model {name!r}; expected one of {', '.join(CONTACT_MODELS)}")
-    layer = LayerContact.for_body(core_radius, outer_radius, poisson_ratio)
+    layer = _solved_layer(core_radius, outer_radius, poisson_ratio)
     return layer if name == "layer" else ApproximateFrictionless(layer)
+
+
+@lru_cache(maxsize=16)
+def _solved_layer(core_radius: float, outer_radius: float, poisson_ratio: float) -> LayerContact:
+    """Fits ask for the same bodies again and again: of all their parameters only σ changes the contact."""
+    return LayerContact.for_body(core_radius, outer_radius, poisson_ratio)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from bayestouch.affected.fitting import Fitted, drift_columns
 from bayestouch.affected.linear import Score, Scorer
@@ -127,16 +129,22 @@ def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candi
     """Variance component: the middle of the correlation times stands for all in the score."""
     times = effect.parameters[1].probes
     time = times[len(times) // 2]
-    raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time)),))
-    score = scorer(fitted.whitening.touches(raw))
+    best: tuple[float, float, Values, Score, FloatArray] | None = None
+    for kind in effect.kinds:
+        raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
+        score = scorer(fitted.whitening.touches(raw))
+        size, gain = best_size(score)
+        if best is None or gain > best[0]:
+            best = (gain, size, kind, score, raw)
+    assert best is not None
+    gain, size, kind, score, raw = best
     z, _ = quadratic_score(score.slope, score.information)
-    size, gain = best_size(score)
     weights = np.linalg.solve(score.information + np.eye(len(score.slope)) / size**2, score.slope)
     return Candidate(
         effect=effect,
-        start=(size, time),
+        start=(size, time, *kind),
         z=z,
-        trials=1,
+        trials=len(effect.kinds),
         gain=gain,
         seen=score.seen,
         signature=np.asarray(np.tensordot(weights, raw, axes=1)),
@@ -148,27 +156,22 @@ def best_size(score: Score) -> tuple[float, float]:
     gains = []
     for size in DRIFT_SIZES:
         root = np.linalg.cholesky(np.eye(len(score.slope)) + size**2 * score.information)
-        white = np.linalg.solve(root, size * score.slope)
+        white = solve_triangular(root, size * score.slope, lower=True)
         gains.append(0.5 * float(white @ white) - float(np.log(np.diag(root)).sum()))
     k = int(np.argmax(gains))
     return DRIFT_SIZES[k], gains[k]
 
 
 def refine_drift(fitted: Fitted, effect: RandomEffect) -> tuple[Values, float]:
-    """Size and time of a drift with the highest marginal likelihood, and its gain over none.
+    """Values of a drift with the highest marginal likelihood, and its gain over none.
 
     `fitted` is the model without the drift.
     """
     scorer = Scorer(fitted.linear)
-    best: tuple[Values, float] = ((DRIFT_SIZES[0], effect.parameters[1].probes[0]), -np.inf)
-    for time in effect.parameters[1].probes:
-        raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time)),))
+    best: tuple[Values, float] = ((), -np.inf)
+    for time, *kind in product(*(each.probes for each in effect.parameters[1:])):
+        raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
         size, gain = best_size(scorer(fitted.whitening.touches(raw)))
         if gain > best[1]:
-            best = ((size, time), gain)
+            best = ((size, time, *kind), gain)
     return best
-
-
-def without_drift(fitted: Fitted, effect: RandomEffect) -> Fitted:
-    """The same fit with a drift left out of its list; to be fitted anew."""
-    return replace(fitted, drifts=tuple(pair for pair in fitted.drifts if pair[0].name != effect.name))

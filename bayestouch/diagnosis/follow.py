@@ -10,7 +10,8 @@ from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.placed import Correction
-from bayestouch.diagnosis.search import ERRORS, Round, search
+from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Setting, catalogue

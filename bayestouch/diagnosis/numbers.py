@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.affected.result import AddedEffect
-from bayestouch.diagnosis.search import Round, Tried
+from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import verdict

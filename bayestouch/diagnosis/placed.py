@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
 
 from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
@@ -171,5 +172,5 @@ def _gain(score: Score, size: FloatArray) -> float:
     scale = size[used]
     matrix = np.eye(int(used.sum())) + scale[:, None] * score.information[np.ix_(used, used)] * scale
     root = np.linalg.cholesky(matrix)
-    white = np.linalg.solve(root, scale * score.slope[used])
+    white = solve_triangular(root, scale * score.slope[used], lower=True)
     return 0.5 * float(white @ white) - float(np.log(np.diag(root)).sum())

@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted, fit, fit_from_both
+from bayestouch.affected.fitting import Fitted, fit
 from bayestouch.affected.linear import held_out_density
-from bayestouch.diagnosis.candidates import Candidate, refine_drift, score_effects
+from bayestouch.diagnosis.candidates import Candidate, score_effects
+from bayestouch.diagnosis.comparison import density, folds, paired, refit, without
 from bayestouch.diagnosis.noise_fit import with_noise
-from bayestouch.diagnosis.noise_search import NoiseCandidate, score_noise
-from bayestouch.diagnosis.placed import Correction, correct
+from bayestouch.diagnosis.noise_search import score_noise
+from bayestouch.diagnosis.placed import correct
+from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.significance import at_least_one
-from bayestouch.effects.effect import Effect, Values
+from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
 from bayestouch.progress import Progress
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
-# Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
-# what is held out.
-FOLDS, BLOCK = 8, 8
-# Candidates that are refitted in a round, and effects that are added at most.
+# Candidates that are refitted in a round, and rounds that add something.
 LEADING, MOST_EFFECTS = 5, 4
 # An effect is real if chance makes one like it among all that were tried less often than this ...
 CHANCE = 0.01
@@ -33,118 +31,67 @@ CHANCE = 0.01
 ERRORS = 3.0
 # ... if what it explains is at least a tenth of the noise of an averaged touch (root mean square) ...
 MATERIAL = 0.1
-# ... and if it explains this share of what can be explained: less is what an unlisted cause lends to its likes.
-SHARE = 0.4
+# ... if it explains this share of what can be explained ...
+SHARE = 0.3
+# ... and if it explains, with what is found after it, this much of that: a cause that is not in the catalogue lends
+# half of what it does to whatever is a little like it.
+TOGETHER = 0.75
 # Candidates whose held-out density is within so many standard errors of the winner's cannot be told from it.
 ALIKE = 2.0
 
 
-@dataclass(frozen=True, eq=False)
-class Tried:
-    """A candidate as it stood in one round.
-
-    Attributes
-    ----------
-    effect : Effect
-        What was tried.
-    z : float
-        Normal score.
-    seen : float
-        Share of its signature that base parameters do not absorb.
-    start : tuple of float
-        Values of the score, or of the refit where there was one.
-    gain, gain_se : float
-        Held-out log density gained, and its standard error over touches; NaN where it was not refitted.
-    share : float
-        What it explains of what can be explained.
-    fitted : Fitted or None
-        Model with it, where it was refitted.
-    difference : (t,) array or None
-        Gain of each touch.
-    signature : (t, m) array or None
-        What it does to mean readings.
-    noise : NoiseCandidate or None
-        Where it is an effect of the noise.
-    alike : tuple of str
-        Other candidates that cannot be told from it.
-    """
-
-    effect: Effect
-    z: float
-    seen: float
-    start: Values
-    gain: float = float("nan")
-    gain_se: float = float("nan")
-    share: float = float("nan")
-    fitted: Fitted | None = None
-    difference: FloatArray | None = None
-    signature: FloatArray | None = None
-    noise: NoiseCandidate | None = None
-    alike: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, eq=False)
-class Round:
-    """One round of the search.
-
-    Attributes
-    ----------
-    before : Fitted
-        Model at its beginning.
-    tried : tuple of Tried
-        All candidates, best first.
-    best_share : float
-        Half the sum of squares beyond noise, or what a correction without a cause gains: what can be explained.
-    correction : Correction or None
-        Correction on top of the model.
-    correction_gain : float
-        Held-out log density that it gains.
-    added : Tried or None
-        What was added.
-    """
-
-    before: Fitted
-    tried: tuple[Tried, ...]
-    best_share: float
-    correction: Correction | None
-    correction_gain: float
-    correction_se: float
-    added: Tried | None
-
-
-def folds(n_touches: int, time: FloatArray) -> IntArray:
-    """Fold of each touch, (t,): blocks of touches that follow each other in time, dealt out in turn."""
-    size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
-    rank = np.empty(n_touches, dtype=np.int64)
-    rank[np.argsort(time, kind="stable")] = np.arange(n_touches)
-    return np.asarray((rank // size) % FOLDS)
-
-
-def density(fitted: Fitted) -> FloatArray:
-    """Held-out log predictive density of each touch, (t,)."""
-    observed = fitted.model.known
-    return held_out_density(fitted.linear, folds(observed.n_touches, observed.touch_time_s))
-
-
-def paired(difference: FloatArray) -> tuple[float, float]:
-    """Sum of differences over touches, and its standard error."""
-    n = len(difference)
-    return float(difference.sum()), float(np.sqrt(n * difference.var(ddof=1))) if n > 1 else float("nan")
-
-
 def search(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None) -> tuple[Round, ...]:
     """Rounds of the search, the last of which adds nothing."""
+    rounds = _greedy(fitted, effects, progress)
+    kept = _standing(rounds)
+    if kept == len(rounds) - 1:
+        return rounds
+    # What does not stand falls, and with it what came after; effects that show by themselves get another chance.
+    fallen = rounds[kept]
+    alone = {each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself}
+    if not alone:
+        return (*rounds[:kept], replace(fallen, added=None, dropped=()))
+    again = _greedy(fallen.before, tuple(each for each in effects if each.name in alone), None)
+    others = tuple(each for each in fallen.tried if each.effect.name not in alone)
+    return (*rounds[:kept], replace(again[0], tried=(*again[0].tried, *others)), *again[1:])
+
+
+def _greedy(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None) -> tuple[Round, ...]:
     rounds: list[Round] = []
     while True:
         current = one_round(fitted, effects)
         if len(rounds) == MOST_EFFECTS and current.added is not None:
             current = replace(current, added=None)
-        rounds.append(current)
         if progress is not None:
-            progress(len(rounds) / (len(rounds) + 1))
+            progress((len(rounds) + 1) / (len(rounds) + 2))
         if current.added is None or current.added.fitted is None:
-            return tuple(rounds)
-        fitted = settled(current.added.fitted)
+            return (*rounds, current)
+        fitted, dropped = _needed(settled(current.added.fitted), current)
+        effects = tuple(each for each in effects if each.name not in dropped)
+        rounds.append(replace(current, dropped=dropped))
+
+
+def _standing(rounds: tuple[Round, ...]) -> int:
+    """How many of the first rounds added what, with all that came after, explains most of what there was."""
+    for k, each in enumerate(rounds):
+        if each.added is None:
+            return k
+        later = [r.added for r in rounds[k:] if r.added is not None and not r.added.by_itself]
+        if not each.added.by_itself and sum(tried.of_means for tried in later) < TOGETHER * each.best_share:
+            return k
+    return len(rounds)
+
+
+def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
+    """The model without those earlier effects that stood in for what has now been found; and their names."""
+    dropped: list[str] = []
+    for effect in (*last.before.model.effects, *(drift for drift, _ in last.before.drifts)):
+        less = without(fitted, effect)
+        gain, error = paired((density(fitted) - density(less)).sum(axis=1))
+        if gain < ERRORS * error or gain < _least(fitted):
+            fitted = less
+            dropped.append(effect.name)
+    return fitted, tuple(dropped)
 
 
 def settled(fitted: Fitted) -> Fitted:
@@ -165,18 +112,15 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
     noise = tuple(e for e in effects if isinstance(e, NoiseEffect) and e.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
-    before = density(fitted)
-    n_readings = int((fitted.whitening.root != 0).any(axis=2).sum())
-    least = 0.5 * MATERIAL**2 * n_readings
+    before, least = density(fitted), _least(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
-    refitted = {c.effect.name: _refit(fitted, c, before) for c in leading}
+    refitted = {c.effect.name: refit(fitted, c, before, ERRORS, least) for c in leading}
     correction = correct(fitted)
     correction_gain, correction_se = 0.0, 0.0
     if correction is not None:
-        observed = fitted.model.known
-        after = held_out_density(correction.linear, folds(observed.n_touches, observed.touch_time_s))
-        correction_gain, correction_se = paired(after - before)
-    excess = 0.5 * (fitted.chi_square() - n_readings)
+        after = held_out_density(correction.linear, folds(fitted))
+        correction_gain, correction_se = paired((after - before).sum(axis=1))
+    excess = 0.5 * (fitted.chi_square() - _n_readings(fitted))
     possible = max(correction_gain, excess, least)
     tried = []
     for c in scored:
@@ -186,7 +130,8 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
         tried.append(replace(done, share=_share(done, c, possible)))
     for n in scattered:
         gain, error = paired(n.difference)
-        tried.append(Tried(n.effect, n.z, 1.0, n.values, gain, error, 1.0, None, n.difference, None, n))
+        one = Tried(n.effect, n.z, 1.0, n.values, gain, error, 0.0, True, 1.0)
+        tried.append(replace(one, difference=n.difference, noise=n))
     tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
     real = [each for each in tried if _is_real(each, trials, least, correction_gain)]
     # What samples do one after the other is no noise: an effect within touches comes before those of the noise.
@@ -201,22 +146,13 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
 
 
-def _plainest(real: list[Tried]) -> Tried:
-    """The best, or where that is a random function of time the best effect with a course of its own that is as good."""
-    best = real[0]
-    if isinstance(best.effect, RandomEffect):
-        for other in real[1:]:
-            if other.noise is None and not isinstance(other.effect, RandomEffect) and _as_good(other, best):
-                return other
-    return best
+def _n_readings(fitted: Fitted) -> int:
+    return int((fitted.whitening.root != 0).any(axis=2).sum())
 
 
-def _as_good(other: Tried, best: Tried) -> bool:
-    """Whether one predicts held-out touches as well as the best, within the error of the difference."""
-    if other.difference is None or best.difference is None:
-        return False
-    gain, error = paired(best.difference - other.difference)
-    return gain < ALIKE * error
+def _least(fitted: Fitted) -> float:
+    """Gain of the least effect that matters; with many readings less than that is seen."""
+    return min(0.5 * MATERIAL**2 * _n_readings(fitted), 50.0)
 
 
 def _passes(z: float, trials: int) -> bool:
@@ -228,7 +164,9 @@ def _passes(z: float, trials: int) -> bool:
 def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) -> bool:
     if not np.isfinite(tried.gain) or not _passes(tried.z, trials):
         return False
-    if tried.gain < ERRORS * tried.gain_se or tried.gain < min(least, 50.0) or tried.share < SHARE:
+    if tried.gain < ERRORS * tried.gain_se or tried.gain < least:
+        return False
+    if tried.share < SHARE and not tried.by_itself:
         return False
     # A random function of time can follow whatever the order of the touches goes with: it must do better than a
     # function of place.
@@ -236,8 +174,38 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
 
 
 def _share(tried: Tried, scored: Candidate, possible: float) -> float:
-    gain = tried.gain if np.isfinite(tried.gain) else scored.gain
+    gain = scored.gain
+    if np.isfinite(tried.gain):
+        gain = tried.gain if tried.by_itself else tried.of_means
     return float(np.clip(gain / possible, 0.0, 1.0))
+
+
+def _plainest(real: list[Tried]) -> Tried:
+    """The best, or of those with a course of their own that are as good the most probable.
+
+    Random functions of time follow much that they do not cause; and of several curves that fit alike, one that needs
+    fewer values, or values nearer to what was to be expected, is the better guess (Schwarz' criterion).
+    """
+    best = real[0]
+    if best.noise is not None:
+        return best
+    plain = [each for each in real if each.noise is None and not isinstance(each.effect, RandomEffect)]
+    as_good = [each for each in plain if each is best or _as_good(each, best)]
+    return min(as_good, key=_price) if as_good else best
+
+
+def _as_good(other: Tried, best: Tried) -> bool:
+    """Whether one predicts held-out touches as well as the best, within the error of the difference."""
+    if other.difference is None or best.difference is None:
+        return False
+    gain, error = paired(best.difference - other.difference)
+    return gain < ALIKE * error
+
+
+def _price(tried: Tried) -> float:
+    assert tried.fitted is not None
+    touches = tried.fitted.model.known.n_touches
+    return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))
 
 
 def _alike(added: Tried, tried: list[Tried]) -> tuple[str, ...]:
@@ -249,30 +217,3 @@ def _alike(added: Tried, tried: list[Tried]) -> tuple[str, ...]:
         if _as_good(each, added):
             out.append(each.effect.name)
     return tuple(out)
-
-
-def _refit(fitted: Fitted, candidate: Candidate, before: FloatArray) -> Tried:
-    """Add a candidate to a model and fit all of it anew, under the same whitening so that densities compare."""
-    effect = candidate.effect
-    if isinstance(effect, RandomEffect):
-        values, _ = refine_drift(fitted, effect)
-        drifts = (*fitted.drifts, (effect, values))
-        new = fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)
-    else:
-        model = fitted.model.with_effects((*fitted.model.effects, effect))
-        start = model.extended(fitted.vector, candidate.start)
-        new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening)
-        values = model.values(new.vector)[-1]
-    difference = density(new) - before
-    gain, error = paired(difference)
-    return Tried(
-        effect=effect,
-        z=candidate.z,
-        seen=candidate.seen,
-        start=values,
-        gain=gain,
-        gain_se=error,
-        fitted=new,
-        difference=difference,
-        signature=candidate.signature,
-    )

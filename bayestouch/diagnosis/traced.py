@@ -9,7 +9,7 @@ from bayestouch.affected.result import AddedEffect
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.placed import Correction
-from bayestouch.diagnosis.search import Round
+from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.results import Calibration

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import LogNormal, Normal
+from bayestouch.parameters import LogNormal, Normal, Uniform
 from bayestouch.recording import Recording
 from bayestouch.smooth import SmoothBasis
 
@@ -19,18 +20,22 @@ FloatArray = NDArray[np.float64]
 class RandomEffect(Effect):
     """An effect that is a smooth random function of time; its values are the function's sd and correlation time.
 
-    Attributes
-    ----------
-    own : bool
-        Whether each element has a function of its own, or all share one.
+    Further values are of kinds that are tried one by one, at the probes of their parameters.
     """
 
-    own: ClassVar[bool]
+    def own(self, values: Values) -> bool:
+        """Whether each element has a function of its own, or all share one."""
+        raise NotImplementedError
 
     def basis(self, time_s: FloatArray, values: Values, low: float, high: float) -> FloatArray:
         """Basis (n, k) of functions of sd `values[0]` between the times `low` and `high`."""
-        sd, time = values
+        sd, time = values[:2]
         return sd * SmoothBasis.of(low, high, time)(time_s)
+
+    @property
+    def kinds(self) -> tuple[Values, ...]:
+        """Every combination of the values beyond sd and time."""
+        return tuple(product(*(each.probes for each in self.parameters[2:])))
 
     def scale(self, recording: Recording) -> FloatArray:
         """What the function is multiplied by in each reading, (n, m)."""
@@ -61,11 +66,13 @@ class BaselineDrift(RandomEffect):
     stage: ClassVar[Stage] = "readout"
     summary: ClassVar[str] = "zeros that wander with time"
     mixes: ClassVar[bool] = False
-    own: ClassVar[bool] = True
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         return cls(_parameters(setting, "the zero, over the peak reading", 0.05)) if setting.span_s > 0 else None
+
+    def own(self, values: Values) -> bool:
+        return True
 
     def scale(self, recording: Recording) -> FloatArray:
         return np.broadcast_to(recording.peak, recording.signal.shape)
@@ -73,9 +80,10 @@ class BaselineDrift(RandomEffect):
 
 @dataclass(frozen=True)
 class GainDrift(RandomEffect):
-    """The gain of all elements wanders together: one smooth random function of time that multiplies the signal.
+    """The gain wanders: smooth random functions of time that multiply the signal.
 
-    Supply voltage and temperature move gains; elements far from the touch show nothing.
+    Supply voltage and temperature move all gains together, ageing and loose leads each element's on its own; elements
+    far from the touch show nothing.
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
@@ -86,11 +94,17 @@ class GainDrift(RandomEffect):
     stage: ClassVar[Stage] = "readout"
     summary: ClassVar[str] = "gain that wanders with time"
     mixes: ClassVar[bool] = False
-    own: ClassVar[bool] = False
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls(_parameters(setting, "the gain, as a share", 0.05)) if setting.span_s > 0 else None
+        if setting.span_s <= 0:
+            return None
+        what = "0: one course for all elements, 1: one for each"
+        own = EffectParameter("own", "", what, Uniform(0.0, 1.0), (0.0, 1.0))
+        return cls((*_parameters(setting, "the gain, as a share", 0.05), own))
+
+    def own(self, values: Values) -> bool:
+        return values[2] > 0.5
 
     def scale(self, recording: Recording) -> FloatArray:
         return recording.signal

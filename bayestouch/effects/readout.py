@@ -51,7 +51,7 @@ class Saturation(Effect):
 
     `level` is the limit over the peak reading; as `shared` goes from 0 to 1 it goes from a share of each element's own
     peak (a limit in the element) to one of the mean peak of all (a limit of the amplifier). The larger `knee`, the
-    harder the limit.
+    harder the limit; a curve that bends over its whole length is a `GainNonlinearity`.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
     """
@@ -65,7 +65,7 @@ class Saturation(Effect):
             (1.15, 1.05, 0.95, 0.85, 0.75, 0.6),
             np.inf,
         ),
-        EffectParameter("knee", "", "hardness of the limit", LogNormal(14.0, 0.5), (8.0, 25.0)),
+        EffectParameter("knee", "", "hardness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
         EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
 

@@ -162,8 +162,9 @@ def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray
     )
     out = []
     for drift in affected.listed.drifts:
-        basis = drift_basis(drift, affected.values[drift.name], observed)
-        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own))
+        values = affected.values[drift.name]
+        basis = drift_basis(drift, values, observed)
+        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own(values)))
     return np.moveaxis(np.concatenate(out), 0, -1)
 
 

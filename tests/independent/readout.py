@@ -49,6 +49,13 @@ def exponential_gain(r: Recording, value: float, rng: np.random.Generator) -> Re
     return replace(r, signal=r.signal * (1 + value * np.exp(-r.time / 1200))[:, None])
 
 
+def swinging_gains(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """The gain of every second element swings with the air conditioning, every quarter of an hour."""
+    signal = r.signal.copy()
+    signal[:, ::2] *= (1 + value * np.sin(2 * np.pi * r.time / 900 + rng.uniform(0, 2 * np.pi)))[:, None]
+    return replace(r, signal=signal)
+
+
 def logarithmic_creep(r: Recording, value: float, rng: np.random.Generator) -> Recording:
     """Readings grow with the logarithm of the time held."""
     held = r.time - r.time[r.touch * r.n_samples]
@@ -76,6 +83,7 @@ EFFECTS = (
     Effect("baseline_drift", "random walk", "after", 0.02, 0.2, random_walk),
     Effect("baseline_drift", "warm-up", "after", 0.05, 0.5, warm_up),
     Effect("gain_drift", "exponential", "after", 0.1, 0.8, exponential_gain),
+    Effect("gain_drift", "every second element", "after", 0.05, 0.9, swinging_gains),
     Effect("creep", "logarithmic", "after", 0.03, 0.5, logarithmic_creep),
     Effect("memory", "two exponentials", "after", 0.1, 0.4, two_exponentials),
 )

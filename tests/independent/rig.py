@@ -18,8 +18,11 @@ def prober_eccentricity(r: Recording, value: float, rng: np.random.Generator) ->
 
 
 def load_offset(r: Recording, value: float, rng: np.random.Generator) -> Recording:
-    """N/m, breathing by a third over half an hour."""
-    return replace(r, read_load=r.read_load + value * (1 + 0.3 * np.sin(2 * np.pi * r.time / 1800)))
+    """N/m, breathing by a tenth over half an hour.
+
+    Gains take up the steady part: of what they leave, a tenth is about as much as the rest, a third would be a drift.
+    """
+    return replace(r, read_load=r.read_load + value * (1 + 0.1 * np.sin(2 * np.pi * r.time / 1800)))
 
 
 def load_misalignment(r: Recording, value: float, rng: np.random.Generator) -> Recording:

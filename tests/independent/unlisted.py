@@ -50,11 +50,10 @@ def loose_patch(r: Recording, value: float, rng: np.random.Generator) -> Recordi
     return replace(r, signal=signal)
 
 
-def swinging_board(r: Recording, value: float, rng: np.random.Generator) -> Recording:
-    """The gain of every second element swings with the air conditioning, every quarter of an hour."""
-    signal = r.signal.copy()
-    signal[:, ::2] *= (1 + value * np.sin(2 * np.pi * r.time / 900 + rng.uniform(0, 2 * np.pi)))[:, None]
-    return replace(r, signal=signal)
+def gear(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """The prober's wheel of 20 teeth is cut unevenly: an angle error, in degrees, that comes back with every tooth."""
+    error = value * np.sin(np.radians(20 * r.commanded) - rng.uniform(0, 2 * np.pi))
+    return replace(r, press=replace(r.press, angle=r.press.angle + error))
 
 
 #: Fixed functions of element and relative location, which a correction by these can take away ...
@@ -62,11 +61,11 @@ PLACED = (
     Effect("far_lobe", "", "after", 0.02, 0.9, far_lobe, listed=False),
     Effect("ripple", "", "after", 0.05, 0.9, ripple, listed=False),
     Effect("distant_pair", "", "after", 0.1, 0.9, distant_pair, listed=False),
+    Effect("gear", "", "before", 0.3, 3.0, gear, listed=False),
 )
 #: ... and those which it cannot.
 ELSEWHERE = (
     Effect("load_history", "", "after", 0.05, 0.9, load_history, listed=False),
     Effect("loose_patch", "", "after", 0.1, 0.9, loose_patch, listed=False),
-    Effect("swinging_board", "", "after", 0.05, 0.9, swinging_board, listed=False),
 )
 EFFECTS = PLACED + ELSEWHERE

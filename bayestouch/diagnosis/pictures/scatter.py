@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted
-from bayestouch.diagnosis.search import Round
+from bayestouch.diagnosis.rounds import Round
 from bayestouch.reporting.pictures import BLUE, GREY, RED, Picture, canvas, drawing, legend_below, rendered
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.diagnosis.search import Round, Tried
+from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.reporting.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
 

@@ -1,0 +1,98 @@
+"""Models that differ by one effect, compared by how well they predict touches that were held out of their fit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.affected.fitting import Fitted, fit, fit_from_both
+from bayestouch.affected.linear import held_out_density
+from bayestouch.diagnosis.candidates import Candidate, refine_drift
+from bayestouch.diagnosis.rounds import Tried
+from bayestouch.effects.effect import Effect
+from bayestouch.effects.random import RandomEffect
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+# Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
+# what is held out.
+FOLDS, BLOCK = 8, 8
+
+
+def folds(fitted: Fitted) -> IntArray:
+    """Fold of each touch, (t,): blocks of touches that follow each other in time, dealt out in turn."""
+    observed = fitted.model.known
+    n_touches = observed.n_touches
+    size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
+    rank = np.empty(n_touches, dtype=np.int64)
+    rank[np.argsort(observed.touch_time_s, kind="stable")] = np.arange(n_touches)
+    return np.asarray((rank // size) % FOLDS)
+
+
+def density(fitted: Fitted) -> FloatArray:
+    """Held-out log predictive density of each touch, of its means and of its samples about these, (t, 2)."""
+    return held_out_density(fitted.linear, folds(fitted))
+
+
+def paired(difference: FloatArray) -> tuple[float, float]:
+    """Sum of differences over touches, and its standard error."""
+    n = len(difference)
+    return float(difference.sum()), float(np.sqrt(n * difference.var(ddof=1))) if n > 1 else float("nan")
+
+
+def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: float, least: float) -> Tried:
+    """Add a candidate to a model and fit all of it anew, under the same whitening so that densities compare.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The model without it.
+    candidate : Candidate
+        What is added.
+    before : (t, 2) array
+        Density of the model without it.
+    errors, least : float
+        Standard errors of what it gains within touches, and gain, from which it shows by itself.
+    """
+    effect = candidate.effect
+    if isinstance(effect, RandomEffect):
+        values, _ = refine_drift(fitted, effect)
+        drifts = (*fitted.drifts, (effect, values))
+        new = fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)
+    else:
+        model = fitted.model.with_effects((*fitted.model.effects, effect))
+        start = model.extended(fitted.vector, candidate.start)
+        new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening)
+        values = model.values(new.vector)[-1]
+    difference = density(new) - before
+    gain, error = paired(difference.sum(axis=1))
+    within, within_se = paired(difference[:, 1])
+    return Tried(
+        effect=effect,
+        z=candidate.z,
+        seen=candidate.seen,
+        start=values,
+        gain=gain,
+        gain_se=error,
+        of_means=gain - within,
+        by_itself=within > max(errors * within_se, least),
+        fitted=new,
+        difference=difference.sum(axis=1),
+        signature=candidate.signature,
+    )
+
+
+def without(fitted: Fitted, effect: Effect) -> Fitted:
+    """The model without one of its effects, fitted anew under the same whitening."""
+    if isinstance(effect, RandomEffect):
+        drifts = tuple(pair for pair in fitted.drifts if pair[0].name != effect.name)
+        return fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)
+    model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
+    place = model.n_base
+    for each in model.effects:
+        if each.name == effect.name:
+            kept[place : place + len(each.parameters)] = False
+        place += len(each.parameters)
+    less = model.with_effects(tuple(each for each in model.effects if each.name != effect.name))
+    return fit_from_both(less, fitted.vector[kept], fitted.noise, fitted.drifts, whitening=fitted.whitening)
