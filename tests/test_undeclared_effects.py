@@ -28,7 +28,7 @@ def diagnosed(folder: Path, design: Design, wanted: list[tuple[str, float]]) -> 
         pytest.skip(str(reason))
     path = write(simulated, folder / "finger")
     (path / "truth.json").unlink()
-    return bayestouch.diagnose(bayestouch.load_dataset(path), seed=0).to_dict()
+    return bayestouch.diagnose(bayestouch.load_dataset(path), sample=False, seed=0).to_dict()
 
 
 def named(diagnosis: dict[str, Any]) -> set[str]:
