@@ -1,4 +1,4 @@
-"""A model made linear around a vector, in whitened space: fits, scores, and held-out predictive densities.
+"""A model made linear around a vector, in whitened space: steps and scores.
 
 Nothing here knows of tactile sensors. Rows come in groups (touches) of m readings each; the noise of whitened rows is
 independent with variance one. A few parameters have normal priors of their own; besides there may be many weights
@@ -135,7 +135,7 @@ class Linearised:
         """
         matrix, slope = self.hessian(), self.gradient()
         scale = np.sqrt(np.diag(matrix))
-        even, slope = _conditioned(matrix / np.outer(scale, scale)), slope / scale
+        even, slope = conditioned(matrix / np.outer(scale, scale)), slope / scale
         held = np.zeros(len(slope), dtype=bool)
         while True:
             free = np.flatnonzero(~held)
@@ -150,7 +150,7 @@ class Linearised:
         """Covariance of the parameters, (d, d)."""
         matrix = self.hessian()
         scale = np.sqrt(np.diag(matrix))
-        return np.asarray(np.linalg.inv(_conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+        return np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
 
     def weights(self) -> FloatArray:
         """Most probable weights of the functions, (k,)."""
@@ -200,7 +200,7 @@ class Scorer:
     def __init__(self, fitted: Linearised) -> None:
         self.fitted = fitted
         self.plain = fitted.plain.ravel()
-        self.root = np.linalg.cholesky(_conditioned(fitted.hessian()))
+        self.root = np.linalg.cholesky(conditioned(fitted.hessian()))
 
     def __call__(self, touches: FloatArray, samples: FloatArray | None = None) -> Score:
         """Score of whitened columns (q, t, m) and, where they differ within touches, (q, n, m)."""
@@ -219,70 +219,7 @@ class Scorer:
         return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
 
 
-def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
-    """Log predictive density of each touch from the touches of other folds, up to a constant.
-
-    Parameters
-    ----------
-    model : Linearised
-        Around its fit: the model without a fold is worked out from it by taking rows away, which is exact for
-        what is linear.
-    fold : (t,) int array
-        Fold of each touch.
-
-    Returns
-    -------
-    (t, 2) array
-        Of the touch's means, and of the deviations of its samples from these.
-    """
-    t, m = model.residual.shape
-    design, hessian = _whole(model)
-    d = len(model.pull)
-    gradient = design.T @ model.residual.ravel()
-    gradient[:d] += model.precision * model.pull
-    if model.deviation_jacobian is not None:
-        gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
-    by_touch = design.reshape(t, m, -1)
-    out = np.zeros((t, 2))
-    for k in np.unique(fold):
-        rows = np.flatnonzero(fold == k)
-        flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
-        less, slope = hessian - flat.T @ flat, gradient - flat.T @ residual.ravel()
-        inside = np.flatnonzero(fold[model.touch] == k)
-        within = None
-        if model.deviation_jacobian is not None:
-            within = model.deviation_jacobian.reshape(len(model.deviation), m, d)[inside].reshape(-1, d)
-            less[:d, :d] -= within.T @ within
-            slope[:d] -= within.T @ model.deviation[inside].ravel()
-        root = np.linalg.cholesky(_conditioned(less))
-        step = cho_solve((root, True), slope)
-        error = residual - (flat @ step).reshape(residual.shape)
-        spread = solve_triangular(root, flat.T, lower=True).T.reshape(*residual.shape, -1)
-        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
-        solved = np.linalg.solve(covariance, error[..., None])[..., 0]
-        _, volume = np.linalg.slogdet(covariance)
-        out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
-        left = model.deviation[inside]
-        if within is not None:
-            left = left - (within @ step[:d]).reshape(left.shape)
-        np.add.at(out[:, 1], model.touch[inside], -0.5 * (left**2).sum(axis=1))
-    return out
-
-
-def _whole(model: Linearised) -> tuple[FloatArray, FloatArray]:
-    """Columns of parameters and weights side by side (t m, d + k), and the precision of both."""
-    own = model.jacobian.T @ model.jacobian + np.diag(model.precision)
-    if model.deviation_jacobian is not None:
-        own = own + model.deviation_jacobian.T @ model.deviation_jacobian
-    if model.functions is None:
-        return model.jacobian, np.asarray(own)
-    white = model.functions.white
-    cross = model.jacobian.T @ white
-    lower = model.functions.root @ model.functions.root.T
-    return np.concatenate([model.jacobian, white], axis=1), np.block([[own, cross], [cross.T, lower]])
-
-
-def _conditioned(matrix: FloatArray) -> FloatArray:
+def conditioned(matrix: FloatArray) -> FloatArray:
     """The matrix with a hair more on its diagonal: a parameter that nothing fixes must not fail the factor."""
     return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
 

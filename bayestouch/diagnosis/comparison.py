@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
-from bayestouch.affected.linear import held_out_density
+from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, refine_drift
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.effects.effect import Effect

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
-from bayestouch.affected.linear import held_out_density
+from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, paired, refit, without
 from bayestouch.diagnosis.noise_fit import with_noise

@@ -1,0 +1,75 @@
+"""Held-out predictive densities of a model made linear around its fit."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
+
+from bayestouch.affected.linear import Linearised, conditioned
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
+    """Log predictive density of each touch from the touches of other folds, up to a constant.
+
+    Parameters
+    ----------
+    model : Linearised
+        Around its fit: the model without a fold is worked out from it by taking rows away, which is exact for
+        what is linear.
+    fold : (t,) int array
+        Fold of each touch.
+
+    Returns
+    -------
+    (t, 2) array
+        Of the touch's means, and of the deviations of its samples from these.
+    """
+    t, m = model.residual.shape
+    design, hessian = _whole(model)
+    d = len(model.pull)
+    gradient = design.T @ model.residual.ravel()
+    gradient[:d] += model.precision * model.pull
+    if model.deviation_jacobian is not None:
+        gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
+    by_touch = design.reshape(t, m, -1)
+    out = np.zeros((t, 2))
+    for k in np.unique(fold):
+        rows = np.flatnonzero(fold == k)
+        flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
+        less, slope = hessian - flat.T @ flat, gradient - flat.T @ residual.ravel()
+        inside = np.flatnonzero(fold[model.touch] == k)
+        within = None
+        if model.deviation_jacobian is not None:
+            within = model.deviation_jacobian.reshape(len(model.deviation), m, d)[inside].reshape(-1, d)
+            less[:d, :d] -= within.T @ within
+            slope[:d] -= within.T @ model.deviation[inside].ravel()
+        root = np.linalg.cholesky(conditioned(less))
+        step = cho_solve((root, True), slope)
+        error = residual - (flat @ step).reshape(residual.shape)
+        spread = solve_triangular(root, flat.T, lower=True).T.reshape(*residual.shape, -1)
+        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
+        solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+        _, volume = np.linalg.slogdet(covariance)
+        out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        left = model.deviation[inside]
+        if within is not None:
+            left = left - (within @ step[:d]).reshape(left.shape)
+        np.add.at(out[:, 1], model.touch[inside], -0.5 * (left**2).sum(axis=1))
+    return out
+
+
+def _whole(model: Linearised) -> tuple[FloatArray, FloatArray]:
+    """Columns of parameters and weights side by side (t m, d + k), and the precision of both."""
+    own = model.jacobian.T @ model.jacobian + np.diag(model.precision)
+    if model.deviation_jacobian is not None:
+        own = own + model.deviation_jacobian.T @ model.deviation_jacobian
+    if model.functions is None:
+        return model.jacobian, np.asarray(own)
+    white = model.functions.white
+    cross = model.jacobian.T @ white
+    lower = model.functions.root @ model.functions.root.T
+    return np.concatenate([model.jacobian, white], axis=1), np.block([[own, cross], [cross.T, lower]])
