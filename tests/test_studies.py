@@ -319,3 +319,15 @@ def test_sbc_calibration_at_length() -> None:
     found = study("sbc_calibration").main()
     assert found.passes(0.01), found.table()
     assert len(found.ranks) == 26
+
+
+def test_error_rates() -> None:
+    """Nothing where nothing is, the effect where one is, and no name for what no catalogue lists."""
+    none, crosstalk, lobe = (record["diagnosis"] for record in study("error_rates").main(["--processes", "1"]))
+    assert none["verdict"] == "adequate"
+    assert none["effects"] == []
+    assert crosstalk["effects"][0]["name"] == "crosstalk"
+    assert lobe["verdict"] == "unattributed"
+    before, after = (lobe[when]["lack_of_fit"] for when in ("before", "after"))
+    # the correction takes at least half of the excess over the noise
+    assert after - 1 < 0.5 * (before - 1)
