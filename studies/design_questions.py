@@ -3,7 +3,7 @@
 One call each (`design_maps`, `calibration_effort`, `averaging_effort`), asked of the paper's finger: standard
 deviations of R at places from an element to halfway to the next, load not measured, single samples. Depth and thickness
 change the strain at the elements, so both are asked twice: with noise that stays at 1.72 % of the peak, and with noise
-that stays the same as a strain.
+that stays the same as a strain. Last a pad of two rows of four barometers (`pad_design_maps`): spacing and thickness.
 """
 
 from __future__ import annotations
@@ -22,13 +22,16 @@ from _published import figure, options, save
 from bayestouch.reliability import (
     DesignMaps,
     Effort,
+    PadDesignMaps,
     averaging_effort,
     calibration_effort,
     design_maps,
     expected_finger,
+    pad_design_maps,
 )
 from bayestouch.reliability.designs import PLACES, places_deg
 from bayestouch.reliability.paper_finger import MISFIT_PERCENT
+from bayestouch.simulation import PadDesign
 
 VALUES = {
     "depth_mm": (1.2, 1.6, 2.0, 2.4, 2.8, 3.1),
@@ -42,6 +45,7 @@ LABELS = {
     "noise_percent": "noise of a sample (% of peak)",
     "thickness_mm": "thickness of the rubber (mm)",
 }
+PAD_VALUES = {"spacing_mm": (4.0, 5.5, 6.75, 8.5), "thickness_mm": (4.0, 6.0, 8.0, 10.0)}
 STRAIN = ("depth_mm", "thickness_mm")
 MISFIT = MISFIT_PERCENT["model"]
 
@@ -58,11 +62,14 @@ class Answers:
         By the samples of the touch to be read.
     averaging : dict of Effort
         Without and with the paper's lack of fit.
+    pads : dict of PadDesignMaps
+        By what was varied.
     """
 
     maps: dict[str, DesignMaps]
     calibration: dict[int, Effort]
     averaging: dict[str, Effort]
+    pads: dict[str, PadDesignMaps]
 
 
 def answer(small: bool) -> Answers:
@@ -82,7 +89,12 @@ def answer(small: bool) -> Answers:
         name: averaging_effort(expected_finger(design, lack_of_fit_percent=percent), places)
         for name, percent in (("noise and calibration", 0.0), (f"and {MISFIT:.2f} % lack of fit", MISFIT))
     }
-    return Answers(maps, calibration, averaging)
+    pads = {
+        vary: pad_design_maps(PadDesign(), vary, values[::3] if small else values)  # type: ignore[arg-type]
+        for vary, values in PAD_VALUES.items()
+        if not small or vary == "spacing_mm"
+    }
+    return Answers(maps, calibration, averaging, pads)
 
 
 def print_maps(name: str, maps: DesignMaps) -> None:
@@ -153,6 +165,10 @@ def main(small: bool = False, folder: Path | None = None) -> Answers:
     print("rms sd of R (mm) by the number of samples averaged")
     for name, effort in found.averaging.items():
         print_effort(name, effort)
+    for name, pads in found.pads.items():
+        print(f"\npad, {name}: sd of the location (mm) from an element to halfway to the next, 1 % noise, 1 sample")
+        for value, row in zip(pads.values, pads.sd(), strict=True):
+            print(f"{value:8.2f}" + "".join(f"{sd:8.3f}" for sd in row))
     if folder is not None:
         picture(folder, found)
     return found

@@ -193,14 +193,14 @@ def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, exp
         left.plot(LOCATIONS, threshold_radii(known, LOCATIONS, samples=samples, use_load=use_load), style, label=name)
     for (reading, span), style in zip(SPANS_DEG.items(), (":", "-.", "--"), strict=True):
         paper = optimism(known, sensor.annulus, [0.0], span_deg=span)[0].paper_mm
-        left.axhline(paper, color="0.3", ls=style, label=f"the paper's criterion over {reading}, 1 sample")
+        left.axhline(paper, color="0.3", ls=style, label=f"paper's criterion, {reading}")
     for angle in np.degrees(known.chain.angle):
         if abs(angle) <= LOCATIONS.max():
             left.axvline(angle, color="0.85", zorder=0)
     left.set(xlabel="location (degree); grey: elements", ylabel="sharpest $r_c$ told from an edge, 95 % (mm)")
     left.set(yscale="log")
     left.set_ylim(0.06, 40)
-    left.legend(fontsize=6.5, loc="upper center", ncols=2)
+    left.legend(fontsize=6, loc="upper center", ncols=2)
     names = [indenter(r) for r in single.indenters_mm]
     both = np.where(np.triu(np.ones_like(expected), 1) > 0, single.told_apart, expected)
     image = middle.imshow(100 * both, vmin=50, vmax=100, cmap="viridis")

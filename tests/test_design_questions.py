@@ -15,10 +15,12 @@ from bayestouch.reliability import (
     calibration_effort,
     design_maps,
     expected_finger,
+    pad_design_maps,
     sweet_spots,
 )
 from bayestouch.reliability.designs import PLACES, changed_design, places_deg
-from bayestouch.simulation import FingerDesign
+from bayestouch.reliability.pad_designs import changed_pad
+from bayestouch.simulation import FingerDesign, PadDesign
 
 DESIGN = FingerDesign(
     shear_modulus_MPa=0.08,
@@ -114,6 +116,26 @@ def test_lack_of_fit_is_not_averaged_away() -> None:
     assert missing.floor == pytest.approx(found.sd[0], rel=1e-3)
     assert missing.sd**2 == pytest.approx(missing.floor**2 * (1 + 1 / missing.count), rel=1e-3)
     assert missing.enough(0.1) == pytest.approx(1 / 0.21, rel=1e-2)  # between 4 and 16
+
+
+def test_another_pad() -> None:
+    line = PadDesign(element_x_mm=(0.0, 6.0, 12.0, 18.0), element_y_mm=None, calibration_step_mm=1.0)
+    maps = pad_design_maps(line, "noise_percent", [0.5, 1.0], places=[0.0, 0.5])
+    assert maps.spots[0].location.ravel() == pytest.approx([6.0, 3.0])
+    # noise drawn anew for calibrations of 24 places with 3 samples, whose own errors are part of it
+    assert maps.sd()[1] / maps.sd()[0] == pytest.approx(2.0, rel=0.2)
+    closer = changed_pad(line, "spacing_mm", 3.0)
+    assert closer.element_x_mm == pytest.approx((0.0, 3.0, 6.0, 9.0))
+    square = changed_pad(PadDesign(), "spacing_mm", 13.5)
+    assert square.element_y_mm is not None
+    assert max(square.element_y_mm) == pytest.approx(40.5)
+    assert changed_pad(line, "thickness_mm", 4.0).thickness_mm == 4.0
+    with pytest.raises(InputError, match="vary"):
+        changed_pad(line, "depth_mm", 1.0)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="spacing_mm"):
+        changed_pad(line, "spacing_mm", 0.0)
+    with pytest.raises(InputError, match="one element"):
+        changed_pad(replace(line, element_x_mm=(0.0,)), "spacing_mm", 2.0)
 
 
 def test_effort_is_interpolated() -> None:

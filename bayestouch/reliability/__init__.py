@@ -19,6 +19,7 @@ _PUBLIC = {
     "Explained": "bias_scores",
     "KnownFinger": "known_finger",
     "Optimism": "distinguishability",
+    "PadDesignMaps": "pad_designs",
     "PadSpots": "pad_maps",
     "RadiusScale": "information",
     "SweetSpots": "maps",
@@ -39,6 +40,7 @@ _PUBLIC = {
     "log_evidence": "evidence",
     "observed_bias": "bias_scores",
     "optimism": "distinguishability",
+    "pad_design_maps": "pad_designs",
     "pad_known_bias": "pad_maps",
     "pad_spots": "pad_maps",
     "place_bias": "places",
@@ -91,6 +93,8 @@ if TYPE_CHECKING:
     from bayestouch.reliability.maps import draw_bias as draw_bias
     from bayestouch.reliability.maps import known_bias as known_bias
     from bayestouch.reliability.maps import sweet_spots as sweet_spots
+    from bayestouch.reliability.pad_designs import PadDesignMaps as PadDesignMaps
+    from bayestouch.reliability.pad_designs import pad_design_maps as pad_design_maps
     from bayestouch.reliability.pad_maps import PadSpots as PadSpots
     from bayestouch.reliability.pad_maps import pad_known_bias as pad_known_bias
     from bayestouch.reliability.pad_maps import pad_spots as pad_spots

@@ -1,0 +1,136 @@
+"""Another pad: how well it would locate touches, as a function of spacing, noise and rubber thickness."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from bayestouch.calibration.pad import calibrate_pad
+from bayestouch.errors import InputError
+from bayestouch.inference.pad_reader import PadReader
+from bayestouch.reliability.designs import PLACES
+from bayestouch.reliability.pad_maps import PadSpots, pad_spots
+from bayestouch.simulation import PadDesign, simulate
+
+FloatArray = NDArray[np.float64]
+VaryPad = Literal["spacing_mm", "noise_percent", "thickness_mm"]
+
+
+@dataclass(frozen=True, eq=False)
+class PadDesignMaps:
+    """Standard deviations of the location over v designs and n places.
+
+    Attributes
+    ----------
+    vary : str
+        What was changed.
+    values : (v,) array
+        To what.
+    designs : tuple of PadDesign
+        The designs.
+    places : (n,) array
+        From an element (0) to halfway to the nearest other one (0.5), spacings.
+    spots : tuple of PadSpots
+        The maps of each design.
+    """
+
+    vary: str
+    values: FloatArray
+    designs: tuple[PadDesign, ...]
+    places: FloatArray
+    spots: tuple[PadSpots, ...]
+
+    def sd(self) -> FloatArray:
+        """Standard deviation of the distance, noise and calibration together, (v, n), mm."""
+        return np.stack([each.sd for each in self.spots])
+
+
+def pad_design_maps(
+    design: PadDesign,
+    vary: VaryPad,
+    values: ArrayLike,
+    *,
+    places: Sequence[float] = PLACES,
+    samples: int = 1,
+    seed: int = 0,
+) -> PadDesignMaps:
+    """Reliability of a pad as a function of one of its sizes.
+
+    Each design is simulated and calibrated with the kernel of its own rubber, a few seconds each. The elements lie at
+    the base of the rubber, so that its thickness is their depth.
+
+    Parameters
+    ----------
+    design : PadDesign
+        Everything else.
+    vary : {"spacing_mm", "noise_percent", "thickness_mm"}
+        Smallest distance between elements, all others in proportion; noise of one reading in % of the peak; thickness.
+    values : (v,) array_like
+        What to set it to.
+    places : sequence of float
+        From the element in the middle (0) to halfway to its nearest neighbour (0.5), spacings.
+    samples : int
+        Samples averaged in each touch.
+    seed : int
+        Of the simulated calibrations.
+
+    Raises
+    ------
+    InputError
+        If a value gives an impossible pad, or `vary` is unknown.
+    """
+    wanted = np.atleast_1d(np.asarray(values, dtype=float))
+    designs = tuple(changed_pad(design, vary, float(value)) for value in wanted)
+    spots = []
+    for each in designs:
+        kernel = "layer-line" if each.element_y_mm is None else "layer"
+        calibration = calibrate_pad(
+            simulate(replace(each, n_touches=1), seed=seed).dataset, kernel=kernel, empirical=False, draws=8
+        )
+        reader = PadReader.from_calibration(calibration)
+        spots.append(pad_spots(reader, pad_places(each, places), reads=samples))
+    return PadDesignMaps(vary, wanted, designs, np.asarray(places, dtype=float), tuple(spots))
+
+
+def changed_pad(design: PadDesign, vary: VaryPad, value: float) -> PadDesign:
+    """One design of `pad_design_maps`."""
+    if vary == "thickness_mm":
+        return replace(design, thickness_mm=value)
+    if vary == "noise_percent":
+        return replace(design, noise_percent_peak=value)
+    if vary != "spacing_mm":
+        raise InputError(f"vary: expected spacing_mm, noise_percent or thickness_mm, got {vary!r}")
+    if not value > 0:
+        raise InputError(f"spacing_mm: expected above zero, got {value:g}")
+    factor = value / float(np.linalg.norm(np.subtract(*_pair(_elements(design)))))
+    y = design.element_y_mm
+    return replace(
+        design,
+        element_x_mm=tuple(factor * x for x in design.element_x_mm),
+        element_y_mm=None if y is None else tuple(factor * each for each in y),
+    )
+
+
+def pad_places(design: PadDesign, places: Sequence[float] = PLACES) -> FloatArray:
+    """Places between the element nearest to the middle and its nearest neighbour, (n, D) mm."""
+    first, second = _pair(_elements(design))
+    return np.asarray(first + np.asarray(places, dtype=float)[:, None] * (second - first))
+
+
+def _elements(design: PadDesign) -> FloatArray:
+    columns = [design.element_x_mm] if design.element_y_mm is None else [design.element_x_mm, design.element_y_mm]
+    return np.stack([np.asarray(column, dtype=float) for column in columns], axis=1)
+
+
+def _pair(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The element nearest to the middle of all, and its nearest neighbour."""
+    if len(elements) < 2:
+        raise InputError("a pad of one element has no spacing")
+    middle = int(np.linalg.norm(elements - elements.mean(axis=0), axis=1).argmin())
+    distance = np.linalg.norm(elements - elements[middle], axis=1)
+    distance[middle] = np.inf
+    return elements[middle], elements[int(distance.argmin())]
