@@ -209,7 +209,7 @@ def test_to_arviz(result: Calibration | TouchPosteriors) -> None:
 
 
 def test_to_arviz_from_version_1_on_is_a_data_tree(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delattr(az, "InferenceData", raising=False)
+    monkeypatch.delitem(vars(az), "InferenceData", raising=False)
     data = to_arviz(touches())
     assert isinstance(data, xr.DataTree)
     np.testing.assert_array_equal(data["posterior"]["P"], touches().posterior["P"])
