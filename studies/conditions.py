@@ -23,11 +23,10 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+from _page import put_into_page
 
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
 
-PAGE = Path(__file__).parent.parent / "docs" / "robustness.md"
-BEGIN, END = "<!-- table of surroundings: studies/conditions.py --docs -->\n", "<!-- end of surroundings -->"
 NOWHERE = "/proc/no-home"
 USER = ("unshare", "--user", "--map-root-user")
 READ_ONLY = "mount --bind data data && mount -o remount,bind,ro data"
@@ -170,15 +169,6 @@ def _difference(reference: list[dict[str, bytes]], found: list[dict[str, bytes]]
     return f"differs by {largest:.1e} of the largest value of an array"
 
 
-def write_docs(found: Mapping[str, str]) -> None:
-    """Put the table into the page."""
-    lines = "".join(f"| {name} | {result} |\n" for name, result in found.items())
-    page = PAGE.read_text("utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    PAGE.write_text(f"{before}{BEGIN}| surrounding | result |\n|---|---|\n{lines}{END}{after}", "utf-8")
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--report", action="store_true")
@@ -186,4 +176,5 @@ if __name__ == "__main__":
     options = parser.parse_args()
     results = main(options.report)
     if options.docs:
-        write_docs(results)
+        lines = "".join(f"| {name} | {result} |\n" for name, result in results.items())
+        put_into_page("conditions.py", f"| surrounding | result |\n|---|---|\n{lines}")

@@ -24,6 +24,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from _page import put_into_page
 
 import bayestouch
 from bayestouch.contact import composite_radius
@@ -34,8 +35,6 @@ from bayestouch.touches import Touches
 #: Radii from an edge to a flat; with 61 locations they make as many tables as there are radii.
 RADII = tuple(float(r) for r in (0.0, *np.geomspace(0.5, 30.0, 18), np.inf))
 NAMES = ("R", "theta_c", "P")
-PAGE = Path(__file__).parent.parent / "docs" / "robustness.md"
-BEGIN, END = "<!-- table of faults: studies/faulty_sensors.py --docs -->\n", "<!-- end of faults -->"
 #: Of a table of touches: noticed or not, rightly named or not, coverage before and after (R, θ_c, P).
 Row = tuple[bool, bool, list[float], list[float]]
 Break = Callable[[Touches, int, np.random.Generator], Touches]
@@ -231,14 +230,6 @@ def as_markdown(summary: dict[str, dict[str, object]]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_docs(results: Path) -> None:
-    """Put the table into the page."""
-    page = PAGE.read_text("utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    PAGE.write_text(f"{before}{BEGIN}{as_markdown(summarised(json.loads(results.read_text())))}{END}{after}", "utf-8")
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--fingers", type=int, default=20)
@@ -246,6 +237,6 @@ if __name__ == "__main__":
     parser.add_argument("--docs", action="store_true")
     options = parser.parse_args()
     if options.docs:
-        write_docs(options.results)
+        put_into_page("faulty_sensors.py", as_markdown(summarised(json.loads(options.results.read_text()))))
     else:
         main(options.fingers, options.results)

@@ -19,7 +19,8 @@ from pathlib import Path
 try:
     import atheris
 except ImportError:
-    sys.exit("atheris is not installed: pip install atheris")
+    print("atheris is not installed: pip install atheris")
+    sys.exit()
 
 with atheris.instrument_imports(include=["bayestouch", "tomllib"]):
     import tomllib  # noqa: F401
@@ -63,4 +64,7 @@ def main(reader: str, results: Path, options: list[str]) -> None:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) < 3:
+        print("usage: fuzz_coverage.py READER RESULTS [-runs=100000]")
+        sys.exit()
     main(sys.argv[1], Path(sys.argv[2]), sys.argv[3:])

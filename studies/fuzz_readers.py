@@ -6,7 +6,7 @@ exception counts as a crash, and so does a child that dies (a fault in a C libra
 than 10 s. The damage is blind: `fuzz_coverage.py` is led by the lines that inputs reach. Inputs that crash are kept in
 the folder given by ``--keep``.
 
-    python studies/fuzz_readers.py [--inputs 100000] [--seconds S] [--results FILE] [--keep FOLDER] [READER ...]
+    python studies/fuzz_readers.py [--inputs 2000] [--seconds S] [--results FILE] [--keep FOLDER] [READER ...]
 
 With ``--results`` a run goes on from what the file says was done, so that the whole may be run in pieces of
 ``--seconds`` for a reader. With ``--docs`` nothing is run: the table in ``docs/robustness.md`` is made from the file.
@@ -28,13 +28,11 @@ import warnings
 from pathlib import Path
 
 from _fuzzing import Read, fuzz
+from _page import put_into_page
 
 import bayestouch
 from bayestouch.errors import InputError
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
-
-PAGE = Path(__file__).parent.parent / "docs" / "robustness.md"
-BEGIN, END = "<!-- fuzz table: studies/fuzz_readers.py --docs -->\n", "<!-- end of fuzz table -->"
 
 
 def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
@@ -108,7 +106,7 @@ def table(results: dict[str, dict[str, float]]) -> str:
 
 
 def main(
-    total: int = 100_000,
+    total: int = 2_000,
     names: list[str] | None = None,
     *,
     seconds: float = math.inf,
@@ -133,17 +131,9 @@ def main(
     return out
 
 
-def write_docs(results: Path) -> None:
-    """Put the table into the page."""
-    page = PAGE.read_text("utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    PAGE.write_text(f"{before}{BEGIN}{table(json.loads(results.read_text()))}{END}{after}", "utf-8")
-
-
 if __name__ == "__main__":
     parser = argparse.ArgumentParser()
-    parser.add_argument("--inputs", type=int, default=100_000)
+    parser.add_argument("--inputs", type=int, default=2_000)
     parser.add_argument("--seconds", type=float, default=math.inf)
     parser.add_argument("--results", type=Path)
     parser.add_argument("--keep", type=Path)
@@ -151,6 +141,6 @@ if __name__ == "__main__":
     parser.add_argument("readers", nargs="*")
     o = parser.parse_args()
     if o.docs:
-        write_docs(o.results)
+        put_into_page("fuzz_readers.py", table(json.loads(o.results.read_text())))
         sys.exit()
     main(o.inputs, o.readers, seconds=o.seconds, results=o.results, keep=o.keep)
