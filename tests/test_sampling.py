@@ -211,6 +211,7 @@ def test_statistics_of_draws_that_say_nothing_are_nan() -> None:
     assert np.isnan(bulk_statistics(np.random.default_rng(0).normal(size=(4, 3, 1)))).all()
 
 
+@pytest.mark.skipif("psislw" not in vars(az), reason="ArviZ 1 fits a tail that is one draw shorter (floor, not ceil)")
 def test_pareto_smoothing_is_that_of_arviz() -> None:
     rng = np.random.default_rng(3)
     log_weights = rng.standard_t(3, size=(7, 1000)) * np.array([0.1, 0.5, 1, 2, 3, 1, 1])[:, None]

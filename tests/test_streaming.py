@@ -120,7 +120,8 @@ def test_summaries_alone(read: tuple[Touches, Calibration], whole: TouchPosterio
         assert isinstance(alone.posterior, NoDraws)
         with pytest.raises(InputError, match="only summaries were kept"):
             alone.interval("R", 0.5)
-        assert "posterior" not in az.from_netcdf(path).groups()
+        groups = az.from_netcdf(path).groups  # a method before ArviZ 1, names with a slash from there on
+        assert "posterior" not in {name.strip("/") for name in (groups() if callable(groups) else groups)}
         with xr.open_datatree(path, engine="h5netcdf") as tree:
             assert list(tree["summary"]["statistic"].values) == list(STATISTICS)
             assert tree["sample_stats"]["grade"].dims == ("touch",)
