@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,18 @@ from bayestouch.arrays import FloatArray
 from bayestouch.cells import NumberReader
 from bayestouch.errors import InputError, shown
 from bayestouch.files import reading
-from bayestouch.tables import MAX_BYTES, MAX_COLUMNS, Header, RawTable, Schema, check_names, text_array
+from bayestouch.tables import (
+    CHUNK,
+    MAX_BYTES,
+    MAX_COLUMNS,
+    Header,
+    RawTable,
+    Schema,
+    check_names,
+    joined,
+    text_array,
+    without_rows,
+)
 
 #: A table in memory may be this much larger than its file (columns of few distinct values), beyond the first bytes.
 LARGEST_RATIO, FREE_BYTES = 500, 1 << 28
@@ -22,7 +34,14 @@ MAX_NUMBER = 1000
 
 
 def read_parquet(path: str | Path, schema: Schema) -> RawTable:
-    """Read a table from Parquet; rows are counted as if it were CSV (the first one is row 2).
+    """Read a table from Parquet; see `parquet_pieces`."""
+    return joined(parquet_pieces(path, schema))
+
+
+def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
+    """Read a table from Parquet piece by piece; rows are counted as if it were CSV (the first one is row 2).
+
+    The notes come with the last piece, which has no rows.
 
     Raises
     ------
@@ -34,26 +53,40 @@ def read_parquet(path: str | Path, schema: Schema) -> RawTable:
         pa, pq = _pyarrow(file)
         if file.stat().st_size > MAX_BYTES:
             raise InputError(f"expected a table of at most {MAX_BYTES} bytes: split it", file=file)
-        try:
-            with pq.ParquetFile(file) as parquet:
-                header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
-                wanted = set(schema(header))
-                _check_size(parquet, file)
-                kinds = parquet.schema_arrow.types
-                _check_kinds(pa, dict(zip(header.names, kinds, strict=True)), wanted, file)
-            # Texts as references to their distinct values: a few bytes in the file may stand for as many as it likes.
-            texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
-            with pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
-                table = parquet.read()
-        except InputError:
-            raise
-        # A damaged file makes the library raise whatever it led it to.
-        except Exception as error:
-            raise InputError(f"expected a Parquet file: {' '.join(str(error).split())[:200]}", file=file) from None
-    if table.num_rows == 0:
-        raise InputError("expected at least one row, got none", file=file)
-    line = np.arange(2, table.num_rows + 2, dtype=np.int64)
-    reader = NumberReader(file, decimal_comma=False)
+        with _understood(file), pq.ParquetFile(file) as parquet:
+            header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
+            wanted = set(schema(header))
+            _check_size(parquet, file)
+            kinds = parquet.schema_arrow.types
+            _check_kinds(pa, dict(zip(header.names, kinds, strict=True)), wanted, file)
+        # Texts as references to their distinct values: a few bytes in the file may stand for as many as it likes.
+        texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
+        reader, rows = NumberReader(file, decimal_comma=False), 0
+        with _understood(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
+            for batch in parquet.iter_batches(batch_size=CHUNK):
+                if batch.num_rows:
+                    line = np.arange(2 + rows, 2 + rows + batch.num_rows, dtype=np.int64)
+                    yield _piece(pa, pa.Table.from_batches([batch]), header, wanted, reader, line)
+                rows += batch.num_rows
+        if rows == 0:
+            raise InputError("expected at least one row, got none", file=file)
+        yield without_rows(header, wanted, reader.notes())
+
+
+@contextmanager
+def _understood(file: Path) -> Iterator[None]:
+    try:
+        yield
+    except (InputError, GeneratorExit):
+        raise
+    # A damaged file makes the library raise whatever it led it to.
+    except Exception as error:
+        raise InputError(f"expected a Parquet file: {' '.join(str(error).split())[:200]}", file=file) from None
+
+
+def _piece(
+    pa: Any, table: Any, header: Header, wanted: set[str], reader: NumberReader, line: npt.NDArray[np.int64]
+) -> RawTable:
     numbers: dict[str, FloatArray] = {}
     texts = {}
     for name, column in zip(header.names, table.columns, strict=True):
@@ -62,15 +95,17 @@ def read_parquet(path: str | Path, schema: Schema) -> RawTable:
         elif pa.types.is_dictionary(column.type) and _is_text(pa, column.type.value_type):
             cells = _cells(pa, column)
             if (longest := max(map(len, cells))) > MAX_NUMBER:
-                raise InputError(f"expected numbers, got a text of {longest} characters", file=file, column=name)
+                message = f"expected numbers, got a text of {longest} characters"
+                raise InputError(message, file=header.file, column=name)
             numbers[name] = reader.numbers(cells, name, line.tolist())
         else:
             try:
                 floats = column.cast(pa.float64(), safe=False).to_numpy()
             except pa.ArrowException:
-                raise InputError(f"expected numbers, got {column.type}", file=file, column=name) from None
+                message = f"expected numbers, got {column.type}"
+                raise InputError(message, file=header.file, column=name) from None
             numbers[name] = np.array(floats, dtype=np.float64)
-    return RawTable(header=header, numbers=numbers, texts=texts, line=line, notes=reader.notes())
+    return RawTable(header=header, numbers=numbers, texts=texts, line=line, notes=())
 
 
 def _check_size(parquet: Any, file: Path) -> None:
@@ -128,7 +163,8 @@ def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> 
         )
     except UnicodeEncodeError as error:
         raise InputError(f"text that UTF-8 cannot hold: {shown(error.object)}") from None
-    pq.write_table(table, path)
+    # Rows in groups that a reader takes one after the other.
+    pq.write_table(table, path, row_group_size=CHUNK)
 
 
 def _pyarrow(file: Path | None) -> tuple[Any, Any]:

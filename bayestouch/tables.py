@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -70,11 +70,16 @@ class RawTable:
 
 
 def read_csv(path: str | Path, schema: Schema) -> RawTable:
-    """Read a table separated by commas, semicolons or tabs, in UTF-8.
+    """Read a table separated by commas, semicolons or tabs, in UTF-8; see `csv_pieces`."""
+    return joined(csv_pieces(path, schema))
+
+
+def csv_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
+    """Read a table separated by commas, semicolons or tabs, in UTF-8, piece by piece.
 
     A byte order mark, Windows line ends, other separators than the comma, decimal commas (where the
     comma does not separate), empty lines and words for a missing number (``nan``, ``NA``) are handled
-    and noted.
+    and noted. The notes come with the last piece, which has no rows.
 
     Raises
     ------
@@ -89,12 +94,12 @@ def read_csv(path: str | Path, schema: Schema) -> RawTable:
         notes = list(_byte_notes(file))
         try:
             with file.open(encoding="utf-8-sig", newline="") as stream:
-                return _parse(stream, file, schema, notes)
+                yield from _parse(stream, file, schema, notes)
         except UnicodeDecodeError:
             raise _not_utf8(file) from None
 
 
-def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) -> RawTable:
+def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) -> Iterator[RawTable]:
     lines = _bounded_lines(stream, file)
     separator, skipped, first = _separator(lines)
     if separator is None:
@@ -107,31 +112,50 @@ def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) 
     wanted = set(schema(header))
     width = len(header.names)
     reader = NumberReader(file, decimal_comma=separator != ",")
-    numbers: dict[str, list[FloatArray]] = {name: [] for name in header.names if name in wanted}
-    texts: dict[str, list[str]] = {name: [] for name in header.names if name not in wanted}
-    line: list[int] = []
-    empty = 0
+    empty, some = 0, False
     while chunk := list(islice(records, CHUNK)):
         full = [(at, cells) for at, cells in chunk if len(cells) == width and any(cells)]
         if len(full) < len(chunk):
             empty += _check_widths(chunk, width, file)
+        if not full:
+            continue
+        some = True
         at = [at for at, _ in full]
-        for name, column in zip(header.names, zip(*(cells for _, cells in full), strict=True), strict=False):
-            if name in wanted:
-                numbers[name].append(reader.numbers(column, name, at))
-            else:
-                texts[name].extend(column)
-        line.extend(at)
+        columns = dict(zip(header.names, zip(*(cells for _, cells in full), strict=True), strict=True))
+        yield RawTable(
+            header=header,
+            numbers={name: reader.numbers(cells, name, at) for name, cells in columns.items() if name in wanted},
+            texts={name: text_array(cells) for name, cells in columns.items() if name not in wanted},
+            line=np.array(at, dtype=np.int64),
+            notes=(),
+        )
     if empty:
         notes.append(f"{file.name}: {empty} empty {'row' if empty == 1 else 'rows'} skipped")
-    if not line:
+    if not some:
         raise InputError("expected at least one row under the header, got none", file=file, row=row)
+    yield without_rows(header, wanted, (*notes, *reader.notes()))
+
+
+def without_rows(header: Header, wanted: Collection[str], notes: tuple[str, ...]) -> RawTable:
+    """The last piece: what is to be said of the others."""
     return RawTable(
         header=header,
-        numbers={name: np.concatenate(parts) for name, parts in numbers.items()},
-        texts={name: text_array(values) for name, values in texts.items()},
-        line=np.array(line, dtype=np.int64),
-        notes=(*notes, *reader.notes()),
+        numbers={name: np.empty(0) for name in header.names if name in wanted},
+        texts={name: text_array(()) for name in header.names if name not in wanted},
+        line=np.empty(0, dtype=np.int64),
+        notes=notes,
+    )
+
+
+def joined(pieces: Iterable[RawTable]) -> RawTable:
+    """One table of several pieces of it."""
+    parts = list(pieces)
+    return RawTable(
+        header=parts[0].header,
+        numbers={name: np.concatenate([part.numbers[name] for part in parts]) for name in parts[0].numbers},
+        texts={name: np.concatenate([part.texts[name] for part in parts]) for name in parts[0].texts},
+        line=np.concatenate([part.line for part in parts]),
+        notes=tuple(note for part in parts for note in part.notes),
     )
 
 

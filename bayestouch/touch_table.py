@@ -13,7 +13,7 @@ from bayestouch.arrays import FloatArray
 from bayestouch.errors import InputError, few
 from bayestouch.files import write_together
 from bayestouch.parquet import read_parquet, write_parquet
-from bayestouch.remarks import remarks
+from bayestouch.remarks import Tally, remarks
 from bayestouch.sensor import Sensor
 from bayestouch.table_writing import write_csv
 from bayestouch.tables import Header, RawTable, read_csv
@@ -59,7 +59,8 @@ def read_touches(path: str | Path, sensor: Sensor, *, location: bool = False) ->
     read = read_parquet if Path(path).suffix == ".parquet" else read_csv
     table = read(path, schema)
     check_values(table.numbers, file=table.header.file, line=table.line)
-    return _touches(table, found[0], sensor)
+    touches = touches_of_table(table, found[0], sensor)
+    return touches.with_(notes=(*touches.notes, *notes_on(table.header, found[0], Tally.of(touches))))
 
 
 def write_touches(touches: Touches, path: str | Path, sensor: Sensor) -> None:
@@ -111,11 +112,11 @@ def check_fit(touches: Touches, sensor: Sensor, *, file: str | Path | None = Non
         raise InputError(f"expected the location in {expected}, got {', '.join(sorted(here))}", file=file)
 
 
-def _touches(table: RawTable, columns: Columns, sensor: Sensor) -> Touches:
+def touches_of_table(table: RawTable, columns: Columns, sensor: Sensor) -> Touches:
+    """Touches of a table whose values have been checked, or of a piece that holds its touches whole."""
     n = len(table.line)
     touch = table.numbers["touch"].astype(np.int64)
     unknown = np.full(n, np.nan)
-    notes = list(table.notes)
 
     def maybe(name: str) -> FloatArray | None:
         return table.numbers.get(name)
@@ -126,7 +127,7 @@ def _touches(table: RawTable, columns: Columns, sensor: Sensor) -> Touches:
     sample = maybe("sample")
     sds = [unknown if name is None else table.numbers[name] for name in columns.readings_sd]
     locations = {name: maybe(name) for name in sensor.body.location_columns}
-    touches = Touches(
+    return Touches(
         touch=touch,
         sample=numbered(touch) if sample is None else sample.astype(np.int64),
         time_s=column("time_s"),
@@ -141,16 +142,26 @@ def _touches(table: RawTable, columns: Columns, sensor: Sensor) -> Touches:
         readings_sd=np.stack(sds, axis=1) if any(columns.readings_sd) else None,
         reads=maybe("reads"),
         extra=table.texts,
+        notes=table.notes,
     )
-    file = table.header.file
-    if not np.isfinite(touches.readings).any():
+
+
+def notes_on(header: Header, columns: Columns, tally: Tally) -> tuple[str, ...]:
+    """What is to be said of a whole table.
+
+    Raises
+    ------
+    InputError
+        It has no reading at all.
+    """
+    file, notes = header.file, []
+    if not tally.there.any():
         raise InputError("no reading in any row of any element", file=file, column=columns.readings[0])
-    if sample is None and touches.n_touches < n:
+    if "sample" not in columns.numeric and tally.touches < tally.rows:
         notes.append(f"{file.name}: no column sample, rows of the same touch are numbered in order")
-    if table.texts:
-        notes.append(f"{file.name}: columns not known here, kept and not used: {few(tuple(table.texts))}")
-    notes += [f"{file.name}: {remark}" for remark in remarks(touches)]
-    return touches.with_(notes=tuple(notes))
+    if unknown := tuple(name for name in header.names if name not in columns.numeric):
+        notes.append(f"{file.name}: columns not known here, kept and not used: {few(unknown)}")
+    return (*notes, *(f"{file.name}: {remark}" for remark in remarks(tally)))
 
 
 def _columns(touches: Touches, sensor: Sensor, file: Path) -> dict[str, npt.NDArray[Any]]:

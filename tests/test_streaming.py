@@ -16,7 +16,8 @@ import xarray as xr
 from test_finger_calibration import dataset, known_touches
 
 import bayestouch
-from bayestouch import posterior_file
+from bayestouch import parquet, posterior_file, tables, touch_source
+from bayestouch import survey as survey_module
 from bayestouch.calibration import calibrate
 from bayestouch.cli import main
 from bayestouch.dataset import save_dataset
@@ -26,6 +27,8 @@ from bayestouch.inference import run as run_module
 from bayestouch.partial import partial_folder
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.summaries import STATISTICS, summarise
+from bayestouch.touch_source import joined_touches
+from bayestouch.touch_table import read_touches, write_touches
 from bayestouch.touches import Touches
 
 DRAWS = 128
@@ -178,6 +181,83 @@ def test_pads_are_written_in_blocks(tmp_path: Path) -> None:
     same(bayestouch.infer(touches, calibration, draws=DRAWS, seed=2, output=tmp_path / "pad.nc"), memory)
 
 
+# Tables that are read piece by piece.
+
+
+def _several_samples() -> Touches:
+    """Touches of three samples and two rows without contact each, some without a load; not in the order of their ids."""
+    data = dataset(known_touches(3, step=3.0)).touches
+    rng = np.random.default_rng(1)
+    load = np.where(rng.random(data.n_rows) < 0.05, np.nan, data.load)
+    away = data.select(np.unique(data.touch, return_index=True)[1])
+    away = away.with_(readings=0.02 * away.readings, load=np.zeros(away.n_rows), sample=np.full(away.n_rows, 9))
+    data = joined_touches([data.with_(load=load), away])
+    return data.select(np.lexsort((data.sample, (data.touch * 700) % 1009)))
+
+
+@pytest.mark.usefixtures("small_blocks")
+@pytest.mark.parametrize("ending", ["csv", "parquet"])
+@pytest.mark.parametrize("each_sample", [False, True])
+def test_a_file_in_pieces_is_read_like_one_in_memory(
+    read: tuple[Touches, Calibration],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    ending: str,
+    each_sample: bool,
+) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow", reason="pyarrow is not installed")
+    path, calibration = tmp_path / f"touches.{ending}", read[1]
+    write_touches(_several_samples(), path, calibration.sensor)
+    options = {"draws": 64, "seed": 5, "method": "importance", "each_sample": each_sample}
+    whole = bayestouch.infer(read_touches(path, calibration.sensor), calibration, **options)  # type: ignore[arg-type]
+    for module in (tables, parquet):
+        monkeypatch.setattr(module, "CHUNK", 23)
+    monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
+    assert len(list(touch_source.source_of(path, calibration.sensor).pieces())) > 5
+    same(bayestouch.infer(path, calibration, **options), whole)  # type: ignore[arg-type]
+    same(bayestouch.infer(path, calibration, output=tmp_path / "a.nc", **options), whole)  # type: ignore[arg-type]
+
+
+def test_touches_that_do_not_stand_together_are_read_whole(
+    read: tuple[Touches, Calibration], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path, calibration = tmp_path / "touches.csv", read[1]
+    data = _several_samples()
+    write_touches(data.select(np.argsort(data.sample, kind="stable")), path, calibration.sensor)
+    options = {"draws": 64, "seed": 5, "method": "importance"}
+    whole = bayestouch.infer(read_touches(path, calibration.sensor), calibration, **options)  # type: ignore[arg-type]
+    monkeypatch.setattr(tables, "CHUNK", 23)
+    monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
+    source = touch_source.source_of(path, calibration.sensor)
+    with pytest.raises(touch_source.Scattered):
+        list(source.pieces())
+    same(bayestouch.infer(path, calibration, **options), whole)  # type: ignore[arg-type]
+
+
+def test_a_large_table_is_looked_at_evenly(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(survey_module, "SAMPLED", 4)
+    data = _several_samples()
+    ids = list(dict.fromkeys(data.touch.tolist()))
+    found = survey_module.survey(touch_source.InMemory(data))
+    assert found.n_touches == len(ids) == 47
+    # 47 touches, at most eight of them: every eighth
+    assert list(dict.fromkeys(found.sample.touch.tolist())) == ids[::8]
+    assert found.sample.n_rows == 5 * 6, "with all their rows"
+
+
+def test_a_file_that_changes_is_refused(
+    read: tuple[Touches, Calibration], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
+    path = tmp_path / "touches.csv"
+    write_touches(_several_samples(), path, read[1].sensor)
+    source = touch_source.source_of(path, read[1].sensor)
+    path.write_text(path.read_text() + "\n")
+    with pytest.raises(InputError, match="has changed"):
+        next(source.pieces())
+
+
 # What is killed, and goes on.
 
 _SCRIPT = """
@@ -262,7 +342,7 @@ def test_a_run_killed_a_hundred_times_ends_the_same(files: tuple[Path, Path], tm
 _DEADLY = """
 import os, signal, sys, bayestouch
 from bayestouch.inference import finger_draws
-here, usual = os.getpid(), finger_draws.draw_touches
+here, usual, finger_draws.SHARED_FROM = os.getpid(), finger_draws.draw_touches, 1
 
 def deadly(task, touches, numbers, rounds):
     if os.getpid() != here and numbers[0] > 0:

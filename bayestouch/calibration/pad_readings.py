@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -66,6 +67,12 @@ class PadReadings:
             self.radius_mm[index],
             self.pure_error_variance,
         )
+
+    @classmethod
+    def joined(cls, parts: Sequence[PadReadings]) -> PadReadings:
+        """All touches of several; the pure error is that of the first."""
+        names = ("touch", "location", "load", "readings", "counts", "radius_mm")
+        return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
 
     def without_load(self) -> PadReadings:
         """The same touches as if no load had been measured."""

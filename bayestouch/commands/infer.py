@@ -65,7 +65,6 @@ def infer(
     from bayestouch.indenter_text import indenter_from_text
     from bayestouch.inference import Kept, Options, infer_to_file
     from bayestouch.posterior import load_calibration, load_grades
-    from bayestouch.touch_table import read_touches
 
     check_output(output)
     options = Options(
@@ -81,8 +80,7 @@ def infer(
     calibrated = load_calibration(calibration)
     try:
         with progress_bar("infer", quiet) as advance:
-            table = read_touches(touches, calibrated.sensor)
-            infer_to_file(table, calibrated, output, options, scheduler=scheduler, progress=advance)
+            infer_to_file(touches, calibrated, output, options, scheduler=scheduler, progress=advance)
     except KeyboardInterrupt:
         raise Interrupted("the same command goes on from here") from None
     stats, notes = load_grades(output)

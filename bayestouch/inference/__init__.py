@@ -12,13 +12,15 @@ from bayestouch.posterior import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
+from bayestouch.survey import survey
+from bayestouch.touch_source import InMemory, Scattered, source_of
 from bayestouch.touches import Touches
 
 __all__ = ["Kept", "Options", "infer", "infer_to_file"]
 
 
 def infer(
-    touches: Touches,
+    touches: Touches | str | Path,
     calibration: Calibration,
     *,
     indenter: IndenterPrior | None = None,
@@ -40,8 +42,9 @@ def infer(
 
     Parameters
     ----------
-    touches : Touches
-        What was read. Reference locations and radii are carried along, never used.
+    touches : Touches, str or Path
+        What was read, or the file that holds it, of which no more than a piece is then in memory. Reference locations
+        and radii are carried along, never used.
     calibration : Calibration
         The calibrated sensor.
     indenter : IndenterPrior, optional
@@ -92,12 +95,12 @@ def infer(
     if output is not None:
         infer_to_file(touches, calibration, output, options, workers=workers, scheduler=scheduler, progress=progress)
         return load_touches(output)
-    options.check(touches, calibration)
-    return read_in_memory(_run(touches, calibration, options), kept, _hands(workers, scheduler), progress)
+    run, _ = _run(touches, calibration, options)
+    return read_in_memory(run, kept, _hands(workers, scheduler), progress)
 
 
 def infer_to_file(
-    touches: Touches,
+    touches: Touches | str | Path,
     calibration: Calibration,
     output: str | Path,
     options: Options,
@@ -110,10 +113,7 @@ def infer_to_file(
     path = Path(output)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
-    options.check(touches, calibration)
-    mark = fingerprint(touches, calibration, options)
-    run = _run(touches, calibration, options)
-    del touches  # where nobody else holds the table, its memory is free from here on
+    run, mark = _run(touches, calibration, options)
     read_to_file(run, options.kept, _hands(workers, scheduler), path, mark, progress)
 
 
@@ -125,11 +125,22 @@ def _hands(workers: int | None, scheduler: str | None) -> Hands:
     return hands_of_cluster(scheduler)
 
 
-def _run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
+def _run(touches: Touches | str | Path, calibration: Calibration, options: Options) -> tuple[TouchRun, str]:
+    """Touches ready to be read, and the fingerprint of the result."""
+    source = InMemory(touches) if isinstance(touches, Touches) else source_of(touches, calibration.sensor)
+    options.check(source, calibration)
+    try:
+        found = survey(source)
+    except Scattered:
+        source = InMemory(source.whole())
+        found = survey(source)
+    if not found.n_touches:
+        raise InputError("no row of the table is in contact: there is nothing to infer")
+    mark = fingerprint(source, calibration, options)
     if isinstance(calibration.sensor.body, Finger):
         from bayestouch.inference.finger import finger_run
 
-        return finger_run(touches, calibration, options)
+        return finger_run(source, found, calibration, options), mark
     from bayestouch.inference.pad import pad_run
 
-    return pad_run(touches, calibration, options)
+    return pad_run(source, found, calibration, options), mark

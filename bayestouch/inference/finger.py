@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,43 +11,32 @@ from numpy.typing import NDArray
 import bayestouch
 from bayestouch.affected.described import KEY, AffectedChain
 from bayestouch.averages import TouchMeans
+from bayestouch.baseline import Baseline
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import UniformRadius
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
-from bayestouch.inference.faults import SensorCheck
-from bayestouch.inference.finger_affected import observe, prepare
-from bayestouch.inference.finger_check import CorrectedFinger, check_finger, corrected_means, looked_at_again, widened
+from bayestouch.inference.finger_check import check_finger, widened
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
-from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext, TouchReadings
-from bayestouch.inference.finger_rows import readings_of, rows_as_touches
+from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext
+from bayestouch.inference.finger_rows import FingerTouches, Intake, load_notes
+from bayestouch.inference.finger_with_effects import affected_touches
 from bayestouch.inference.options import Options
 from bayestouch.inference.reading_table import ReadingTable
-from bayestouch.inference.run import TouchRun, rows_of_blocks
+from bayestouch.inference.run import TouchRun, in_blocks
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.radius_prior import RadiusOfTips
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.survey import Survey
 from bayestouch.tip_probabilities import TipProbabilities
-from bayestouch.touches import Touches
+from bayestouch.touch_source import TouchSource
 
 FloatArray = NDArray[np.float64]
 ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
-
-
-@dataclass(frozen=True, eq=False)
-class FingerTouches:
-    """A block of touches: averaged, and the same as the posterior wants them."""
-
-    means: TouchMeans
-    readings: TouchReadings
-
-    def select(self, index: NDArray[np.int64]) -> FingerTouches:
-        """Some of the touches."""
-        return FingerTouches(_select(self.means, index), self.readings.select(index))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,49 +81,31 @@ class FingerBlocks:
         )
 
 
-def finger_run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
-    """Make touches on a finger ready to be read."""
-    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+def finger_run(source: TouchSource, found: Survey, calibration: Calibration, options: Options) -> TouchRun:
+    """Make touches on a finger ready to be read.
+
+    Effects of a calibration may depend on what was before a touch: they want the whole table in memory.
+    """
+    baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
     typical = float(calibration.settings["typical_load"])
-    observed, affected = None, None
-    if KEY in calibration.settings:
-        affected = AffectedChain.of(calibration)
-        observed, note = observe(corrected, affected, calibration.noise, options.each_sample)
-        means = observed.means
-    else:
-        means, note = rows_as_touches(corrected) if options.each_sample else corrected.averaged(), ""
-    readings, notes = readings_of(means, calibration, options.use_load)
-    notes += (note,) if note else ()
+    intake = Intake(calibration, baseline, options)
+    affected = AffectedChain.of(calibration) if KEY in calibration.settings else None
     chain, table, covariance = _model(calibration, typical, affected)
     priors = IndenterPriors.of(chain, typical, options.indenter)
     noise, check = calibration.noise, None
-
-    def with_effects(plain: TouchReadings) -> TouchReadings:
-        if affected is None or observed is None:
-            return plain
+    notes = load_notes(found, options)
+    n_touches = found.n_rows if options.each_sample else found.n_touches
+    if affected is not None:
         assert isinstance(chain, FingerChain)
-        return prepare(plain, observed, affected, chain, table, priors, noise, plug_in=options.plug_in)
-
-    prepared = with_effects(readings)
-    if options.check_sensor:
-        placed = None if affected is None else affected.placed
-        checked = chain if placed is None else CorrectedFinger(chain, placed)
-
-        def check_of(readings: TouchReadings) -> SensorCheck:
-            return check_finger(readings, checked, table, noise, covariance, typical)
-
-        def again(first: SensorCheck) -> SensorCheck:
-            return check_of(with_effects(readings_of(corrected_means(means, first), calibration, options.use_load)[0]))
-
-        check = check_of(prepared)
-        if affected is not None and affected.listed.drifts:
-            check = looked_at_again(check, again)
+        corrected = baseline.subtracted(source.whole())
+        whole, noise, check, more = affected_touches(
+            corrected, calibration, options, affected, chain, table, covariance, priors
+        )
+        notes, n_touches = (*notes, *more), whole.n_touches
+    elif options.check_sensor:
+        check = check_finger(intake(found.sample).readings, chain, table, noise, covariance, typical)
+        intake, noise = replace(intake, check=check), widened(noise, check.excess)
         notes += fault_notes(check, "N/m")
-        if not check.sound:
-            means, noise = corrected_means(means, check), widened(noise, check.excess)
-            readings, fewer = readings_of(means, calibration, options.use_load and not check.force_left_out)
-            notes += fewer
-            prepared = with_effects(readings)
     task = DrawTask(
         chain=chain,
         priors=priors,
@@ -161,19 +131,14 @@ def finger_run(touches: Touches, calibration: Calibration, options: Options) -> 
         "seed": float(options.seed),
         "version": bayestouch.__version__,
     }
-    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *notes)))
-    whole = FingerTouches(means, prepared)
+    notes = tuple(dict.fromkeys((*found.notes, baseline.note, *notes)))
+
+    def parts() -> Iterator[FingerTouches]:
+        return map(intake, source.pieces()) if affected is None else iter([whole])
+
     return TouchRun(
-        FingerBlocks(calibration, task, affected, settings, notes),
-        means.n_touches,
-        lambda size: map(whole.select, rows_of_blocks(means.n_touches, size)),
+        FingerBlocks(calibration, task, affected, settings, notes), n_touches, lambda size: in_blocks(parts(), size)
     )
-
-
-def _select(means: TouchMeans, index: NDArray[np.int64]) -> TouchMeans:
-    values = {each.name: getattr(means, each.name) for each in fields(means) if not each.name.startswith("pure_error")}
-    some: dict[str, Any] = {name: value[index] for name, value in values.items() if isinstance(value, np.ndarray)}
-    return replace(means, **some)
 
 
 def _model(

@@ -36,6 +36,8 @@ CHAINS = 4
 # Touches of a piece: so many that emcee's own work for a step is little beside theirs; and of those drawn again, which
 # take many steps, few enough that every core has some.
 PIECE, PIECE_AGAIN = 512, 128
+# Fewer touches take no longer than starting other processes does.
+SHARED_FROM = 256
 #: What is drawn, (chain, draw, t), and the grades that go with it, (t,).
 DRAWN = ("r_c", "R", "theta_c", "P")
 GRADES = ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")
@@ -110,7 +112,8 @@ def draw_all(
     dict
         ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m): (chain, draw, t); grades: (t,); `TIPS`: (k, t).
     """
-    t, workers = touches.n_touches, cores(workers)
+    t = touches.n_touches
+    workers = cores(workers) if t >= SHARED_FROM else 1
     empty = np.empty if workers == 1 or not may_fork() else shared_empty
     out: Drawn = {name: empty((CHAINS, task.draws_a_chain, t)) for name in DRAWN}
     out |= {name: empty((t,)) for name in GRADES}

@@ -8,7 +8,7 @@ from bayestouch.errors import InputError, shown
 from bayestouch.indenter_priors import IndenterPrior
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger
-from bayestouch.touches import Touches
+from bayestouch.touch_source import TouchSource
 
 
 @dataclass(frozen=True)
@@ -51,14 +51,13 @@ class Options:
     kept: Kept = field(default_factory=Kept)
     seed: int = 0
 
-    def check(self, touches: Touches, calibration: Calibration) -> None:
+    def check(self, source: TouchSource, calibration: Calibration) -> None:
         """Refuse what cannot be.
 
         Raises
         ------
         InputError
-            An option is out of range or does not go with the body, the table does not fit the calibrated sensor, or no
-            row is in contact.
+            An option is out of range or does not go with the body, or the table does not fit the calibrated sensor.
         """
         draws, thin = self.kept.draws, self.kept.thin
         if self.method not in ("emcee", "importance"):
@@ -71,10 +70,8 @@ class Options:
             got = shown(self.indenter)
             raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {got}")
         m = calibration.sensor.n_elements
-        if touches.n_elements != m:
-            raise InputError(f"the table has {touches.n_elements} elements, the calibrated sensor {m}")
-        if not touches.in_contact.any():
-            raise InputError("no row of the table is in contact: there is nothing to infer")
+        if source.n_elements != m:
+            raise InputError(f"the table has {source.n_elements} elements, the calibrated sensor {m}")
         if isinstance(calibration.sensor.body, Finger):
             return
         if self.each_sample or self.method != "emcee":

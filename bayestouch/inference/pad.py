@@ -11,19 +11,21 @@ from numpy.typing import NDArray
 
 import bayestouch
 from bayestouch.affected.pad_freed import PadEffects
+from bayestouch.baseline import Baseline
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
-from bayestouch.errors import InputError
 from bayestouch.inference.options import Kept, Options
 from bayestouch.inference.pad_components import components_of
 from bayestouch.inference.pad_lattice import Lattice, lattice_for
 from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
 from bayestouch.inference.pad_reader import PadReader, PadTouches
-from bayestouch.inference.run import TouchRun, rows_of_blocks
+from bayestouch.inference.run import TouchRun, in_blocks
 from bayestouch.parameters import Normal, Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.sampling import BlockDraws, Demands, sample_blocks
+from bayestouch.survey import Survey, survey
+from bayestouch.touch_source import InMemory, TouchSource
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
@@ -146,7 +148,7 @@ class PadBlocks:
         return (*where, Parameter("P", "P", "P", "N" if load_unit == "N" else "", prior, about))
 
 
-def pad_run(touches: Touches, calibration: Calibration, options: Options) -> TouchRun:
+def pad_run(source: TouchSource, found: Survey, calibration: Calibration, options: Options) -> TouchRun:
     """Make touches on a pad ready to be read.
 
     In what is read, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
@@ -157,18 +159,11 @@ def pad_run(touches: Touches, calibration: Calibration, options: Options) -> Tou
     Raises
     ------
     InputError
-        The touches do not fit the calibration.
+        The rest reading of the calibration is not that of the table's elements.
     """
     reader = PadReader.from_calibration(calibration, plug_in=options.plug_in)
-    if touches.n_elements != reader.map.n_elements:
-        raise InputError(f"expected readings of {reader.map.n_elements} elements, got {touches.n_elements}")
-    corrected = touches.baseline_corrected(calibration.extra.get("rest_reading"))
+    baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
     effects = PadEffects.of(calibration)
-    if effects is not None:
-        corrected = effects.freed(corrected)
-    readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
-    if not options.use_load:
-        readings = readings.without_load()
     draws = options.kept.draws
     settings: dict[str, str | float] = {
         "body": "pad",
@@ -181,11 +176,24 @@ def pad_run(touches: Touches, calibration: Calibration, options: Options) -> Tou
         "seed": float(options.seed),
         "version": bayestouch.__version__,
     }
-    notes = tuple(dict.fromkeys((*touches.notes, *corrected.notes, *_notes(reader, readings), *_effect_notes(effects))))
+
+    def averaged(piece: Touches) -> PadReadings:
+        corrected = baseline.subtracted(piece)
+        if effects is not None:
+            corrected = effects.freed(corrected)
+        readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
+        return readings if options.use_load else readings.without_load()
+
+    def pieces() -> Iterator[Touches]:
+        # effects may depend on what was before a touch: they want the whole table
+        every = source.pieces() if effects is None else iter([source.whole()])
+        return (piece for piece in every if piece.in_contact.any())
+
+    notes = (*found.notes, baseline.note, *_notes(reader, found, options.use_load), *_effect_notes(effects))
     return TouchRun(
-        PadBlocks(calibration, reader, draws, options.seed, settings, notes, effects),
-        readings.n_touches,
-        lambda size: map(readings.select, rows_of_blocks(readings.n_touches, size)),
+        PadBlocks(calibration, reader, draws, options.seed, settings, tuple(dict.fromkeys(notes)), effects),
+        found.n_touches,
+        lambda size: in_blocks(map(averaged, pieces()), size),
     )
 
 
@@ -201,7 +209,9 @@ def infer_pad(
 ) -> TouchPosteriors:
     """Posteriors of location and load of touches on a pad, in memory and by one process; see `bayestouch.infer`."""
     options = Options(plug_in=plug_in, use_load=use_load, kept=Kept(draws), seed=seed)
-    run = pad_run(touches, calibration, options)
+    source = InMemory(touches)
+    options.check(source, calibration)
+    run = pad_run(source, survey(source), calibration, options)
     return run.reader.read(next(run.blocks(run.n_touches)), 0, 1, progress)
 
 
@@ -264,13 +274,13 @@ def _by_axis(location: FloatArray) -> dict[str, FloatArray]:
     return {name: location[:, axis] for axis, name in enumerate(COORDINATES[: location.shape[1]])}
 
 
-def _notes(reader: PadReader, readings: PadReadings) -> list[str]:
-    measured = np.isfinite(readings.load)
-    if measured.any() and not reader.load_measured:
+def _notes(reader: PadReader, found: Survey, use_load: bool) -> list[str]:
+    missing = found.touches_without_load if use_load else found.n_touches
+    if missing < found.n_touches and not reader.load_measured:
         return ["loads are measured but were not in the calibration: they are not used"]
-    if reader.load_measured and not measured.all():
+    if reader.load_measured and missing:
         return [
-            f"{int((~measured).sum())} touches have no measured load: their prior is that of the calibration's loads, "
+            f"{missing} touches have no measured load: their prior is that of the calibration's loads, "
             f"{reader.load:.3g} ± {reader.load_sd:.2g} N"
         ]
     return []

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.summaries import summarise
 from bayestouch.tip_probabilities import TipProbabilities
-from bayestouch.touches import Touches
+from bayestouch.touch_source import TouchSource
 
 # Draws of a block, over its touches: 128 MB as R, r_c, θ_c and P. A multiple of what is drawn together.
 BLOCK_DRAWS = 1 << 22
@@ -60,6 +60,42 @@ Hands = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[
 def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
     """Numbers 0 ... n - 1 in pieces of `size`."""
     return (np.arange(first, min(first + size, n)) for first in range(0, n, size))
+
+
+class Block(Protocol):
+    """Touches that are read together."""
+
+    @property
+    def n_touches(self) -> int:
+        """How many."""
+        ...
+
+    def select(self, index: NDArray[np.int64]) -> Self:
+        """Some of them."""
+        ...
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All touches of several."""
+        ...
+
+
+AnyBlock = TypeVar("AnyBlock", bound=Block)
+
+
+def in_blocks(parts: Iterable[AnyBlock], size: int) -> Iterator[AnyBlock]:
+    """Touches of parts of any size in blocks of one size, the last one smaller."""
+    held: list[AnyBlock] = []
+    for part in parts:
+        held.append(part)
+        if sum(each.n_touches for each in held) < size:
+            continue
+        whole = type(part).joined(held)
+        full = whole.n_touches // size * size
+        yield from map(whole.select, rows_of_blocks(full, size))
+        held = [whole.select(np.arange(full, whole.n_touches))]
+    if held and (last := type(held[0]).joined(held)).n_touches:
+        yield last
 
 
 def size_of_block(kept: Kept) -> int:
@@ -120,7 +156,7 @@ def read_to_file(
         partial.deliver()
 
 
-def fingerprint(touches: Touches, calibration: Calibration, options: Options) -> str:
+def fingerprint(source: TouchSource, calibration: Calibration, options: Options) -> str:
     """Hash of all that the draws follow from: data, calibration, options, and the versions of what computes."""
     from importlib.metadata import version
 
@@ -128,7 +164,7 @@ def fingerprint(touches: Touches, calibration: Calibration, options: Options) ->
 
     groups, attributes = calibration_groups(calibration)
     return fingerprint_of(
-        {each.name: getattr(touches, each.name) for each in fields(touches)},
+        source.mark(),
         {
             f"{name}/{key}": variable.values
             for name, group in groups.items()
