@@ -246,7 +246,7 @@ def test_draws_depend_on_seed_and_place_alone(line_pad: tuple[SimulatedPad, Cali
 
 def test_wrong_number_of_elements_is_said(line_pad: tuple[SimulatedPad, Calibration]) -> None:
     _, calibration = line_pad
-    with pytest.raises(InputError, match="expected readings of 4 elements, got 3"):
+    with pytest.raises(InputError, match="the table has 3 elements, the calibrated sensor 4"):
         infer_pad(
             line().touch(np.array([[12.0]]), np.random.default_rng(0)).with_(readings=np.zeros((1, 3))), calibration
         )

@@ -185,7 +185,7 @@ def test_pads_are_written_in_blocks(tmp_path: Path) -> None:
 
 
 def _several_samples() -> Touches:
-    """Touches of three samples and two rows without contact each, some without a load; not in the order of their ids."""
+    """Touches of three samples and two rows without contact each, some without a load, not in the order of ids."""
     data = dataset(known_touches(3, step=3.0)).touches
     rng = np.random.default_rng(1)
     load = np.where(rng.random(data.n_rows) < 0.05, np.nan, data.load)
