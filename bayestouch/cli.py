@@ -12,6 +12,7 @@ from bayestouch import __version__
 from bayestouch.commands.calibrate import calibrate
 from bayestouch.commands.check import check
 from bayestouch.commands.diagnose import diagnose
+from bayestouch.commands.effects import effects
 from bayestouch.commands.infer import infer
 from bayestouch.commands.init import init
 from bayestouch.commands.output import Interrupted
@@ -49,7 +50,7 @@ def cli(ctx: click.Context) -> None:
     ctx.color = _colour()
 
 
-for verb in (init, check, calibrate, infer, diagnose, report, simulate):
+for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate):
     cli.add_command(verb)
 
 

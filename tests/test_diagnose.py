@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -130,3 +132,18 @@ def test_bad_model_is_one_line(
     assert main(["calibrate", str(crossed), "-o", str(tmp_path / "c.nc"), "--model", str(path), "--quiet"]) == 2
     err = capsys.readouterr().err
     assert complaint in err and err.count("\n") == 1
+
+
+def test_all_files_are_written(written: Path) -> None:
+    figures = numbers_of(written)["figures"]
+    assert figures[0]["file"] == "figures/effect-1-crosstalk.png"
+    assert {each["file"] for each in figures} == {f"figures/{p.name}" for p in (written / "figures").iterdir()}
+    assert all((written / each["file"]).read_bytes().startswith(b"\x89PNG") for each in figures)
+    assert not [path for path in written.parent.iterdir() if path.suffix == ".tmp"]
+
+
+@pytest.mark.slow
+def test_the_script_repeats_the_diagnosis(written: Path, crossed: Path, tmp_path: Path) -> None:
+    command = [sys.executable, str(written / "repeat.py"), str(crossed), str(tmp_path / "again")]
+    subprocess.run(command, check=True, capture_output=True)
+    assert numbers_of(tmp_path / "again") == numbers_of(written)

@@ -12,7 +12,7 @@ from bayestouch.affected.timing import Timing, one_clock, typical_gap
 from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.effects.effect import Setting
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, few
 from bayestouch.sensor import Finger
 from bayestouch.splits import with_calibration
 from bayestouch.touches import Touches
@@ -101,6 +101,7 @@ class DiagnosisData:
             how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
+        about = remarks(table, (known & ~held)[group])
         return cls(
             dataset=dataset,
             table=table,
@@ -111,7 +112,7 @@ class DiagnosisData:
             session=(np.arange(table.n_rows) >= calibration.n_rows).astype(np.int64),
             training=(known & ~held)[group],
             held_out=held[group],
-            notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, first.note, second.note) if note)),
+            notes=tuple(dict.fromkeys(note for note in (*dataset.notes, how, *about, first.note, second.note) if note)),
         )
 
     @classmethod
@@ -142,7 +143,9 @@ class DiagnosisData:
             session=np.zeros(table.n_rows, dtype=np.int64),
             training=known[group],
             held_out=np.zeros(table.n_rows, dtype=bool),
-            notes=tuple(dict.fromkeys(note for note in (*dataset.notes, timing.note) if note)),
+            notes=tuple(
+                dict.fromkeys(note for note in (*dataset.notes, *remarks(table, known[group]), timing.note) if note)
+            ),
         )
 
     @classmethod
@@ -165,7 +168,7 @@ class DiagnosisData:
             how = f"every fourth block of {size} touches that follow each other is held out"
         if not held.any():
             how = TOO_FEW
-        notes = (*dataset.notes, *table.notes, how, clock.note)
+        notes = (*dataset.notes, *table.notes, how, *remarks(table, training), clock.note)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
             table=table,
@@ -223,6 +226,23 @@ class DiagnosisData:
             loads_vary=finger or _vary(table.load[table.in_contact]),
             radii_mm=(body.core_radius_mm, body.outer_radius_mm) if isinstance(body, Finger) else (0.0, 0.0),
         )
+
+
+def remarks(table: Touches, rows: BoolArray) -> tuple[str, ...]:
+    """What is missing from the rows that fits see."""
+    out = []
+    dead = np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))
+    if len(dead):
+        names = few([f"e{i + 1:02d}" for i in dead])
+        out.append(f"{names}: no readings, or the same one in every row; left out")
+    seen = table.touch[rows & table.in_contact]
+    once = len(np.unique(seen)) == len(seen)
+    if once and (table.reads is None or not (np.nan_to_num(table.reads) > 1).any()):
+        out.append(
+            "no touch was read twice: the noise is that of readings far from the touch, and effects of the noise, and "
+            "those that change while a touch is held, cannot be seen"
+        )
+    return tuple(out)
 
 
 def _vary(load: FloatArray) -> bool:

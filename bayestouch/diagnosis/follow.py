@@ -9,6 +9,7 @@ from bayestouch.affected.result import AddedEffect, added_effects
 from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
@@ -68,7 +69,15 @@ def follow(data: DiagnosisData, fitted: Fitted, setting: Setting, stand: Stands,
             corrected = stand(new[0], added, new[1])
     advance(1.0)
     return Traced(
-        data, rounds, _steps(rounds, stand, before, explained), added, before, explained, corrected, remaining
+        data=data,
+        rounds=rounds,
+        steps=_steps(rounds, stand, before, explained),
+        added=added,
+        before=before,
+        explained=explained,
+        corrected=corrected,
+        remaining=remaining,
+        advice=advice(rounds) if setting.finger else None,
     )
 
 

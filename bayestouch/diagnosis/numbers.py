@@ -42,6 +42,7 @@ def all_numbers(traced: Traced) -> Numbers:
             "test": asdict(remaining.after),
         },
         "correction": None,
+        "measure": None if traced.advice is None else {**asdict(traced.advice), "advice": str(traced.advice)},
         "rounds": [_round(each) for each in traced.rounds],
         "notes": list(data.notes),
     }

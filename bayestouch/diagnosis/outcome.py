@@ -27,6 +27,8 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     if numbers["correction"] is not None:
         out.append("A correction by element and location is in the calibration after; it is no cause.")
+    if numbers["measure"] is not None:
+        out.append(numbers["measure"]["advice"])
     out += _before_and_after(numbers)
     return out
 

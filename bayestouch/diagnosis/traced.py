@@ -8,6 +8,7 @@ from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.result import AddedEffect
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.measure import Advice
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.touch_errors import TouchReading
@@ -60,6 +61,8 @@ class Traced:
         With a correction on top, where structure remains that has no cause.
     remaining : Remaining
         What the effects leave unexplained.
+    advice : Advice or None
+        What to measure, where two effects cannot be told apart.
     """
 
     data: DiagnosisData
@@ -70,6 +73,7 @@ class Traced:
     explained: Stand
     corrected: Stand | None
     remaining: Remaining
+    advice: Advice | None = None
 
     @property
     def after(self) -> Stand:

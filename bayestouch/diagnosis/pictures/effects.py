@@ -22,6 +22,8 @@ def effect_pictures(traced: Traced) -> Iterator[Picture]:
     for number, each in enumerate(traced.rounds[:-1] if steps else (), start=1):
         assert each.added is not None
         name, summary = each.added.effect.name, each.added.effect.summary
+        if name not in {kept.effect.name for kept in traced.added}:
+            summary += " (taken out again later)"
         before, after = steps[number - 1], steps[number]
         if each.added.noise is not None or each.added.effect.needs_samples:
             yield scatter_picture(number, each, traced.rounds[number])

@@ -1,0 +1,142 @@
+"""Every effect that is installed: null values change nothing, and the page of the catalogue is up to date."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_studies import study
+
+from bayestouch.affected.start import base_fit
+from bayestouch.cli import main
+from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
+from bayestouch.effects.listing import about, listing, typical
+from bayestouch.errors import InputError
+from bayestouch.recording import Recording
+from bayestouch.simulation import FingerDesign, simulate
+
+DOCS = Path(__file__).parents[1] / "docs"
+
+
+@cache
+def fitted(contact: str):
+    """A finger under few touches, fitted without effects, and what effects may suit themselves to."""
+    design = FingerDesign(
+        samples_per_touch=2, edge_step_deg=9.0, flat_step_deg=18.0, touch_radii_mm=(0.0, 6.0), touch_step_deg=10.0
+    )
+    data = DiagnosisData.of(simulate(design, seed=1).dataset)
+    fit = base_fit(data.observations(data.training), data.dataset.sensor, contact)
+    return fit, data.setting(contact, fit.model.reference_load)
+
+
+def plain_effects() -> list[str]:
+    kinds = (RandomEffect, NoiseEffect)
+    return [name for name, cls in effect_classes().items() if not issubclass(cls, kinds)]
+
+
+def suited(name: str) -> tuple[object, Effect] | None:
+    for contact in ("layer", "hertz"):
+        fit, setting = fitted(contact)
+        effect = effect_classes()[name].suited(setting)
+        if effect is not None:
+            return fit, effect
+    return None
+
+
+@pytest.mark.parametrize("name", plain_effects())
+def test_null_leaves_readings_alone_and_probes_do_not(name: str) -> None:
+    found = suited(name)
+    if found is None:
+        pytest.skip(f"{name} is no effect of a finger touched like this")
+    fit, effect = found
+    base = fit.model.predict(fit.vector).touches
+    model = fit.model.with_effects((effect,))
+    probe = effect.probes[0]
+
+    def readings(values: tuple[float, ...]) -> np.ndarray:
+        predicted = model.predict(model.extended(fit.vector, values))
+        return predicted.touches if predicted.samples is None else predicted.samples + base[model.known.row_touch]
+
+    plain = base if readings(probe).shape == base.shape else base[model.known.row_touch]
+    # Rounding alone, of readings up to the peak.
+    np.testing.assert_allclose(readings(effect.without(probe)), plain, atol=1e-9 * float(fit.model.peak.max()))
+    assert np.abs(readings(probe) - plain).max() > 1e-6 * fit.model.peak.max()
+
+
+@pytest.mark.parametrize("name", plain_effects())
+def test_derivatives_are_those_of_finite_differences(name: str) -> None:
+    """Of the prediction, over an element's angle and each value of the effect, by steps of another size."""
+    found = suited(name)
+    if found is None:
+        pytest.skip(f"{name} is no effect of a finger touched like this")
+    fit, effect = found
+    model = fit.model.with_effects((effect,))
+    values = effect.probes[len(effect.probes) // 2]
+    vector = model.extended(fit.vector, values)
+    touches, _ = model.derivatives(vector)
+    spread = np.concatenate([np.full(model.n_base, 1e-4), [0.003 * max(abs(v), 0.1) for v in vector[model.n_base :]]])
+    for i in (model.layout.angle.start + 7, *range(model.n_base, len(vector))):
+        up, down = vector.copy(), vector.copy()
+        up[i] += spread[i]
+        down[i] -= spread[i]
+        slope = (model.predict(up).touches - model.predict(down).touches) / (2 * spread[i])
+        size = np.abs(slope).max()
+        # Central differences of both kinds are wrong by the cube of their steps, 1 % of the width of each effect.
+        np.testing.assert_allclose(touches[i], slope, atol=0.02 * size + 1e-9 * float(fit.model.peak.max()))
+
+
+@pytest.mark.parametrize("name", [n for n, c in effect_classes().items() if issubclass(c, NoiseEffect)])
+def test_null_of_noise_is_normal_noise(name: str) -> None:
+    effect = typical(effect_classes()[name])
+    assert isinstance(effect, NoiseEffect)
+    rng = np.random.default_rng(0)
+    z, signal = rng.standard_normal((40, 5)), rng.uniform(0, 1, (40, 5))
+    null = effect.without(effect.probes[0])
+    density = effect.log_density(z, signal, np.full(5, 0.02), null)
+    normal = -0.5 * (z**2).sum(axis=1)
+    np.testing.assert_allclose(density - density[0], normal - normal[0], atol=1e-6)
+
+
+@pytest.mark.parametrize("name", [n for n, c in effect_classes().items() if issubclass(c, RandomEffect)])
+def test_random_functions_have_the_stated_size(name: str) -> None:
+    """At knots the process has exactly its sd; between them a little less."""
+    effect = typical(effect_classes()[name])
+    assert isinstance(effect, RandomEffect)
+    basis = effect.basis(np.linspace(0, 3600, 50), (0.02, 300.0), 0.0, 3600.0)
+    sd = np.sqrt((basis**2).sum(axis=1))
+    assert sd.min() > 0.95 * 0.02 and sd.max() < 1.001 * 0.02
+    blank = Recording(
+        *(np.zeros(2), (np.zeros(2),), np.ones(2), np.zeros(2), np.zeros(2), (np.zeros(3),)),
+        peak=np.ones(3),
+        reference_load=1.0,
+        signal=np.full((2, 3), 0.5),
+    )
+    assert effect.scale(blank).shape == (2, 3)
+
+
+def test_every_effect_says_what_it_is() -> None:
+    for row in listing():
+        facts = about(row["name"])
+        assert row["summary"] and "Reference" in facts["physics"], row["name"]
+        assert facts["parameters"], row["name"]
+        assert any(each["null"] is not None for each in facts["parameters"]), row["name"]
+    with pytest.raises(InputError, match="unknown effect 'magic'"):
+        about("magic")
+
+
+def test_the_page_of_the_catalogue_is_up_to_date() -> None:
+    """If this fails, run studies/effects_gallery.py."""
+    assert (DOCS / "effects.md").read_text("utf-8") == study("effects_gallery").page()
+    for name in effect_classes():
+        assert (DOCS / "effects" / f"{name}.png").is_file()
+
+
+def test_the_command_lists_them(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["effects"]) == 0
+    assert "crosstalk" in capsys.readouterr().out
+    assert main(["effects", "aperture"]) == 0
+    assert "width in mm" in capsys.readouterr().out
+    assert main(["effects", "magic"]) == 2
