@@ -21,7 +21,7 @@ help:
 	@echo "make test-oldest, make test-newest"
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
-	@echo "make studies    every script in studies/"
+	@echo "make studies    every script in studies/ but the fuzzers, with its time"
 	@echo "make lock       constraints.txt made anew (maintainers)"
 	@echo "make clean      remove what make made, except .venv"
 
@@ -51,9 +51,10 @@ docs: $(VENV)/.ready-docs
 	@echo "docs/_build/html/index.html"
 
 studies: $(VENV)/.ready-dev
-	@for study in studies/[!_]*.py; do \
-		[ -e "$$study" ] || { echo "no studies yet"; break; }; \
-		echo "== $$study"; $(BIN)/python "$$study" || exit 1; \
+	@for study in $(sort $(filter-out studies/fuzz_%,$(wildcard studies/[!_]*.py))); do \
+		echo "== $$study"; start=$$(date +%s); \
+		$(BIN)/python "$$study" || exit 1; \
+		echo "== $$study: $$(($$(date +%s) - start)) s"; \
 	done
 
 # uv is a maintainer's tool; one file of exact versions with markers serves every Python and platform.
