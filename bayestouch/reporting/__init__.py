@@ -42,6 +42,7 @@ def report(
     seed: int = 0,
     draws: int = 1024,
     plug_in: bool = False,
+    diagnosis: bool | str | Path = True,
     progress: Progress | None = None,
 ) -> Report:
     """Calibrate, read all touches, and write a reliability report.
@@ -59,6 +60,9 @@ def report(
         Draws a touch.
     plug_in : bool
         Take the calibration as exact.
+    diagnosis : bool or path
+        Whether to search for effects that the model misses (a light run, without reading the held-out touches as
+        unknown), or the folder of a diagnosis that was saved.
     progress : callable, optional
         Called with the fraction done.
 
@@ -72,8 +76,9 @@ def report(
     from bayestouch.reporting.writing import write_report
 
     output = Path(output)
+    wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
-        evidence = gather(dataset, seed=seed, draws=draws, plug_in=plug_in, progress=progress)
+        evidence = gather(dataset, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=progress)
         numbers = write_report(evidence, folder)
     if progress is not None:
         progress(1.0)

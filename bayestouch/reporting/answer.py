@@ -180,19 +180,36 @@ def _intervals(numbers: dict[str, Any]) -> list[str]:
 
 def _verdict(rows: list[dict[str, Any]]) -> str:
     """What coverage says of the stated uncertainties: the worst parameter decides."""
+    grade, words = coverage_verdict(rows)
+    if grade == "unknown":
+        return words
+    trust = {"bad": "are too small", "fair": "are somewhat too small", "good": "can be taken at their word"}[grade]
+    if words.startswith("as often as they should or more"):
+        trust = "can be relied on"
+    return f"{words}, so the stated uncertainties {trust}"
+
+
+def coverage_verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
+    """How often 90 % intervals hold the reference: ``good``, ``fair``, ``bad`` or ``unknown``, and in words."""
     touches = min(row["touches"] for row in rows)
     if touches < _FEWEST:
-        return f"{plural(touches, 'touch')} cannot tell whether that is as often as it should be"
+        return "unknown", f"{plural(touches, 'touch')} cannot tell whether that is as often as it should be"
     off = [(row["percent_inside"]["90"] - 90, max(_AS_CLAIMED, 2 * row["se_90"])) for row in rows]
     below = min(difference + tolerance for difference, tolerance in off)
     if below < _AS_CLAIMED - _NEARLY:
-        return "less often than they should, so the stated uncertainties are too small"
+        return "bad", "less often than they should"
     if below < 0:
-        return "a little less often than they should, so the stated uncertainties are somewhat too small"
+        return "fair", "a little less often than they should"
     caution = f" (as far as {plural(touches, 'touch')} can tell)" if max(t for _, t in off) > _NEARLY else ""
     if any(difference > tolerance for difference, tolerance in off):
-        return f"as often as they should or more{caution}, so the stated uncertainties can be relied on"
-    return f"as often as they should{caution}, so the stated uncertainties can be taken at their word"
+        return "good", f"as often as they should or more{caution}"
+    return "good", f"as often as they should{caution}"
+
+
+def has_lack_of_fit(calibration: dict[str, Any]) -> bool:
+    """Whether the calibrated model misses its own touches by more than noise explains."""
+    lack = calibration["lack_of_fit"]
+    return lack is not None and bool(lack > _LACK_OF_FIT)
 
 
 def _model(numbers: dict[str, Any]) -> list[str]:

@@ -16,11 +16,15 @@ from bayestouch.reporting.differences import error_summary, estimate_errors, loa
 from bayestouch.reporting.error_split import error_split
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.locations import axes_of, pad_errors
+from bayestouch.reporting.made import command, versions
+from bayestouch.reporting.next_steps import next_steps
 from bayestouch.reporting.paper import published_tables
 from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.peak_table import same_finger_as_paper
+from bayestouch.reporting.places import about_places
 from bayestouch.reporting.radii import by_indenter, contact_models, fits_by_contact_model, radius_limits
 from bayestouch.reporting.residuals import about_residuals
+from bayestouch.reporting.touch_list import about_touches
 from bayestouch.reporting.trust import (
     calibration_convergence,
     calibration_uncertainty,
@@ -28,6 +32,7 @@ from bayestouch.reporting.trust import (
     coverage,
     element_spacing,
 )
+from bayestouch.reporting.verdict import verdict
 
 
 def all_numbers(evidence: Evidence) -> dict[str, Any]:
@@ -39,6 +44,8 @@ def all_numbers(evidence: Evidence) -> dict[str, Any]:
             "seed": evidence.seed,
             "draws_per_touch": evidence.draws,
             "plug_in": evidence.plug_in,
+            "versions": versions(),
+            "command": command(evidence),
         },
         "data": about_data(evidence),
         "calibration": about_calibration(evidence, paper),
@@ -52,8 +59,13 @@ def all_numbers(evidence: Evidence) -> dict[str, Any]:
         },
         "paper": published_tables() if evidence.embedded else None,
     }
+    numbers["places"] = about_places(evidence)
+    numbers["diagnosis"] = None if evidence.diagnosed is None else evidence.diagnosed.numbers
+    numbers["touches"] = about_touches(evidence)
     numbers = strict(numbers)
-    return {"answer": strict(answer(numbers)), **numbers}
+    numbers["next"] = next_steps(evidence, numbers)
+    said = {**answer(numbers), "verdict": verdict(numbers)}
+    return {"answer": strict(said), **numbers}
 
 
 def _finger_estimates(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from bayestouch.averages import TouchMeans
 from bayestouch.dataset import DataSet
+from bayestouch.reporting.diagnosed import Diagnosed, light_diagnosis, saved_diagnosis
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger, Sensor
 from bayestouch.splits import with_calibration
@@ -17,7 +19,7 @@ from bayestouch.splits import with_calibration
 Progress = Callable[[float], None]
 
 # Of the time that a run takes, and so of its progress bar.
-_CALIBRATED, _READ = 0.4, 0.7
+_CALIBRATED, _READ = 0.25, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,8 @@ class Evidence:
     counterpart : Evidence or None
         The same touches read the other way: plugged in where this is propagated, propagated where this is plugged in
         (fingers only).
+    diagnosed : Diagnosed or None
+        What the model missed; None where that was not asked for.
     """
 
     dataset: DataSet
@@ -55,6 +59,7 @@ class Evidence:
     draws: int
     plug_in: bool
     counterpart: Evidence | None = None
+    diagnosed: Diagnosed | None = None
 
     @property
     def sensor(self) -> Sensor:
@@ -82,7 +87,13 @@ class Evidence:
 
 
 def gather(
-    dataset: DataSet | None, *, seed: int, draws: int, plug_in: bool, progress: Progress | None = None
+    dataset: DataSet | None,
+    *,
+    seed: int,
+    draws: int,
+    plug_in: bool,
+    diagnosis: bool | Path = False,
+    progress: Progress | None = None,
 ) -> Evidence:
     """Calibrate and read the touches.
 
@@ -92,6 +103,8 @@ def gather(
         None for the embedded simulated finger.
     seed, draws, plug_in
         As in `bayestouch.infer`.
+    diagnosis : bool or Path
+        Whether to search for effects, or the folder of a saved diagnosis.
     progress : callable, optional
         Called with the fraction of the whole report that is done.
 
@@ -111,6 +124,8 @@ def gather(
         dataset, truth = simulated.dataset, dict(simulated.truth)
     advance = progress or _ignore
     dataset = with_calibration(dataset)
+    # Read before the work, so that a wrong folder is told at once.
+    saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
     calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
     advance(_CALIBRATED)
     finger = isinstance(dataset.sensor.body, Finger)
@@ -139,6 +154,8 @@ def gather(
         other = replace(evidence, posteriors=seen, without_load=unseen, plug_in=not plug_in)
         evidence = replace(evidence, counterpart=other)
     advance(_READ)
+    if diagnosis is not False:
+        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(evidence.dataset, seed))
     return evidence
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from bayestouch.reporting.live import Live
 from bayestouch.reporting.pictures import Picture
 from bayestouch.reporting.text import exact, number, percent, plus_minus
 
@@ -16,7 +17,7 @@ _SYMBOLS = {"theta_c": "θ_c", "region": "location, region of highest density"}
 _LARGEST_RADIUS_MM = 100
 
 
-def render(numbers: dict[str, Any], pictures: Sequence[Picture]) -> str:
+def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | None = None) -> str:
     """One HTML page that needs nothing beside itself.
 
     Parameters
@@ -25,6 +26,8 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture]) -> str:
         What `report.json` holds.
     pictures : sequence of Picture
         Embedded as data.
+    live : Live, optional
+        Figures that can be pointed into; without them the page has no script.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -36,6 +39,8 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture]) -> str:
         lstrip_blocks=True,
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
+    environment.filters["before_after"] = before_after
+    environment.globals["live"] = live
     environment.globals["numbers"] = numbers
     environment.globals["images"] = {picture.file: data_uri(picture) for picture in pictures}
     return environment.get_template("index.html").render()
@@ -83,3 +88,23 @@ def _radius(estimate: dict[str, Any]) -> str:
 
 def _symbol(name: str) -> str:
     return _SYMBOLS.get(name, name)
+
+
+def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
+    """Errors before and after, a row each, of those that the data give."""
+    rows = (
+        ("prediction_error_percent_peak", "prediction error", "% of peak", 1),
+        ("lack_of_fit", "lack of fit (1: none)", "", 1),
+        ("R_bias_mm", "bias of R", "mm", 1),
+        ("R_rms_mm", "rms error of R", "mm", 1),
+        ("theta_rms_deg", "rms error of θ_c", "degree", 1),
+        ("P_rms_N_per_m", "rms error of P", "N/m", 1),
+        ("coverage_90", "touches inside 90 % intervals", "%", 100),
+    )
+    found = []
+    for key, quantity, unit, factor in rows:
+        values = [diagnosis[when].get(key) for when in ("before", "after")]
+        if any(value is not None for value in values):
+            before, after = (None if value is None else factor * value for value in values)
+            found.append({"quantity": quantity, "unit": unit, "before": before, "after": after})
+    return found

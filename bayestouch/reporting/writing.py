@@ -8,6 +8,7 @@ from typing import Any
 from bayestouch.reporting.assemble import all_numbers
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
+from bayestouch.reporting.live import live_figures
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import all_pictures
 
@@ -21,5 +22,5 @@ def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     evidence.calibration.save(folder / "calibration.nc")
     evidence.posteriors.save(folder / "posterior.nc")
     write_numbers(folder / NUMBERS, numbers)
-    write_text(folder / PAGE, render(numbers, pictures))
+    write_text(folder / PAGE, render(numbers, pictures, live_figures(numbers)))
     return numbers

@@ -1,0 +1,92 @@
+"""What the model missed: a light diagnosis made for the report, or one that was saved."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bayestouch.dataset import DataSet
+from bayestouch.errors import InputError
+from bayestouch.reporting.pictures import Format, Picture
+from bayestouch.sensor import Finger
+
+_NEEDED = ("verdict", "before", "after", "effects", "candidates", "unexplained", "data")
+#: Figures of a diagnosis that a report shows; the others are in the diagnosis' own folder.
+_SHOWN = 3
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosed:
+    """A diagnosis as a report tells it.
+
+    Attributes
+    ----------
+    numbers : dict
+        What ``diagnosis.json`` holds, with ``sentences`` and ``made`` (how it came about); or ``missing``, why there
+        is none.
+    pictures : tuple of Picture
+        The most telling ones.
+    """
+
+    numbers: dict[str, Any]
+    pictures: tuple[Picture, ...] = ()
+
+
+def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
+    """Search for effects without reading the held-out touches as unknown: a verdict, and prediction errors."""
+    from bayestouch.diagnosis import diagnose
+    from bayestouch.diagnosis.outcome import sentences
+    from bayestouch.diagnosis.pictures import all_pictures
+
+    if not isinstance(dataset.sensor.body, Finger):
+        return Diagnosed({"missing": "Effects are searched for on fingers; a pad has its empirical map instead."})
+    try:
+        diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
+    except InputError as error:
+        return Diagnosed({"missing": f"No effect was searched for: {error.message}."})
+    numbers = diagnosis.to_dict()
+    made = "made with this report, without reading the held-out touches as unknown"
+    return Diagnosed(
+        {**numbers, "sentences": sentences(numbers), "made": made}, _of_report(all_pictures(diagnosis.traced))
+    )
+
+
+def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
+    """What `bayestouch diagnose` wrote.
+
+    Raises
+    ------
+    InputError
+        The folder holds no diagnosis, or one of another sensor.
+    """
+    from bayestouch.diagnosis.outcome import sentences
+
+    file = folder / "diagnosis.json"
+    try:
+        numbers = json.loads(file.read_text("utf-8"))
+    except OSError as error:
+        raise InputError(f"cannot be read: {error.strerror or error}", file=file) from error
+    except ValueError:
+        raise InputError("expected the diagnosis.json of `bayestouch diagnose`, got no JSON", file=file) from None
+    if not isinstance(numbers, dict) or any(key not in numbers for key in _NEEDED):
+        raise InputError("expected the diagnosis.json of `bayestouch diagnose`", file=file)
+    found, wanted = numbers["data"].get("elements"), dataset.sensor.n_elements
+    if found != wanted:
+        raise InputError(f"expected a diagnosis of a sensor with {wanted} elements, got {found}", file=file)
+    pictures = tuple(_read(folder, each) for each in numbers.pop("figures", ())[:_SHOWN])
+    said = {"sentences": sentences(numbers), "made": f"read from {folder.name}/{file.name}"}
+    return Diagnosed({**numbers, **said}, _of_report(pictures))
+
+
+def _read(folder: Path, described: dict[str, str]) -> Picture:
+    content = (folder / "figures" / Path(described["file"]).name).read_bytes()
+    names = ("name", "section", "title", "caption", "alt")
+    form: Format = "png" if described["format"] == "png" else "svg"
+    return Picture(**{name: described[name] for name in names}, content=content, format=form)
+
+
+def _of_report(pictures: tuple[Picture, ...]) -> tuple[Picture, ...]:
+    """Under names and in a section of their own."""
+    return tuple(replace(each, name=f"diagnosis_{each.name}", section="diagnosis") for each in pictures[:_SHOWN])

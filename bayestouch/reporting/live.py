@@ -1,0 +1,81 @@
+"""Figures that a reader can point into: BokehJS inside the page, drawn from the numbers of ``report.json`` alone.
+
+Every figure has a picture of the same name that is shown where scripts are off and on paper.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bayestouch.reporting.live_sensor import sensor_figure
+from bayestouch.reporting.live_touches import estimate_figure, posterior_figure, residual_figure, touch_source
+
+
+@dataclass(frozen=True)
+class Live:
+    """What the page embeds.
+
+    Attributes
+    ----------
+    library : str
+        BokehJS.
+    script : str
+        What starts the figures and moves the choice of a touch between them and the controls.
+    data : str
+        JSON: the figures, and the touches to choose from.
+    names : tuple of str
+        Of the figures; each has an element ``live-NAME`` in the page.
+    """
+
+    library: str
+    script: str
+    data: str
+    names: tuple[str, ...]
+
+
+def live_figures(numbers: Mapping[str, Any]) -> Live:
+    """The interactive figures of a report."""
+    from pathlib import Path
+
+    from bokeh.document import Document
+    from bokeh.embed.util import standalone_docs_json_and_render_items
+    from bokeh.resources import INLINE
+
+    touches = numbers["touches"]
+    source = touch_source(touches)
+    figures = {
+        "sensor": sensor_figure(numbers, source),
+        "estimates": estimate_figure(numbers, source),
+        "posterior": posterior_figure(touches),
+        "touch_residuals": residual_figure(touches),
+    }
+    page = Document()
+    for each in figures.values():
+        page.add_root(each)
+    documents, items = standalone_docs_json_and_render_items(list(figures.values()))
+    content: dict[str, Any] = {"documents": documents, "items": [item.to_json() for item in items]}
+    names = dict(zip((figure.id for figure in figures.values()), figures, strict=True))
+    content["touches"] = touches
+    data = _same_every_time(content, names)
+    script = (Path(__file__).parent / "templates" / "live.js").read_text("utf-8")
+    return Live("\n".join(INLINE.js_raw[:1]), script, data, tuple(figures))
+
+
+def _same_every_time(content: dict[str, Any], names: Mapping[str, str]) -> str:
+    """JSON safe inside a page, with Bokeh's running and random ids renamed in the order in which they come."""
+    (document,) = content["documents"]
+    (item,) = content["items"]
+    roots = {model: f"live-{names[model]}" for model in item["roots"]}
+    content = {
+        **content,
+        "documents": {"report": content["documents"][document]},
+        "items": [{**item, "docid": "report", "roots": roots, "root_ids": list(roots)}],
+    }
+    text = json.dumps(content, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    seen: dict[str, str] = {}
+    text = re.sub(r'"p\d+"', lambda match: seen.setdefault(match[0], f'"m{len(seen)}"'), text)
+    return text.replace("<", "\\u003c")

@@ -1,0 +1,76 @@
+"""What the interactive figures share: their look, the touches in them, and what is said under the pointer."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bayestouch.reporting.pictures import BLUE, RED
+
+_TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
+_HEIGHT = 380
+
+
+def as_numbers(values: list[Any]) -> Any:
+    """Array, NaN where None."""
+    return np.array(values, dtype=float)
+
+
+def new_figure(x: str, y: str, tips: list[tuple[str, str]], **options: Any) -> Any:
+    """Empty plot with labels, as wide as the page; `tips` under the pointer for everything in it."""
+    from bokeh.models import HoverTool
+    from bokeh.plotting import figure
+
+    plot = figure(
+        height=_HEIGHT, sizing_mode="stretch_width", tools=_TOOLS, toolbar_location="above", x_axis_label=x,
+        y_axis_label=y, active_scroll=None, **options,
+    )  # fmt: skip
+    plot.toolbar.logo = None
+    plot.axis.axis_label_text_font_style = "normal"
+    plot.axis.axis_label_text_color = plot.axis.major_label_text_color = "#222222"
+    if tips:
+        plot.add_tools(HoverTool(tooltips=tips))
+    return plot
+
+
+def coloured(values: Any, high: float, low: float | None = None) -> Any:
+    """Colours for a column, from 0 to `high`; by factors from `low` where that is given."""
+    from bokeh.transform import linear_cmap, log_cmap
+
+    if low is not None:
+        return log_cmap(values, "Cividis256", low, high)
+    return linear_cmap(values, "Cividis256", 0.0, high)
+
+
+def colour_bar(plot: Any, mapper: Any, title: str) -> None:
+    """Legend of the colours, at the right."""
+    from bokeh.models import ColorBar
+
+    plot.add_layout(ColorBar(color_mapper=mapper["transform"], title=title, width=12), "right")
+
+
+def touch_dots(plot: Any, x: str, y: str, source: Any, colour: Any = BLUE) -> Any:
+    """A dot a touch; the chosen one stands out."""
+    return plot.scatter(
+        x, y, source=source, size=7, fill_color=colour, line_color=None, fill_alpha=0.8, nonselection_fill_alpha=0.7,
+        selection_fill_color=RED, selection_line_color="#000000", selection_fill_alpha=1.0,
+    )  # fmt: skip
+
+
+def touch_hover(renderer: Any, body: str) -> Any:
+    """What is said of the touch under the pointer; `body` is finger, line or plane."""
+    from bokeh.models import HoverTool
+
+    if body == "finger":
+        tips = [
+            ("touch", "@touch, @indenter"),
+            ("location θ", "@theta_c_reference{0.0}°, read @theta_c_mean{0.00}° ± @theta_c_sd{0.00}"),
+            ("R", "@R_reference{0.00} mm, read @R_mean{0.00} ± @R_sd{0.00} mm"),
+        ]
+    else:
+        axes = [("x", "@x_reference{0.00} mm, read @x_mean{0.00} ± @x_sd{0.00} mm")]
+        tips = [("touch", "@touch"), *axes]
+        if body == "plane":
+            tips += [("y", "@y_reference{0.00} mm, read @y_mean{0.00} ± @y_sd{0.00} mm"), ("error", "@error{0.00} mm")]
+    return HoverTool(renderers=[renderer], tooltips=tips)

@@ -1,0 +1,111 @@
+"""Touches to point into: estimates, draws, residuals. They share one table, so that a choice in one is one in all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_hover
+from bayestouch.reporting.pictures import BLUE, GREY, RED
+
+
+def touch_source(touches: Mapping[str, Any]) -> Any:
+    """A row a touch: where it was, what was read, and the error."""
+    from bokeh.models import ColumnDataSource
+
+    parameters = touches["parameters"]
+    data: dict[str, Any] = {"touch": touches["touch"], "indenter": touches["indenter"]}
+    for name, values in parameters.items():
+        data |= {f"{name}_{key}": as_numbers(values[key]) for key in ("reference", "mean", "sd", "low", "high")}
+    data["place"] = np.arange(len(touches["touch"]), dtype=float)
+    if "y" in parameters:
+        data["error"] = np.hypot(*(data[f"{a}_mean"] - data[f"{a}_reference"] for a in ("x", "y")))
+    return ColumnDataSource({key: list(map(_plain, value)) for key, value in data.items()}, name="touches")
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, str | int):
+        return value
+    return float(value) if np.isfinite(value) else float("nan")
+
+
+def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
+    """Estimates of every touch over its location: R on a finger, the error on a pad."""
+    from bokeh.models import TapTool
+    from bokeh.palettes import Cividis256
+    from bokeh.transform import factor_cmap
+
+    touches = numbers["touches"]
+    if "R" in touches["parameters"]:
+        known = any(value is not None for value in touches["parameters"]["theta_c"]["reference"])
+        x, label = (
+            ("theta_c_reference", "reference location θ (degree)")
+            if known
+            else ("theta_c_mean", "location θ, as read (degree)")
+        )
+        plot = new_figure(label, "posterior mean of R (mm)", [])
+        tips = list(dict.fromkeys(touches["indenter"]))
+        palette = [Cividis256[int(step)] for step in np.linspace(0, 215, len(tips))]
+        dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips))
+        for reference in sorted({value for value in touches["parameters"]["R"]["reference"] if value is not None}):
+            plot.line([_low(source, x), _high(source, x)], [reference] * 2, line_dash="dotted", color=GREY)
+        plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "finger"))
+        return plot
+    if "y" in touches["parameters"]:
+        plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
+        errors = [value for value in source.data["error"] if np.isfinite(value)]
+        colour = coloured("error", float(np.quantile(errors, 0.98)) if errors else 1.0)
+        dots = touch_dots(plot, "x_reference", "y_reference", source, colour)
+        colour_bar(plot, colour, "error of the touch (mm)")
+        plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "plane"))
+        return plot
+    plot = new_figure("reference location x (mm)", "location x, as read (mm)", [])
+    dots = touch_dots(plot, "x_reference", "x_mean", source)
+    plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "line"))
+    return plot
+
+
+def _low(source: Any, name: str) -> float:
+    return float(np.nanmin(source.data[name]))
+
+
+def _high(source: Any, name: str) -> float:
+    return float(np.nanmax(source.data[name]))
+
+
+def posterior_figure(touches: Mapping[str, Any]) -> Any:
+    """Draws of the chosen touch, the first one to begin with; `live.js` fills in others."""
+    from bokeh.models import ColumnDataSource
+
+    labels = {name: f"{each['symbol']} ({each['unit']})" for name, each in touches["parameters"].items()}
+    first, second = touches["shown"]
+    plot = new_figure(labels[first], labels[second], [("draw", "$x{0.000}, $y{0.000}")])
+    draws = ColumnDataSource({"x": touches["draws"][first][0], "y": touches["draws"][second][0]}, name="draws")
+    plot.scatter("x", "y", source=draws, size=5, color=BLUE, alpha=0.5, legend_label="draws of the posterior")
+    reference = ColumnDataSource({"x": [], "y": []}, name="reference")
+    plot.scatter("x", "y", source=reference, marker="x", size=14, line_width=3, color=RED, legend_label="reference")
+    plot.legend.location = "top_left"
+    plot.legend.background_fill_alpha = 0.7
+    return plot
+
+
+def residual_figure(touches: Mapping[str, Any]) -> Any:
+    """Residuals of the chosen touch by element."""
+    from bokeh.models import ColumnDataSource, Span
+
+    values = [0.0 if value is None else value for value in touches["residuals"][0]]
+    elements = [f"e{e + 1:02d}" for e in range(len(values))]
+    plot = new_figure("element", "residual / its sd", [("@element", "@z{0.00} sd")], x_range=elements)
+    plot.vbar(
+        "element",
+        top="z",
+        width=0.7,
+        color=BLUE,
+        source=ColumnDataSource({"element": elements, "z": values}, name="residuals"),
+    )
+    for level in (-2, 2):
+        plot.add_layout(Span(location=level, dimension="width", line_color=RED, line_dash="dotted", line_width=2))
+    plot.xaxis.major_label_orientation = 0.9
+    return plot

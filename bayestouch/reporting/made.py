@@ -1,0 +1,34 @@
+"""With what a report was made, and how to make it again."""
+
+from __future__ import annotations
+
+import platform
+import shlex
+from importlib.metadata import PackageNotFoundError, version
+
+from bayestouch.reporting.evidence import Evidence
+
+_LIBRARIES = ("numpy", "scipy", "emcee", "xarray", "arviz", "matplotlib", "bokeh")
+
+
+def versions() -> dict[str, str]:
+    """Of Python and of the libraries that the numbers and figures rest on."""
+    found = {"Python": platform.python_version()}
+    for name in _LIBRARIES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def command(evidence: Evidence) -> str:
+    """The command that makes the report again, beside the data set's folder."""
+    folder = "" if evidence.embedded or evidence.dataset.path is None else evidence.dataset.path.resolve().name
+    parts = ["bayestouch", "report", *([folder] if folder else []), "-o", "report", "--seed", str(evidence.seed)]
+    parts += ["--draws", str(evidence.draws)]
+    if evidence.plug_in:
+        parts.append("--plug-in")
+    if evidence.diagnosed is None:
+        parts.append("--no-diagnosis")
+    return shlex.join(parts)

@@ -1,0 +1,80 @@
+"""What to measure next, from what limits the estimates now."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.lacking import lacking
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.text import listed, number, percent
+
+# Beyond this share of a variance the other part is hardly worth an effort.
+_MOST = 65.0
+
+
+def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, str]]:
+    """Steps, the most useful first: what to do, and why."""
+    steps = _effects(numbers["diagnosis"])
+    # Without repeats noise and what the model misses are one number, and their parts cannot be weighed.
+    if numbers["calibration"]["lack_of_fit"] is not None:
+        steps += _limit(numbers["places"])
+    return [*steps, *_sampler(numbers["trust"]), *(_made_up_for(line) for line in lacking(evidence.dataset))]
+
+
+def _effects(found: dict[str, Any] | None) -> list[dict[str, str]]:
+    if not found or not found.get("effects"):
+        return []
+    names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
+    return [
+        {
+            "what": "Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch calibrate "
+            "--model takes",
+            "why": f"The model without {names} misses more than noise explains.",
+        }
+    ]
+
+
+def _limit(places: dict[str, Any]) -> list[dict[str, str]]:
+    """Which part of the variance is worth lowering."""
+    shared, samples = places["shared_percent"], places["samples"]
+    quantity = "radius" if places["body"] == "finger" else "location"
+    taken = "one sample a touch" if samples == 1 else f"{samples} samples a touch"
+    if shared > _MOST:
+        return [
+            {
+                "what": "Make more calibration touches, densest where readings are to be trusted",
+                "why": f"{percent(shared)} % of the {quantity}'s variance is shared by all touches at a place: what "
+                "the calibration leaves open and the model misses. Averaging more samples cannot lower it.",
+            }
+        ]
+    if shared < 100 - _MOST:
+        gain = (shared / 100 + (1 - shared / 100) / 4) ** 0.5
+        return [
+            {
+                "what": f"Average more samples of each touch (now {taken})",
+                "why": f"{percent(100 - shared)} % of the {quantity}'s variance is noise: four times as many samples "
+                f"would lower the standard deviation to some {number(100 * gain, 2)} % of what it is. More calibration "
+                "touches would change little.",
+            }
+        ]
+    return [
+        {
+            "what": f"Average more samples of each touch (now {taken}) and make more calibration touches, both",
+            "why": f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what all touches at a place "
+            f"share ({percent(shared)} %) weigh alike.",
+        }
+    ]
+
+
+def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:
+    sampled = trust["calibration_convergence"]
+    missed = trust["convergence"]["missed"]
+    if (sampled is None or sampled["met"]) and not missed:
+        return []
+    return [{"what": "Draw more (--draws)", "why": "The sampler missed its targets, see the convergence table."}]
+
+
+def _made_up_for(line: str) -> dict[str, str]:
+    """What lacks, and what to do about it where the line says so."""
+    lacks, _, advice = line.partition("; ")
+    return {"what": lacks[:1].upper() + lacks[1:], "why": advice[:1].upper() + advice[1:]}

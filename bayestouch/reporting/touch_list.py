@@ -1,0 +1,66 @@
+"""Touches one by one, for a reader who points at one: estimate, draws, residuals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bayestouch.reporting.differences import indenter_name
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.places import rounded
+from bayestouch.reporting.residuals import standardised
+
+# More touches than these, or draws of each, make the page slow and heavy; all of them are in posterior.nc.
+MOST_TOUCHES, DRAWS = 480, 80
+
+
+def about_touches(evidence: Evidence) -> dict[str, Any]:
+    """Columns, an entry a touch; of many touches some, evenly over the table.
+
+    Returns
+    -------
+    dict
+        ``touch``, ``indenter``, ``parameters`` (by name: unit, reference, mean, sd, low, high of the central 90 %),
+        ``draws`` (by name of the two that are shown against each other), ``residuals`` (by touch and element, over
+        their standard deviation), ``of`` (how many touches there are).
+    """
+    posteriors = evidence.posteriors
+    count = len(posteriors.rows.touch)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_TOUCHES)).round().astype(int))
+    parameters = {}
+    for parameter in posteriors.parameters:
+        name = parameter.name
+        low, high = posteriors.interval(name)
+        reference = np.asarray(posteriors.reference.get(name, np.full(count, np.nan)))
+        parameters[name] = {
+            "symbol": parameter.symbol,
+            "unit": parameter.unit,
+            "reference": rounded(reference[chosen]),
+            "mean": rounded(posteriors.mean(name)[chosen]),
+            "sd": rounded(posteriors.sd(name)[chosen]),
+            "low": rounded(np.asarray(low)[chosen]),
+            "high": rounded(np.asarray(high)[chosen]),
+        }
+    return {
+        "of": count,
+        "touch": [int(each) for each in posteriors.rows.touch[chosen]],
+        "indenter": [indenter_name(float(each)) for each in posteriors.rows.radius_mm[chosen]],
+        "parameters": parameters,
+        "shown": list(shown_pair(evidence)),
+        "draws": {name: rounded(_draws(posteriors.posterior[name], chosen), 5) for name in shown_pair(evidence)},
+        "residuals": rounded(standardised(posteriors.rows)[chosen], 3),
+    }
+
+
+def shown_pair(evidence: Evidence) -> tuple[str, str]:
+    """The two parameters that are drawn against each other: location and radius, x and y, or x and load."""
+    if evidence.is_finger:
+        return "theta_c", "R"
+    return ("x", "y") if "y" in evidence.posteriors.posterior else ("x", "P")
+
+
+def _draws(draws: Any, chosen: Any) -> Any:
+    """(touches, draws), evenly over chains and draws."""
+    flat = np.asarray(draws[..., chosen]).reshape(-1, len(chosen))
+    return flat[np.linspace(0, len(flat) - 1, min(len(flat), DRAWS)).astype(int)].T
