@@ -6,7 +6,9 @@ settings of numpy's threads, warnings as errors, two runs at once in one folder.
 nothing on the terminal but the notes, and every array of its posterior must be that of the plain run. What a machine
 does not have is said to be absent.
 
-    python studies/conditions.py [--report] [--docs]
+    python studies/conditions.py [--report] [--docs] [WORD ...]
+
+With words only the surroundings whose names hold one of them are tried, beside the plain one.
 """
 
 from __future__ import annotations
@@ -95,9 +97,9 @@ def available(where: Surrounding) -> bool:
             return (
                 bool(shutil.which(probe[0])) and not subprocess.run(probe, cwd=folder, capture_output=True).returncode
             )
-    if locale := where.variables.get("LC_ALL"):
-        known = subprocess.run(["locale", "-a"], capture_output=True, text=True).stdout.lower().replace("utf8", "utf-8")
-        return locale.lower() in known.split()
+    if "LC_ALL" in where.variables:
+        probe = [sys.executable, "-c", "import locale; locale.setlocale(locale.LC_ALL, '')"]
+        return subprocess.run(probe, env={**os.environ, **where.variables}, capture_output=True).returncode == 0
     return True
 
 
@@ -164,8 +166,11 @@ def _difference(reference: list[dict[str, bytes]], found: list[dict[str, bytes]]
             a, b = (np.frombuffer(x, dtype=np.float64) for x in (data, other.get(name, b"")))
             if a.shape != b.shape:
                 return f"{name} has another shape"
-            scale = np.nanmax(np.abs(a), initial=1e-300)
-            largest = max(largest, float(np.nanmax(np.abs(a - b), initial=0.0)) / scale)
+            told = np.isfinite(a)
+            if (told != np.isfinite(b)).any():
+                return f"{name} is finite elsewhere"
+            scale = np.max(np.abs(a[told]), initial=1e-300)
+            largest = max(largest, float(np.max(np.abs(a[told] - b[told]), initial=0.0)) / scale)
     return f"differs by {largest:.1e} of the largest value of an array"
 
 
@@ -173,8 +178,12 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser()
     parser.add_argument("--report", action="store_true")
     parser.add_argument("--docs", action="store_true")
+    parser.add_argument("words", nargs="*")
     options = parser.parse_args()
-    results = main(options.report)
+    chosen = [
+        each for each in SURROUNDINGS if not options.words or any(w in each.name for w in ("plain", *options.words))
+    ]
+    results = main(options.report, chosen)
     if options.docs:
         lines = "".join(f"| {name} | {result} |\n" for name, result in results.items())
         put_into_page("conditions.py", f"| surrounding | result |\n|---|---|\n{lines}")
