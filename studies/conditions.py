@@ -79,13 +79,14 @@ SURROUNDINGS = (
 )
 
 
-def commands(report: bool) -> list[list[str]]:
-    """What is run, one after the other."""
+def commands(report: bool, number: int) -> list[list[str]]:
+    """What is run, one after the other; each of those that run at once writes to its own files."""
+    calibration, posterior = f"calibration-{number}.nc", f"posterior-{number}.nc"
     out = [
-        ["calibrate", "data", "-o", "calibration.nc", "--draws", "64"],
-        ["infer", "data/touches.csv", "--calibration", "calibration.nc", "-o", "posterior.nc", "--draws", "64"],
+        ["calibrate", "data", "-o", calibration, "--draws", "64"],
+        ["infer", "data/touches.csv", "--calibration", calibration, "-o", posterior, "--draws", "64"],
     ]
-    return [*out, ["report", "data", "-o", "report", "--draws", "64"]] if report else out
+    return [*out, ["report", "data", "-o", f"report-{number}", "--draws", "64"]] if report else out
 
 
 def available(where: Surrounding) -> bool:
@@ -110,17 +111,20 @@ def run(where: Surrounding, root: Path, report: bool) -> tuple[list[int], str, l
     shutil.copytree(root / "data", folder / "data")
     environment = {**os.environ, **where.variables}
     status, said = [], ""
-    for command in commands(report):
-        line = [*where.before, sys.executable, *where.python, "-m", "bayestouch", *command]
+    python = [*where.before, sys.executable, *where.python, "-m", "bayestouch"]
+    for at_once in zip(*(commands(report, number) for number in range(where.at_once)), strict=True):
         running = [
-            subprocess.Popen(line, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-            for _ in range(where.at_once)
+            subprocess.Popen(
+                [*python, *line], cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+            )
+            for line in at_once
         ]
         for process in running:
             out, err = process.communicate()
             status.append(process.returncode)
             said += (out + err).decode("utf-8", "replace")
-    files = [folder / "calibration.nc", folder / "posterior.nc"]
+    last = where.at_once - 1
+    files = [folder / f"calibration-{last}.nc", folder / f"posterior-{last}.nc"]
     return status, said, files
 
 
