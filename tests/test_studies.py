@@ -331,3 +331,18 @@ def test_error_rates() -> None:
     before, after = (lobe[when]["lack_of_fit"] for when in ("before", "after"))
     # the correction takes at least half of the excess over the noise
     assert after - 1 < 0.5 * (before - 1)
+
+
+@pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
+def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Traced effects lower the error on touches that nothing has seen; numbers of the full run are in the docs."""
+    module = study("measured_diagnosis")
+    found = {each.case.name: each for each in module.main(small=True, folder=tmp_path)}
+    line, fluid = found["baro-line"], found["fluid-oil-1.5"]
+    assert line.diagnosis.effects[0] == "creep"
+    # The load runs from 1 to 8 N, and the pressure of the channel flattens long before.
+    assert fluid.diagnosis.effects[0] == "load_nonlinearity"
+    first, second = module.steps_percent(fluid)[:2]
+    assert second[1] < 0.5 * first[1]
+    assert "verdict" in capsys.readouterr().out
+    assert (tmp_path / "measured_diagnosis.png").stat().st_size > 10_000

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 # Knots of an element where its map may be as large as this share of its largest are kept, ...
 KEPT = 0.15
 # ... at most so many.
-MOST_KNOTS = 80
+MOST_KNOTS = 60
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,17 +31,29 @@ FloatArray = NDArray[np.float64]
 
 # With fewer samples a touch, what changes while it is held cannot be told from noise.
 ENOUGH_SAMPLES = 3
+# Each fit with an empirical map solves for hundreds of weights: a second for so many touches of eight elements.
+MOST_TOUCHES = 1000
 
 
 def trace_pad(
     dataset: DataSet, *, kernel: str | None, draws: int, sample: bool, seed: int, progress: Progress | None
 ) -> Traced:
     """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
-    data = DiagnosisData.of(dataset)
+    data = _thinned(DiagnosisData.of(dataset), seed)
     observed, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
     return follow(data, fitted, setting, _PadStands(data, setting, kernel, draws, sample, seed), progress)
+
+
+def _thinned(data: DiagnosisData, seed: int) -> DiagnosisData:
+    """The same with no more training touches than a search has time for."""
+    ids = np.unique(data.table.touch[data.training])
+    if len(ids) <= MOST_TOUCHES:
+        return data
+    chosen = np.random.default_rng(seed).choice(ids, MOST_TOUCHES, replace=False)
+    note = f"{MOST_TOUCHES:,} of {len(ids):,} touches that are not held out are used, chosen at random"
+    return replace(data, training=data.training & np.isin(data.table.touch, chosen), notes=(*data.notes, note))
 
 
 class _PadStands:

@@ -1,0 +1,245 @@
+"""Diagnosis of three pads that other laboratories measured: what the linear model misses, traced, added, what remains.
+
+Nobody wrote down which effects are in these data. Every error is on touches that no fit and no choice has seen: every
+fourth block of touches that follow each other. The linear model is a kernel with an empirical map: any sensitivity that
+depends on where the touch is, in proportion to the load.
+
+    python studies/measured_diagnosis.py [FOLDER] [--small] [--only NAME] [--page PAGE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from _published import OUTPUT, figure, save
+
+import bayestouch
+from bayestouch.affected.pad_start import pad_fit
+from bayestouch.dataset import DataSet
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.pad import held_out_pad
+from bayestouch.diagnosis.quantities import Quantity
+from bayestouch.diagnosis.where import bin_ends, where_it_is
+
+SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+MARK = "<!-- made by studies/measured_diagnosis.py -->"
+#: What a small run takes: of these cases, runs of so many touches, one in so many.
+RUN, SMALL = 6, {"baro-line": 1, "fluid-oil-1.5": 4}
+
+
+def one_rest_reading(dataset: DataSet) -> DataSet:
+    """The same with no-contact rows as touches of their own, so that their mean is the rest reading of all touches."""
+    touches = dataset.touches
+    apart = np.where(touches.in_contact, touches.touch, touches.touch + touches.touch.max() + 1)
+    return replace(dataset, touches=touches.with_(touch=apart))
+
+
+@dataclass(frozen=True)
+class Case:
+    """A data set, and how it is taken."""
+
+    name: str
+    folder: str
+    change: Callable[[DataSet], DataSet] = lambda dataset: dataset
+
+
+CASES = (
+    Case("baro-line", "baro-line"),
+    Case("baro-line, one rest reading", "baro-line", one_rest_reading),
+    Case("array8-soft", "array8-soft"),
+    Case("fluid-oil-1.5", "fluid-oil-1.5"),
+)
+
+
+@dataclass(frozen=True)
+class Found:
+    """A diagnosis with the error of the kernel without a map, percent of peak."""
+
+    case: Case
+    diagnosis: bayestouch.Diagnosis
+    kernel_alone: float
+
+
+def diagnosed(case: Case, small: bool) -> Found:
+    """Diagnose one data set."""
+    dataset = bayestouch.load_dataset(SHARED / "measured" / case.folder)
+    if small:
+        place = np.unique(dataset.touches.touch, return_inverse=True)[1]
+        dataset = replace(dataset, touches=dataset.touches.select((place // RUN) % SMALL[case.folder] == 0))
+    dataset = case.change(dataset)
+    kernel = "gaussian" if small else None
+    diagnosis = bayestouch.diagnose(dataset, kernel=kernel, sample=not small)
+    data, before = diagnosis.traced.data, diagnosis.traced.before
+    observed, table = data.observations(data.training), data.table.select(data.training)
+    name = str(before.calibration.settings["kernel"])
+    alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
+    assert before.held_out is not None
+    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed).error_percent_peak)
+
+
+def rest_wander(dataset: DataSet) -> float:
+    """Largest range of an element's rest readings from touch to touch, percent of its peak; NaN without such rows."""
+    touches = dataset.touches
+    if touches.in_contact.all():
+        return float("nan")
+    rest, pressed = touches.readings[~touches.in_contact], touches.readings[touches.in_contact]
+    return float(100 * np.max(np.ptp(rest, axis=0) / (pressed.max(axis=0) - np.median(rest, axis=0))))
+
+
+def steps_percent(found: Found) -> list[tuple[str, float]]:
+    """Held-out prediction error without effects, with each that was added, and with the correction."""
+    traced = found.diagnosis.traced
+    names = ["linear", *(each.added.effect.name for each in traced.rounds if each.added is not None)]
+    out = [(name, held.error_percent_peak) for name, held in zip(names, traced.steps, strict=False)]
+    if traced.corrected is not None and traced.corrected.held_out is not None:
+        out.append(("correction", traced.corrected.held_out.error_percent_peak))
+    return out
+
+
+def row(found: Found) -> list[str]:
+    """Cells of the table."""
+    numbers = found.diagnosis.to_dict()
+    steps = steps_percent(found)
+    traced = [
+        each["name"] + (f" (or {', '.join(each['indistinguishable_from'])})" if each["indistinguishable_from"] else "")
+        for each in numbers["effects"]
+    ]
+    explained = [error for name, error in steps if name != "correction"][-1]
+    corrected = [f"{error:.2f}" for name, error in steps if name == "correction"]
+
+    def pair(key: str) -> str:
+        before, after = (numbers[stand].get(key) for stand in ("before", "after"))
+        return "–" if before is None else f"{before:.2f} → {after:.2f}"
+
+    return [
+        found.case.name,
+        f"{numbers['data']['held_out_touches']} of {numbers['data']['touches']}",
+        f"{found.kernel_alone:.2f}",
+        f"{steps[0][1]:.2f}",
+        "; ".join(traced) or "nothing",
+        f"{explained:.2f}",
+        corrected[0] if corrected else "–",
+        pair("location_rms_mm"),
+        pair("P_rms_N"),
+        pair("coverage_90"),
+        numbers["verdict"],
+    ]
+
+
+HEAD = (
+    "data",
+    "held out",
+    "kernel alone, % of peak",
+    "linear, % of peak",
+    "traced to",
+    "with it, % of peak",
+    "with a correction",
+    "location rms, mm",
+    "load rms, N",
+    "90 % regions hold",
+    "verdict",
+)
+
+
+def as_table(rows: list[list[str]]) -> str:
+    """Markdown."""
+    lines = ["| " + " | ".join(cells) + " |" for cells in (HEAD, ["---"] * len(HEAD), *rows)]
+    return "\n".join(lines)
+
+
+def print_found(found: Found) -> None:
+    """What was missed, traced to, before and after, and what remains."""
+    diagnosis = found.diagnosis
+    traced, numbers = diagnosis.traced, diagnosis.to_dict()
+    print(f"\n{found.case.name}: {traced.before.calibration.settings['kernel']} kernel")
+    print(
+        f"  kernel alone {found.kernel_alone:.2f} % of peak; "
+        + ", ".join(f"{n} {e:.2f}" for n, e in steps_percent(found))
+    )
+    wander = rest_wander(traced.data.dataset)
+    if np.isfinite(wander):
+        print(f"  rest readings of one element wander by up to {wander:.1f} % of its peak from touch to touch")
+    print(f"  missed by the linear model: {where_it_is(traced.before.held_out)}")
+    for line in str(diagnosis).splitlines():
+        print(f"  {line}")
+    print(f"  remains: {where_it_is(traced.after.held_out)}")
+    for each in numbers["rounds"]:
+        tried = [c for c in each["candidates"] if c["elpd_gain"] is not None][:4]
+        print(
+            f"  round: added {each['added']}; correction {each['correction_elpd_gain']:.0f}; "
+            + ", ".join(f"{c['name']} {c['elpd_gain']:.0f} ± {c['elpd_gain_se']:.0f}" for c in tried)
+        )
+
+
+def rms_along(quantity: Quantity, held: HeldOut, bins: int = 12) -> tuple[np.ndarray, np.ndarray]:
+    """Middle and rms residual (percent of peak) of bins along a quantity."""
+    values, residual = quantity.values, 100 * held.residual
+    some = np.isfinite(values) & np.isfinite(residual)
+    ends = bin_ends(values[some], bins)
+    place = np.clip(np.searchsorted(ends, values[some], side="right") - 1, 0, len(ends) - 2)
+    count = np.bincount(place, minlength=len(ends) - 1)
+    square = np.bincount(place, weights=residual[some] ** 2, minlength=len(count))
+    middle = np.bincount(place, weights=values[some], minlength=len(count))
+    return middle[count > 0] / count[count > 0], np.sqrt(square[count > 0] / count[count > 0])
+
+
+def draw(all_found: list[Found], folder: Path) -> None:
+    """Save one picture: rms residual of held-out touches along three quantities, before and after."""
+    picture, axes = figure(3, len(all_found), squeeze=False)
+    for line, found in zip(axes, all_found, strict=True):
+        before, after = found.diagnosis.traced.before.held_out, found.diagnosis.traced.after.held_out
+        assert before is not None
+        assert after is not None
+        names = [each.name for each in before.quantities]
+        wanted = ("load", "time", "predicted signal", "reading of the touch before", "x")
+        for axis, name in zip(line, [each for each in wanted if each in names], strict=False):
+            for held, colour, label in ((before, "tab:orange", "linear"), (after, "tab:blue", "with what was found")):
+                quantity = next(each for each in held.quantities if each.name == name)
+                axis.plot(*rms_along(quantity, held), "o-", color=colour, label=label)
+            axis.set(xlabel=f"{name} ({quantity.unit})", ylabel="rms residual (% of peak)", ylim=(0, None))
+        line[0].set_title(found.case.name, loc="left")
+    axes[0, 0].legend()
+    save(picture, folder, "measured_diagnosis")
+
+
+def main(
+    small: bool = False, folder: Path | None = None, only: str | None = None, page: Path | None = None
+) -> list[Found]:
+    """Run, print, draw, and write the table into a page where one is given."""
+    if not (SHARED / "measured").is_dir():
+        print("no measured data: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
+        return []
+    cases = [case for case in CASES if only in (None, case.name) and (not small or case.name in SMALL)]
+    found = [diagnosed(case, small) for case in cases]
+    for each in found:
+        print_found(each)
+    rows = [row(each) for each in found]
+    print("\n" + as_table(rows))
+    if folder is not None:
+        draw(found, folder)
+        for each in [] if small else found:
+            name = each.case.name.replace(", ", "_").replace(" ", "_")
+            each.diagnosis.save(folder / name)
+            (folder / name / "row.json").write_text(json.dumps(row(each)), encoding="utf-8")
+    if page is not None:
+        text = page.read_text(encoding="utf-8")
+        head, _, rest = text.partition(MARK)
+        tail = rest.partition(MARK)[2]
+        page.write_text(f"{head}{MARK}\n\n{as_table(rows)}\n\n{MARK}{tail}", encoding="utf-8")
+    return found
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=OUTPUT, help="where pictures and diagnoses go")
+    parser.add_argument("--small", action="store_true", help="seconds in place of minutes")
+    parser.add_argument("--only", choices=[case.name for case in CASES])
+    parser.add_argument("--page", type=Path, help="Markdown page whose table is to be made anew")
+    chosen = parser.parse_args()
+    main(chosen.small, chosen.folder, chosen.only, chosen.page)
