@@ -21,6 +21,8 @@ Drift = tuple[RandomEffect, Values]
 MAX_ITERATIONS = 12
 # Half the sum of squares: what is gained below this is far below one standard deviation of any parameter.
 SETTLED = 0.05
+# How often a gain drift's functions are taken anew at most, and the share of them whose change calls for it.
+FOLLOWED, MOVED = 4, 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +79,7 @@ class Fitted:
 def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
     """Basis functions of the drifts for each touch, (k, t, m)."""
     observed = model.known
-    recording = replace(model.poses(vector), signal=model.predict(vector).touches)
+    recording = replace(model.poses(vector), signal=model.predict(vector).touches - model.zero(vector))
     out = [np.zeros((0, *recording.signal.shape))]
     for drift, values in drifts:
         basis = drift_basis(drift, values, observed)
@@ -186,15 +188,42 @@ def fit(
     vector = np.clip(start, low + margin, high - margin)
     if whitening is None:
         whitening = Whitening.of(model.known, noise, model.predict(vector).touches, model.by_load(vector))
-    # Only a gain drift's functions depend on the vector, and by far less than their own size is known.
+    low, high = low + margin, high - margin
     functions = functions_of(model, vector, whitening, drifts, further)
+    for _ in range(FOLLOWED):
+        vector, linear = _descended(model, vector, whitening, functions, low, high, margin)
+        # Functions of a gain drift follow the signal: little, unless that has moved far.
+        now = functions_of(model, vector, whitening, drifts, further)
+        if now is None or functions is None or _alike(now.raw, functions.raw):
+            break
+        functions = now
+    # A parameter at a bound that would leave it neither moves nor absorbs anything.
+    _, held = _step(linear, vector, low + margin, high - margin)
+    return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))
+
+
+def _alike(now: FloatArray, then: FloatArray) -> bool:
+    """Whether functions (k, t, m) have hardly changed."""
+    return float(((now - then) ** 2).sum()) < MOVED**2 * float((then**2).sum())
+
+
+def _descended(
+    model: AffectedModel,
+    vector: FloatArray,
+    whitening: Whitening,
+    functions: Functions | None,
+    low: FloatArray,
+    high: FloatArray,
+    margin: FloatArray,
+) -> tuple[FloatArray, Linearised]:
+    """Vector of the least cost between bounds, by damped Gauss-Newton steps, and the model made linear around it."""
     linear = _linearised(model, vector, whitening, functions)
     for _ in range(MAX_ITERATIONS):
-        step, _ = _step(linear, vector, low + 2 * margin, high - 2 * margin)
+        step, _ = _step(linear, vector, low + margin, high - margin)
         cost, share = linear.cost(), 1.0
         moved = vector
         while share > 1e-3:
-            moved = np.clip(vector + share * step, low + margin, high - margin)
+            moved = np.clip(vector + share * step, low, high)
             if _compared(model, moved, whitening, functions).cost() < cost:
                 break
             share *= 0.3
@@ -203,9 +232,7 @@ def fit(
         vector, linear = moved, _linearised(model, moved, whitening, functions)
         if cost - linear.cost() < SETTLED:
             break
-    # A parameter at a bound that would leave it neither moves nor absorbs anything.
-    _, held = _step(linear, vector, low + 2 * margin, high - 2 * margin)
-    return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))
+    return vector, linear
 
 
 def fit_from_both(

@@ -87,6 +87,10 @@ class AffectedModel(ABC):
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
 
+    def zero(self, vector: FloatArray) -> FloatArray:
+        """Readings without a signal, (m,): what gains do not multiply."""
+        return np.zeros(self.n_elements)
+
     @property
     def n_elements(self) -> int:
         """Number of elements m."""

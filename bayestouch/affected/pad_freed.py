@@ -72,8 +72,7 @@ class PadEffects:
         out = []
         for effect in sorted(self.listed.plain, key=lambda each: (STAGES.index(each.stage), each.needs_samples)):
             values = self.values[effect.name]
-            moved = effect.pose(nowhere, values).load
-            if np.isfinite(moved).all() and np.isfinite(effect.signal(nowhere, values)).all():
+            if not goes_with_place(effect, values, nowhere):
                 out.append((effect, values))
         return tuple(out)
 
@@ -188,3 +187,9 @@ class PadEffects:
             zero=np.asarray(calibration.extra[ZERO]),
             element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
         )
+
+
+def goes_with_place(effect: Effect, values: Values, nowhere: Recording) -> bool:
+    """Whether an effect depends on where the touch is: tried on a recording of which the places are not known."""
+    load, signal = effect.pose(nowhere, values).load, effect.signal(nowhere, values)
+    return not (np.isfinite(load).all() and np.isfinite(signal).all())

@@ -130,7 +130,11 @@ class PadModel(AffectedModel):
     def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
         """Prediction for the touches: effects act on the signal, and the elements' zeros are added after them."""
         from_signal = self.readings(self.signal(vector, load), vector)
-        return Predicted(from_signal.touches + self.chain(vector).offset, from_signal.samples)
+        return Predicted(from_signal.touches + self.zero(vector), from_signal.samples)
+
+    def zero(self, vector: FloatArray) -> FloatArray:
+        """Readings without a signal, (m,): the elements' offsets."""
+        return self.chain(vector).offset
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
+from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, refine_drift
 from bayestouch.diagnosis.rounds import Tried
@@ -18,6 +19,7 @@ IntArray = NDArray[np.int64]
 # Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
 # what is held out.
 FOLDS, BLOCK = 8, 8
+PAD_BLOCKS = 30
 
 
 def folds(fitted: Fitted) -> IntArray:
@@ -25,6 +27,9 @@ def folds(fitted: Fitted) -> IntArray:
     observed = fitted.model.known
     n_touches = observed.n_touches
     size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
+    if isinstance(fitted.model, PadModel):
+        # A scan moves on slowly: blocks as long as those that are held out of everything.
+        size = max(2, n_touches // PAD_BLOCKS)
     rank = np.empty(n_touches, dtype=np.int64)
     rank[np.argsort(observed.touch_time_s, kind="stable")] = np.arange(n_touches)
     return np.asarray((rank // size) % FOLDS)

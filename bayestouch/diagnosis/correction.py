@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, drift_columns, fit
+from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.diagnosis.placed import Correction, correct, where_of
 
@@ -15,10 +18,15 @@ TABLE_STEP_DEG = 0.5
 
 
 def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
-    """The finger fitted anew under the correction that suits it; None where none does."""
+    """The finger fitted anew under the correction that suits it; None where none does.
+
+    A pad stays as it is: its map can follow whatever a correction does, so that a fit of both would end anywhere.
+    """
     chosen = correct(fitted)
     if chosen is None:
         return None
+    if isinstance(fitted.model, PadModel):
+        return replace(fitted, linear=chosen.linear), chosen
     new = fit(fitted.model, fitted.vector, fitted.noise, fitted.drifts, further=chosen.columns(*where_of(fitted)))
     return new, chosen
 

@@ -13,7 +13,7 @@ from bayestouch.diagnosis.held_out import HeldOut, held_out
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.touch_errors import TouchReading, read_held_out
 from bayestouch.diagnosis.traced import Stand, Traced
-from bayestouch.effects import Setting
+from bayestouch.effects import Setting, catalogue
 from bayestouch.progress import Progress
 
 
@@ -24,7 +24,7 @@ def trace_finger(
     data = DiagnosisData.of(dataset)
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact)
     setting = data.setting(contact, fitted.model.reference_load)
-    return follow(data, fitted, setting, _FingerStands(data, setting, draws, sample, seed), progress)
+    return follow(data, fitted, catalogue(setting), _FingerStands(data, setting, draws, sample, seed), progress)
 
 
 class _FingerStands:

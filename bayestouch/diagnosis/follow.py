@@ -15,7 +15,7 @@ from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
-from bayestouch.effects import Setting, catalogue
+from bayestouch.effects import Effect
 from bayestouch.progress import Progress
 
 # Shares of the time: fits and search, then reading the held-out touches before and after.
@@ -34,7 +34,9 @@ class Stands(Protocol):
         ...
 
 
-def follow(data: DiagnosisData, fitted: Fitted, setting: Setting, stand: Stands, progress: Progress | None) -> Traced:
+def follow(
+    data: DiagnosisData, fitted: Fitted, effects: tuple[Effect, ...], stand: Stands, progress: Progress | None
+) -> Traced:
     """Search from a fit without effects, and compare before and after.
 
     Parameters
@@ -43,8 +45,8 @@ def follow(data: DiagnosisData, fitted: Fitted, setting: Setting, stand: Stands,
         Touches, parted.
     fitted : Fitted
         Fit to the training touches, without effects.
-    setting : Setting
-        What effects may suit themselves to.
+    effects : tuple of Effect
+        Effects that are tried.
     stand : Stands
         Of the body.
     progress : callable, optional
@@ -52,7 +54,7 @@ def follow(data: DiagnosisData, fitted: Fitted, setting: Setting, stand: Stands,
     """
     advance = progress or (lambda fraction: None)
     advance(START)
-    rounds = search(fitted, catalogue(setting), lambda share: advance(START + (SEARCHED - START) * share))
+    rounds = search(fitted, effects, lambda share: advance(START + (SEARCHED - START) * share))
     advance(SEARCHED)
     last = rounds[-1]
     added = in_order(rounds, last.before)

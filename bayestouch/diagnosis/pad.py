@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.pad_calibration import pad_calibration
+from bayestouch.affected.pad_freed import goes_with_place
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.pad_start import pad_fit
 from bayestouch.affected.result import AddedEffect
@@ -24,8 +25,9 @@ from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.quantities import of_pad
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.traced import Stand, Traced
-from bayestouch.effects import Setting
+from bayestouch.effects import Effect, Setting, catalogue
 from bayestouch.progress import Progress
+from bayestouch.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
@@ -43,7 +45,25 @@ def trace_pad(
     observed, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
-    return follow(data, fitted, setting, _PadStands(data, setting, kernel, draws, sample, seed), progress)
+    stands = _PadStands(data, setting, kernel, draws, sample, seed)
+    return follow(data, fitted, _not_of_place(setting), stands, progress)
+
+
+def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
+    """Effects that the empirical map does not have in it already: it has any response that goes with the place."""
+    m = setting.n_elements
+    nowhere = Recording(
+        indenter_radius_mm=np.full(1, np.nan),
+        place=tuple(np.full(1, np.nan) for _ in setting.element_place),
+        load=np.ones(1),
+        time_s=np.zeros(1),
+        held_s=np.zeros(1),
+        element_place=setting.element_place,
+        peak=np.ones(m),
+        reference_load=setting.reference_load,
+        signal=np.ones((1, m)),
+    )
+    return tuple(effect for effect in catalogue(setting) if not goes_with_place(effect, effect.probes[0], nowhere))
 
 
 def _thinned(data: DiagnosisData, seed: int) -> DiagnosisData:

@@ -38,6 +38,10 @@ SHARE = 0.3
 TOGETHER = 0.75
 # Candidates whose held-out density is within so many standard errors of the winner's cannot be told from it.
 ALIKE = 2.0
+# An effect with a course of its own goes before a random function of time that gains little more than it.
+NEARLY = 0.9
+# A random function of time of which the model leaves less than this share is one of place.
+VISIBLE = 0.2
 
 
 def search(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None) -> tuple[Round, ...]:
@@ -85,7 +89,11 @@ def _standing(rounds: tuple[Round, ...]) -> int:
 def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
     """The model without those earlier effects that stood in for what has now been found; and their names."""
     dropped: list[str] = []
-    for effect in (*last.before.model.effects, *(drift for drift, _ in last.before.drifts)):
+    earlier: list[Effect] = [drift for drift, _ in last.before.drifts]
+    if last.added is None or not isinstance(last.added.effect, RandomEffect):
+        # A random function of time may follow what a cause does: it does not take a cause's place.
+        earlier = [*last.before.model.effects, *earlier]
+    for effect in earlier:
         less = without(fitted, effect)
         gain, error = paired((density(fitted) - density(less)).sum(axis=1))
         if gain < ERRORS * error or gain < _least(fitted):
@@ -169,8 +177,8 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
     if tried.share < SHARE and not tried.by_itself:
         return False
     # A random function of time can follow whatever the order of the touches goes with: it must do better than a
-    # function of place.
-    return not isinstance(tried.effect, RandomEffect) or tried.gain > correction_gain
+    # function of place, and be another thing than what the model has already (in a scan, time is place).
+    return not isinstance(tried.effect, RandomEffect) or (tried.gain > correction_gain and tried.seen > VISIBLE)
 
 
 def _share(tried: Tried, scored: Candidate, possible: float) -> float:
@@ -191,6 +199,9 @@ def _plainest(real: list[Tried]) -> Tried:
         return best
     plain = [each for each in real if each.noise is None and not isinstance(each.effect, RandomEffect)]
     as_good = [each for each in plain if each is best or _as_good(each, best)]
+    if not as_good and isinstance(best.effect, RandomEffect):
+        # What a random function does beyond a cause that does nearly as much is for the next round.
+        return next((each for each in plain if each.gain > NEARLY * best.gain), best)
     return min(as_good, key=_price) if as_good else best
 
 
