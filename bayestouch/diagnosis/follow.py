@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from bayestouch.affected.fitting import Fitted
+from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.result import AddedEffect, added_effects
 from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
@@ -79,7 +80,7 @@ def follow(
         explained=explained,
         corrected=corrected,
         remaining=remaining,
-        advice=advice(rounds) if setting.finger else None,
+        advice=None if isinstance(fitted.model, PadModel) else advice(rounds),
     )
 
 
