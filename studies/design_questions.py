@@ -14,6 +14,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _paper import indenter, paper_design
@@ -47,6 +48,8 @@ LABELS = {
 }
 PAD_VALUES = {"spacing_mm": (4.0, 5.5, 6.75, 8.5), "thickness_mm": (4.0, 6.0, 8.0, 10.0)}
 STRAIN = ("depth_mm", "thickness_mm")
+#: Places of the indenters in the picture: 3.9 and 12.3 mm.
+DRAWN = (1, 2)
 MISFIT = MISFIT_PERCENT["model"]
 
 
@@ -117,6 +120,23 @@ def print_effort(name: str, effort: Effort) -> None:
     print(f"  {name}: {cells}; never below {effort.floor:.3f}; within 10 % of that {needed}")
 
 
+def name_of(samples: int) -> str:
+    return "1 sample" if samples == 1 else f"mean of {samples}"
+
+
+def draw_effort(side: Any, efforts: dict[str, Effort]) -> None:
+    """Standard deviations by count, with their floors and what is enough."""
+    for colour, (name, effort) in enumerate(efforts.items()):
+        side.plot(effort.count, effort.sd, f"C{colour}.-", label=name)
+        side.axhline(effort.floor, color=f"C{colour}", ls=":")
+        side.plot(effort.enough(), min(1.1 * effort.floor, effort.sd[0]), "k*", ms=10)
+    side.set_xscale("log")
+    ticks = [tick for tick in (1, 10, 20, 50, 100, 200, 1000) if effort.count[0] / 1.5 < tick < 1.5 * effort.count[-1]]
+    side.set_xticks(ticks, labels=map(str, ticks))
+    side.minorticks_off()
+    side.legend(fontsize=8)
+
+
 def picture(folder: Path, found: Answers) -> None:
     """Four maps and two efforts."""
     drawn, axes = figure(3, 2, figsize=(14.0, 8.0))
@@ -126,7 +146,8 @@ def picture(folder: Path, found: Answers) -> None:
             if name not in found.maps:
                 continue
             maps = found.maps[name]
-            for i, radius in enumerate(maps.spots[0].indenters_mm):
+            for i in DRAWN:
+                radius = maps.spots[0].indenters_mm[i]
                 sd = maps.sd("R")[:, i]
                 label = indenter(radius) if style == "-" else None
                 side.plot(maps.values, sd[:, 0], f"C{i}{style}", label=label)
@@ -134,23 +155,14 @@ def picture(folder: Path, found: Answers) -> None:
         side.set(xlabel=LABELS[vary], ylabel="sd of R (mm)", yscale="log")
         if vary == "noise_percent":
             side.set_xscale("log")
-    sides[0].legend(fontsize=8, title="above an element;\ncircles: between two", title_fontsize=7)
+    sides[0].legend(fontsize=8, title="above an element;\ncircles: between two", title_fontsize=8)
     sides[0].set_title("dashed: noise that stays the same as a strain", fontsize=9)
-    for colour, (samples, effort) in enumerate(found.calibration.items()):
-        name = "1 sample" if samples == 1 else f"mean of {samples}"
-        sides[4].loglog(effort.count, effort.sd, f"C{colour}.-", label=name)
-        sides[4].axhline(effort.floor, color=f"C{colour}", ls=":")
-        sides[4].plot(effort.enough(), 1.1 * effort.floor, "k*", ms=10)
-    sides[4].set(xlabel="calibration touches (edges and flats)", ylabel="rms sd of R (mm)")
-    sides[4].set_title("dotted: calibration without error; star: within 10 %", fontsize=9)
-    sides[4].legend(fontsize=8)
-    for colour, (name, effort) in enumerate(found.averaging.items()):
-        sides[5].loglog(effort.count, effort.sd, f"C{colour}.-", label=name)
-        sides[5].axhline(effort.floor, color=f"C{colour}", ls=":")
-        sides[5].plot(effort.enough(), 1.1 * effort.floor, "k*", ms=10)
-    sides[5].set(xlabel="samples averaged", ylabel="rms sd of R (mm)")
-    sides[5].set_title("dotted: what no averaging removes", fontsize=9)
-    sides[5].legend(fontsize=8)
+    draw_effort(sides[4], {name_of(n): effort for n, effort in found.calibration.items()})
+    sides[4].set(xlabel="calibration touches (edges and flats)", ylabel="rms sd of R (mm)", ylim=(0, None))
+    sides[4].set_title("dotted: calibration without error; star: within 10 % of it", fontsize=9)
+    draw_effort(sides[5], found.averaging)
+    sides[5].set(xlabel="samples averaged", ylabel="rms sd of R (mm)", yscale="log")
+    sides[5].set_title("dotted: what no averaging removes; star: within 10 % of it", fontsize=9)
     save(drawn, folder, "design_questions")
 
 

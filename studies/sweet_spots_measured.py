@@ -159,9 +159,23 @@ def print_pad(found: PadResult) -> None:
                 f"    {low:5.3f} to {high:5.3f} ({here.sum():4d}): "
                 f"{rms(size[here]):.3f} {both[0]:.3f}; {rms(bare[here]):.3f} {both[1]:.3f}"
             )
+    print_elements(found)
     scores = score(found)
     for label, text in scores.items():
         print(f"  {label}: {text}")
+
+
+def print_elements(found: PadResult) -> None:
+    """Which elements make the best and the worst place within the elements."""
+    inside = np.flatnonzero(found.inside)
+    sd = found.spots.sd[inside]
+    for label, place in (("sweet spot", inside[sd.argmin()]), ("worst place", inside[sd.argmax()])):
+        share = found.spots.by_element[place].sum(axis=0) / found.spots.sd[place] ** 2
+        away = np.linalg.norm(found.elements - found.location[place], axis=1) / found.pitch_mm
+        parts = ", ".join(
+            f"e{e + 1:02d} {away[e]:.2f} pitches off {100 * share[e]:.0f} %" for e in np.argsort(-share)[:3]
+        )
+        print(f"  {label} (sd {found.spots.sd[place]:.3f} mm), share of the variance: {parts}")
 
 
 def score(found: PadResult) -> dict[str, str]:
