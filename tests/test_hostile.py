@@ -168,7 +168,10 @@ def test_a_pickle_in_a_parquet_type_is_not_opened(tmp_path: Path) -> None:
     fields = [pa.field(name, pa.float64()) for name in ("touch", "x_mm", "e01", "e02")]
     fields.append(pa.field("other", pa.float64(), metadata=kind))
     path = _parquet(tmp_path, pa.table([pa.array([1.0, 2.0])] * 5, schema=pa.schema(fields)))
-    assert load_dataset(path).touches.n_rows == 2
+    try:
+        assert load_dataset(path).touches.n_rows == 2
+    except InputError as refusal:  # older versions name the type that they do not know
+        assert "extension" in str(refusal)
     assert not trace.exists()
     import pickle
 
