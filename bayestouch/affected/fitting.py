@@ -243,9 +243,9 @@ def fit_from_both(
     *,
     whitening: Whitening | None = None,
 ) -> Fitted:
-    """The better of two fits: from `start`, and from the finger as built where `start` is far from that."""
+    """The better of two fits: from `start`, and from the finger as built where the first is still far from that."""
     one = fit(model, start, noise, drifts, whitening=whitening)
-    home = model.homeward(start)
+    home = model.homeward(one.vector)
     if home is None:
         return one
     two = fit(model, home, noise, drifts, whitening=one.whitening)

@@ -25,8 +25,9 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
 
     Returns
     -------
-    (t, 2) array
-        Of the touch's means, and of the deviations of its samples from these.
+    (t, 3) array
+        Of the touch's means; of the deviations of its samples from these; and minus half the squared error of the
+        means in units of the noise, to which it does not matter how uncertain the prediction says it is.
     """
     t, m = model.residual.shape
     design, hessian = _whole(model)
@@ -36,7 +37,7 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     if model.deviation_jacobian is not None:
         gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
     by_touch = design.reshape(t, m, -1)
-    out = np.zeros((t, 2))
+    out = np.zeros((t, 3))
     for k in np.unique(fold):
         rows = np.flatnonzero(fold == k)
         flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
@@ -55,6 +56,7 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
         solved = np.linalg.solve(covariance, error[..., None])[..., 0]
         _, volume = np.linalg.slogdet(covariance)
         out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        out[rows, 2] = -0.5 * (error**2).sum(axis=1)
         left = model.deviation[inside]
         if within is not None:
             left = left - (within @ step[:d]).reshape(left.shape)

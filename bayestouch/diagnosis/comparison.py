@@ -36,8 +36,13 @@ def folds(fitted: Fitted) -> IntArray:
 
 
 def density(fitted: Fitted) -> FloatArray:
-    """Held-out log predictive density of each touch, of its means and of its samples about these, (t, 2)."""
+    """Held-out log predictive density of each touch, (t, 3), see `held_out_density`."""
     return held_out_density(fitted.linear, folds(fitted))
+
+
+def gained(difference: FloatArray) -> FloatArray:
+    """Log density gained by each touch, (t,), of a difference of densities (t, 3)."""
+    return np.asarray(difference[:, :2].sum(axis=1))
 
 
 def paired(difference: FloatArray) -> tuple[float, float]:
@@ -55,7 +60,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         The model without it.
     candidate : Candidate
         What is added.
-    before : (t, 2) array
+    before : (t, 3) array
         Density of the model without it.
     errors, least : float
         Standard errors of what it gains within touches, and gain, from which it shows by itself.
@@ -71,7 +76,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening)
         values = model.values(new.vector)[-1]
     difference = density(new) - before
-    gain, error = paired(difference.sum(axis=1))
+    gain, error = paired(gained(difference))
     within, within_se = paired(difference[:, 1])
     return Tried(
         effect=effect,
@@ -80,10 +85,10 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         start=values,
         gain=gain,
         gain_se=error,
-        of_means=gain - within,
+        of_means=float(difference[:, 2].sum()),
         by_itself=within > max(errors * within_se, least),
         fitted=new,
-        difference=difference.sum(axis=1),
+        difference=gained(difference),
         signature=candidate.signature,
     )
 

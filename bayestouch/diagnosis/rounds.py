@@ -32,7 +32,8 @@ class Tried:
     gain, gain_se : float
         Held-out log density gained, and its standard error over touches; NaN where it was not refitted.
     of_means : float
-        What of the gain is in the means of the touches.
+        By how much half the squared error of the means of held-out touches falls, in units of the noise. A random
+        function that predicts nothing gains density all the same, by saying that it is uncertain.
     by_itself : bool
         Whether it shows where hardly anything else does: in how readings move or scatter within a touch.
     share : float

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.fitting import Fitted, fit
 from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, score_effects
-from bayestouch.diagnosis.comparison import density, folds, paired, refit, without
+from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit, without
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.placed import correct
@@ -95,7 +95,7 @@ def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
         less = without(fitted, effect)
-        gain, error = paired((density(fitted) - density(less)).sum(axis=1))
+        gain, error = paired(gained(density(fitted) - density(less)))
         if gain < ERRORS * error or gain < _least(fitted):
             fitted = less
             dropped.append(effect.name)
@@ -127,7 +127,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
     correction_gain, correction_se = 0.0, 0.0
     if correction is not None:
         after = held_out_density(correction.linear, folds(fitted))
-        correction_gain, correction_se = paired((after - before).sum(axis=1))
+        correction_gain, correction_se = paired(gained(after - before))
     excess = 0.5 * (fitted.chi_square() - _n_readings(fitted))
     possible = max(correction_gain, excess, least)
     tried = []
