@@ -76,14 +76,20 @@ def _greedy(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | No
 
 
 def _standing(rounds: tuple[Round, ...]) -> int:
-    """How many of the first rounds added what, with all that came after, explains most of what there was."""
-    for k, each in enumerate(rounds):
-        if each.added is None:
-            return k
-        later = [r.added for r in rounds[k:] if r.added is not None and not r.added.by_itself]
-        if not each.added.by_itself and sum(tried.of_means for tried in later) < TOGETHER * each.best_share:
-            return k
-    return len(rounds)
+    """How many of the first rounds added what, with all that stands of what came after, explains most of what was."""
+    kept = sum(each.added is not None for each in rounds)
+    while True:
+        falling = [k for k in range(kept) if not _stands(rounds[k:kept])]
+        if not falling:
+            return kept
+        kept = falling[-1]
+
+
+def _stands(rounds: tuple[Round, ...]) -> bool:
+    """Whether the first of these rounds stands, if nothing comes after the last."""
+    added = [each.added for each in rounds if each.added is not None]
+    explained = sum(each.of_means for each in added if not each.by_itself)
+    return added[0].by_itself or explained >= TOGETHER * rounds[0].best_share
 
 
 def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
