@@ -14,6 +14,7 @@ __version__ = "0.1.0"
 # Public name: module that defines it.
 _PUBLIC = {
     "Calibration": "results",
+    "Comparison": "comparison",
     "DataCheck": "checking",
     "DataSet": "dataset",
     "Diagnosis": "diagnosis.result",
@@ -21,11 +22,13 @@ _PUBLIC = {
     "IndenterDistribution": "indenter_priors",
     "InputError": "errors",
     "KnownTips": "indenter_priors",
+    "Report": "reporting",
     "TouchPosteriors": "results",
     "Touches": "touches",
     "UniformCurvature": "indenter_priors",
     "UniformRadius": "indenter_priors",
     "calibrate": "calibration",
+    "compare": "comparison",
     "diagnose": "diagnosis",
     "check": "checking",
     "infer": "inference",
@@ -45,6 +48,8 @@ if TYPE_CHECKING:
     from bayestouch.calibration import calibrate as calibrate
     from bayestouch.checking import DataCheck as DataCheck
     from bayestouch.checking import check as check
+    from bayestouch.comparison import Comparison as Comparison
+    from bayestouch.comparison import compare as compare
     from bayestouch.dataset import DataSet as DataSet
     from bayestouch.dataset import load_dataset as load_dataset
     from bayestouch.dataset import save_dataset as save_dataset
@@ -60,6 +65,7 @@ if TYPE_CHECKING:
     from bayestouch.inference import infer as infer
     from bayestouch.posterior import load as load
     from bayestouch.probability_plot import pp_plot as pp_plot
+    from bayestouch.reporting import Report as Report
     from bayestouch.reporting import report as report
     from bayestouch.results import Calibration as Calibration
     from bayestouch.results import TouchPosteriors as TouchPosteriors

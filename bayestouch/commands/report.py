@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
 from bayestouch.commands.options import seeded, spoken
-from bayestouch.commands.output import say
+from bayestouch.commands.output import check_folder, say
 from bayestouch.errors import InputError
 from bayestouch.progress import progress_bar
 
 
 @click.command(short_help="Write a reliability report.")
-@click.argument("dataset", type=click.Path(path_type=Path), required=False)
+@click.argument("datasets", nargs=-1, metavar="[DATASET] [SECOND]", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option(
@@ -24,7 +25,7 @@ from bayestouch.progress import progress_bar
 @seeded
 @spoken
 def report(
-    dataset: Path | None,
+    datasets: tuple[Path, ...],
     output: Path,
     plug_in: bool,
     diagnosis: Path | None,
@@ -36,17 +37,32 @@ def report(
 ) -> None:
     """Calibrate, read all touches, and write a reliability report (index.html, report.json, figures).
 
-    Without DATASET, the embedded simulated finger and the paper's tables are reported.
+    Without DATASET, the embedded simulated finger and the paper's tables are reported. With two data sets, or two
+    calibrations (.nc), they are put side by side.
 
     \b
     Example: bayestouch report my-finger -o report
     """
     import bayestouch
 
+    check_folder(output)
     if no_diagnosis and diagnosis is not None:
         raise InputError("--diagnosis and --no-diagnosis exclude each other")
+    if len(datasets) > 2:
+        raise InputError(f"expected at most two data sets or calibrations to put side by side, got {len(datasets)}")
+    if len(datasets) == 2:
+        if plug_in or diagnosis is not None:
+            raise InputError("--plug-in and --diagnosis are options of a report on one data set")
+        first, second = (_side(each) for each in datasets)
+        with progress_bar("compare", quiet) as advance:
+            compared = bayestouch.compare(
+                first, second, output, seed=seed, draws=draws, diagnosis=not no_diagnosis, progress=advance
+            )
+        facts = {"page": str(output / "index.html"), "sentences": compared.numbers["sentences"]}
+        say(f": {compared}", facts, head=str(output / "index.html"), quiet=quiet, as_json=as_json)
+        return
     wanted = not no_diagnosis if diagnosis is None else diagnosis
-    data = None if dataset is None else bayestouch.load_dataset(dataset)
+    data = bayestouch.load_dataset(datasets[0]) if datasets else None
     with progress_bar("report", quiet) as advance:
         written = bayestouch.report(
             data, output, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=advance
@@ -57,3 +73,11 @@ def report(
         "answer": written.numbers["answer"],
     }
     say("", facts, head=str(output / "index.html"), quiet=quiet, as_json=as_json)
+
+
+def _side(path: Path) -> Any:
+    """A data set, or a calibration where a file is named."""
+    import bayestouch
+    from bayestouch.posterior import load_calibration
+
+    return load_calibration(path) if path.suffix == ".nc" else bayestouch.load_dataset(path)

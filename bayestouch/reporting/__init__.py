@@ -9,6 +9,7 @@ from typing import Any
 
 from bayestouch.dataset import DataSet
 from bayestouch.progress import Progress
+from bayestouch.results import Calibration, TouchPosteriors
 
 __all__ = ["Report", "report"]
 
@@ -30,6 +31,30 @@ class Report:
     path: Path
     numbers: Mapping[str, Any]
     figures: tuple[Path, ...]
+
+    @property
+    def calibration(self) -> Calibration:
+        """The calibration, read back from its file."""
+        from bayestouch.posterior import load_calibration
+
+        return load_calibration(self.path / "calibration.nc")
+
+    @property
+    def posteriors(self) -> TouchPosteriors:
+        """The touches' posteriors, read back from their file."""
+        from bayestouch.posterior import load_touches
+
+        return load_touches(self.path / "posterior.nc")
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        rows = "".join(
+            f"<dt>{escape(row['question'])}</dt>"
+            f"<dd><strong>{escape(row['short'])}.</strong> {escape(row['reason'])}</dd>"
+            for row in self.numbers["answer"]["verdict"]
+        )
+        return f"<dl>{rows}</dl><p>{escape(str(self.path / 'index.html'))}</p>"
 
     def __str__(self) -> str:
         return " ".join(self.numbers["answer"]["sentences"])

@@ -5,11 +5,14 @@ from __future__ import annotations
 import base64
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.reporting.live import Live
 from bayestouch.reporting.pictures import Picture
 from bayestouch.reporting.text import exact, number, percent, plus_minus
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _TYPES = {"svg": "image/svg+xml", "png": "image/png"}
@@ -29,6 +32,13 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | No
     live : Live, optional
         Figures that can be pointed into; without them the page has no script.
     """
+    environment = new_environment(numbers, pictures)
+    environment.globals["live"] = live
+    return environment.get_template("index.html").render()
+
+
+def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Environment:
+    """Templates with the filters of the pages, and these numbers and pictures to show."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -40,10 +50,9 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | No
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
     environment.filters["before_after"] = before_after
-    environment.globals["live"] = live
     environment.globals["numbers"] = numbers
     environment.globals["images"] = {picture.file: data_uri(picture) for picture in pictures}
-    return environment.get_template("index.html").render()
+    return environment
 
 
 def data_uri(picture: Picture) -> str:
