@@ -87,12 +87,14 @@ class PaperFinger:
         design = true.design
         angle = np.arange(-design.calibration_span_deg, design.calibration_span_deg + 1)
         load = np.full(len(angle), REFERENCE_LOAD)
-        silent = true.readings(np.full(len(angle), true.physics.edge_radius_mm), angle, load)
-        force_sd = number("noise.force_sensor").value / 100 * REFERENCE_LOAD
+        physics = true.physics
+        pressed_at = angle + physics.location_error_deg * np.random.default_rng([seed, 4]).standard_normal(len(angle))
+        silent = true.readings(np.full(len(angle), physics.edge_radius_mm), pressed_at, load)
+        force_sd = physics.noisy * number("noise.force_sensor").value / 100 * REFERENCE_LOAD
         blank = np.full(len(angle), np.nan)
         means = TouchMeans(
             touch=np.arange(len(angle)),
-            readings=silent + averaged_noise(silent.shape, rng),
+            readings=silent + physics.noisy * averaged_noise(silent.shape, rng),
             counts=np.full(silent.shape, design.samples_per_touch),
             pure_error_variance=np.full(design.n_elements, RAW_NOISE_SD**2),
             pure_error_dof=np.full(design.n_elements, float(len(angle) * (design.samples_per_touch - 1))),

@@ -39,6 +39,10 @@ class Physics:
         Length of the indenters and the elements along the axis; inf is plane strain, the paper's tips have 4 mm.
     edge_radius_mm : float
         Radius of the edges that calibrate, which the authors take for ideal.
+    location_error_deg : float
+        Standard deviation of the prober's error in each edge's location.
+    noisy : bool
+        With noise of both sensors and model error.
     """
 
     sensing_radius_mm: float = TABLE_1[1].average
@@ -47,6 +51,8 @@ class Physics:
     measure: Measure = "projected"
     length_mm: float = float(np.inf)
     edge_radius_mm: float = 0.0
+    location_error_deg: float = 0.0
+    noisy: bool = True
 
     @property
     def linear_in_load(self) -> bool:

@@ -1,11 +1,13 @@
 """Tables 1 and 3 as measured data: what they say about the shear modulus that the paper does not print.
 
-The authors' procedure is simulated at many moduli: edges calibrate the finger in both of their ways, a stated physics
-presses nine tips at 40 locations, and a contact model reads them. The mean radius of each tip as a function of μ is the
-emulator. Printed and simulated means are compared as composite radii, in which errors are alike. Errors of the nine
-means are strongly correlated (they share elements and locations): their covariance comes from the same simulations. A
-further error of unknown size τ belongs for the most part to a tip, whatever the column: tips were machined, and the
-columns' residuals go together. Two unknowns, so the posterior is a sum over a grid.
+The authors' procedure is simulated at many moduli (`simulated_fits`): edges calibrate the finger in both of their ways,
+a stated physics presses nine tips at 40 locations, and a contact model reads them. The mean radius of each tip as a
+function of μ is the emulator. Printed and simulated means are compared as composite radii, in which errors are alike.
+Errors of the nine means are strongly correlated (they share elements and locations): their covariance comes from the
+same simulations. A further error of unknown size τ belongs for the most part to a tip, whatever the column: tips were
+machined, and the columns' residuals go together. Two unknowns, so the posterior is a sum over a grid.
+
+Table 1 may be data too: the sensing radius that was fitted, 10.3 mm on average, where 9.9 mm was designed.
 """
 
 from __future__ import annotations
@@ -16,35 +18,24 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.contact import ContactModel, composite_radius
-from bayestouch.published import TABLE_3
-from bayestouch.reliability.many_fits import fit_many_touches
+from bayestouch.contact import composite_radius
+from bayestouch.published import TABLE_1, TABLE_3
 from bayestouch.reliability.modulus import ModulusPosterior, infer_modulus
-from bayestouch.reliability.paper_finger import (
-    CALIBRATIONS,
-    DESIGN,
-    LOCATIONS_DEG,
-    MISFIT_PERCENT,
-    TIPS_MM,
-    Calibration,
-    PaperFinger,
-    averaged_noise,
-    model_error,
-)
-from bayestouch.reliability.paper_physics import LINEAR, Physics, TrueFinger
-from bayestouch.simulation.designs import REFERENCE_LOAD
+from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM, Calibration
+from bayestouch.reliability.paper_physics import BUILT_RADIUS_MM, LINEAR, Physics
+from bayestouch.reliability.simulated_fits import HERTZ, R_B, SimulatedFits, WidthModel, simulate_fits
 
 FloatArray = NDArray[np.float64]
-Reader = str | ContactModel
 
 MODULI_MPA = np.geomspace(0.025, 0.4, 9)
 """Moduli that are simulated. Below, the contact of a flat is more than a finger's radius wide."""
 N_FINGERS, N_ERRORS = 4, 10
-R_B = DESIGN.outer_radius_mm
 # A sample covariance of few tables is close to singular: correlations shrink by a fifth. And prints are rounded.
 SHRINKAGE, FLOOR_MM = 0.2, 0.02
 # Share of τ² that columns have in common: residuals of one tip scatter about their mean by half of what means do.
 TIP_SHARE = 0.75
+FITTED_RADIUS_SD_MM = 0.08
+"""Of Table 1's mean sensing radius: 14 elements from 9.8 to 10.7 mm scatter by 0.26 mm, and it is rounded to 0.1."""
 
 
 def printed(contact: str, calibration: Calibration) -> FloatArray:
@@ -63,8 +54,8 @@ class BiasCurves:
     tables : (k, n, readers, 2, tips) array
         Composite radius (mm) of the mean estimate of r_c, for n simulated tables, each reader, calibration (model,
         empirical) and tip.
-    location_sd : (k, readers, 2) array
-        Root mean square over tables and tips of the sd of R between locations, mm.
+    location_sd : (k, 2) array
+        Root mean square over tables and tips of the sd of R between locations, read by Hertz; mm.
     elements : (k, 3) array
         Means over elements and fingers of what Table 1 fits: σ, r_s (mm) and the error (% of the peak).
     """
@@ -73,6 +64,12 @@ class BiasCurves:
     tables: FloatArray
     location_sd: FloatArray
     elements: FloatArray
+
+    @classmethod
+    def of(cls, fits: SimulatedFits, read_by: Sequence[WidthModel], average: str = "r_c") -> BiasCurves:
+        """Simulated touches read by contact models; means over locations of r_c, as printed, or of R."""
+        tables = np.stack([fits.table(reader, average) for reader in read_by], axis=2)
+        return cls(fits.moduli_MPa, tables, fits.location_sd, fits.elements)
 
     def means(self, modulus: ArrayLike) -> FloatArray:
         """Expected table at μ, (..., readers, 2, tips), by a cubic spline in log μ."""
@@ -114,11 +111,30 @@ def columns(values: FloatArray, readers: Sequence[int], calibrations: Sequence[i
     return chosen.reshape(*values.shape[:-3], -1)
 
 
+@dataclass(frozen=True)
+class TableOne:
+    """Table 1's mean sensing radius as a datum: what was designed, what the fits add to it, and where elements ended.
+
+    Attributes
+    ----------
+    simulated_mm : float
+        ``r_s`` of the simulated finger as built, from which its fits are off.
+    designed_mm : float
+        ``r_s`` as designed.
+    placement_sd_mm : float
+        How far all elements together may lie from where they were designed; 0: nowhere else.
+    """
+
+    simulated_mm: float
+    designed_mm: float = BUILT_RADIUS_MM
+    placement_sd_mm: float = 0.0
+
+
 def bias_curves(
     moduli_MPa: Sequence[float] | FloatArray = MODULI_MPA,
     *,
     physics: Physics = LINEAR,
-    read_by: Sequence[Reader] = ("hertz",),
+    read_by: Sequence[WidthModel] = (HERTZ,),
     fingers: int = N_FINGERS,
     errors: int = N_ERRORS,
 ) -> BiasCurves:
@@ -130,40 +146,12 @@ def bias_curves(
         Shear moduli.
     physics : Physics
         What presses; by default the layer's frictionless contact at small strain.
-    read_by : sequence of str or ContactModel
+    read_by : sequence of WidthModel
         Contact models of the readers.
     fingers, errors : int
-        Simulated fingers with their calibrations and noise, and draws of model error for each. The same at every μ,
-        so that the curves are smooth.
+        As `bayestouch.reliability.simulated_fits.simulate_fits`.
     """
-    kept: dict[int, PaperFinger] = {}
-    tables = np.empty((len(moduli_MPa), fingers * errors, len(read_by), 2, len(TIPS_MM)))
-    spread = np.empty(tables.shape[:-1])
-    elements = np.empty((len(moduli_MPa), fingers, 3))
-    tips, where = (g.ravel() for g in np.meshgrid(TIPS_MM, LOCATIONS_DEG, indexing="ij"))
-    for i, modulus in enumerate(moduli_MPa):
-        for seed in range(fingers):
-            true = TrueFinger.of(physics, DESIGN, float(modulus), seed)
-            if seed not in kept or not physics.linear_in_load:
-                kept[seed] = PaperFinger.calibrated(true, seed)
-            finger = kept[seed]
-            names = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak")
-            elements[i, seed] = [finger.elements.summary(name)[1] for name in names]
-            readings = true.readings(tips, where, np.full(len(tips), REFERENCE_LOAD))
-            readings += averaged_noise(readings.shape, np.random.default_rng([seed, 2]))
-            for c, calibration in enumerate(CALIBRATIONS):
-                wrong = DESIGN.peak_reading * _model_errors([seed, c], errors)
-                for r, contact in enumerate(read_by):
-                    reader = finger.reader(calibration, contact, float(modulus))
-                    for e in range(errors):
-                        found = fit_many_touches(reader, readings + np.tile(wrong[e], (len(TIPS_MM), 1)))
-                        by_tip = found.indenter_radius_mm.reshape(len(TIPS_MM), len(LOCATIONS_DEG))
-                        n = seed * errors + e
-                        tables[i, n, r, c] = composite_radius(by_tip.mean(axis=1), R_B)
-                        spread[i, n, r, c] = np.sqrt(np.mean(composite_radius(by_tip, R_B).std(axis=1) ** 2))
-    return BiasCurves(
-        np.asarray(moduli_MPa, dtype=float), tables, np.sqrt((spread**2).mean(axis=1)), elements.mean(axis=1)
-    )
+    return BiasCurves.of(simulate_fits(moduli_MPa, physics, fingers=fingers, errors=errors), read_by)
 
 
 def infer_from_table_3(
@@ -171,8 +159,10 @@ def infer_from_table_3(
     *,
     contacts: Sequence[str] = ("hertz",),
     calibrations: Sequence[Calibration] = CALIBRATIONS,
+    covariance_of: BiasCurves | None = None,
+    table_1: TableOne | None = None,
 ) -> ModulusPosterior:
-    """Posterior of μ from columns of Table 3.
+    """Posterior of μ from columns of Table 3, and from Table 1's sensing radius if asked.
 
     Parameters
     ----------
@@ -182,19 +172,34 @@ def infer_from_table_3(
         Which columns.
     calibrations : sequence of {"model", "empirical"}
         Both by default.
+    covariance_of : BiasCurves, optional
+        Where the covariance of a table's errors comes from, if not from `curves`.
+    table_1 : TableOne, optional
+        How Table 1 is data; by default it is not.
     """
     chosen = [CALIBRATIONS.index(calibration) for calibration in calibrations]
     readers = range(len(contacts))
     data = np.concatenate([printed(contact, calibration) for contact in contacts for calibration in calibrations])
-
-    def emulator(moduli: FloatArray) -> tuple[FloatArray, FloatArray]:
-        expected = columns(curves.means(moduli), readers, chosen)
-        return expected, curves.covariance(moduli, readers, chosen) + FLOOR_MM**2 * np.eye(len(data))
-
-    support = float(curves.moduli_MPa[0]), float(curves.moduli_MPa[-1])
     tip = np.tile(np.arange(len(TIPS_MM)), len(data) // len(TIPS_MM))
     shared = TIP_SHARE * (tip[:, None] == tip) + (1 - TIP_SHARE) * np.eye(len(data))
-    return infer_modulus(data, emulator, support, shared=shared)
+    n, more = len(data), 0 if table_1 is None else 1
+
+    def emulator(moduli: FloatArray) -> tuple[FloatArray, FloatArray]:
+        expected = np.empty((len(moduli), n + more))
+        covariance = np.zeros((len(moduli), n + more, n + more))
+        expected[:, :n] = columns(curves.means(moduli), readers, chosen)
+        errors = (covariance_of or curves).covariance(moduli, readers, chosen)
+        covariance[:, :n, :n] = errors + FLOOR_MM**2 * np.eye(n)
+        if table_1 is not None:
+            expected[:, n] = table_1.designed_mm + curves.fitted_elements(moduli)[:, 1] - table_1.simulated_mm
+            covariance[:, n, n] = FITTED_RADIUS_SD_MM**2 + table_1.placement_sd_mm**2
+        return expected, covariance
+
+    support = float(curves.moduli_MPa[0]), float(curves.moduli_MPa[-1])
+    observed = np.concatenate([data, [TABLE_1[1].average] * more])
+    pattern = np.zeros((n + more, n + more))
+    pattern[:n, :n] = shared
+    return infer_modulus(observed, emulator, support, shared=pattern)
 
 
 def _linear(place: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:
@@ -203,10 +208,3 @@ def _linear(place: FloatArray, knots: FloatArray, values: FloatArray) -> FloatAr
     share = np.clip((place - knots[row]) / (knots[row + 1] - knots[row]), 0.0, 1.0)
     share = share.reshape(share.shape + (1,) * (values.ndim - 1))
     return np.asarray((1 - share) * values[row] + share * values[row + 1])
-
-
-def _model_errors(seed: list[int], count: int) -> FloatArray:
-    """Draws of model error as a share of the peak, (count, locations, elements); the seed ends in the calibration."""
-    rng = np.random.default_rng([*seed, 3])
-    share = MISFIT_PERCENT[CALIBRATIONS[seed[-1]]] / 100
-    return share * np.array([model_error(DESIGN.element_angles_deg, LOCATIONS_DEG, rng) for _ in range(count)])
