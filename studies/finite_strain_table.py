@@ -6,7 +6,7 @@ linear chain (parabola on the layer, `bayestouch.contact`) of the same load and 
 tabulated, as cosine coefficients over P/μ, R and r_s, relative to the linear peak under a knife edge of the same
 load.
 
-    python studies/finite_strain_table.py --write     every tip on the fine mesh (25 minutes; kept), then the table
+    python studies/finite_strain_table.py --write     every tip on the fine mesh (half an hour; kept), then the table
     python studies/finite_strain_table.py             what the table says, checked on two tips with a coarser mesh
 """
 
@@ -26,7 +26,7 @@ from _published import OUTPUT, figure, save
 from _rigid_tip import Tip
 
 from bayestouch.body.annulus import solve_annulus
-from bayestouch.body.finite_strain import DATA, MEASURES, FiniteStrainTable
+from bayestouch.body.finite_strain import DATA, FiniteStrainTable, Measure
 from bayestouch.contact import composite_radius, contact_model
 
 CORE, OUTER, POISSON = 9.4, 12.7, 0.46
@@ -39,6 +39,9 @@ MODES = np.arange(64)
 SHAPES = 12
 DEPTHS = np.concatenate([[0.002, 0.006, 0.015, 0.03, 0.05], np.arange(0.08, 3.0, 0.04)])
 RAW = OUTPUT / "finite_strain_raw.npz"
+MEASURES: tuple[Measure, Measure] = ("projected", "stretch")
+# Mesh sizes, with and without friction: what sticks needs twice the iterations.
+SIZES = {False: 1.0, True: 1.4}
 
 
 def linear_strain(load: float, radius: float, sensing: np.ndarray) -> np.ndarray:
@@ -95,41 +98,56 @@ def cosine_coefficients(values: np.ndarray) -> np.ndarray:
     return dct(values, type=1, axis=-1)[..., : len(MODES)] / (2 * (len(ANGLES) - 1))
 
 
-def solve_all(size: float) -> None:
-    """Every tip; keeps what is done in the cache."""
+def name_of(what: str, nose: float, stick: bool) -> str:
+    """Key in the cache."""
+    return f"{what} {nose} stick" if stick else f"{what} {nose} {SIZES[False]}"
+
+
+def solve_all() -> None:
+    """Every tip, without friction and with what touches stuck to it; keeps what is done in the cache."""
     sensing = np.array(SENSING_RADII)
-    body = annulus(size, CORE, OUTER, POISSON)
     done: dict[str, np.ndarray] = dict(np.load(RAW)) if RAW.exists() else {}
-    for nose in NOSES:
-        if f"loads {nose} {size}" in done:
-            continue
-        start = time.perf_counter()
-        loads, strains = profiles(body, Tip(nose, FLANK_DEG if np.isfinite(nose) else 0.0), sensing, LOADS[-1])
-        done[f"loads {nose} {size}"], done[f"strains {nose} {size}"] = loads, strains.astype(np.float32)
-        OUTPUT.mkdir(parents=True, exist_ok=True)
-        np.savez(RAW, **done)
-        print(
-            f"nose {nose:g} mm: {len(loads)} steps to P/μ {loads[-1]:.2f} mm, {time.perf_counter() - start:.0f} s",
-            flush=True,
-        )
+    for stick, size in SIZES.items():
+        body = annulus(size, CORE, OUTER, POISSON)
+        for nose in NOSES:
+            if name_of("loads", nose, stick) in done:
+                continue
+            start = time.perf_counter()
+            tip = Tip(nose, FLANK_DEG if np.isfinite(nose) else 0.0)
+            loads, strains = profiles(body, tip, sensing, LOADS[-1], stick)
+            done[name_of("loads", nose, stick)] = loads
+            done[name_of("strains", nose, stick)] = strains.astype(np.float32)
+            OUTPUT.mkdir(parents=True, exist_ok=True)
+            np.savez(RAW, **done)
+            print(
+                f"nose {nose:g} mm{', stuck' if stick else ''}: {len(loads)} steps to P/μ {loads[-1]:.2f} mm, "
+                f"{time.perf_counter() - start:.0f} s",
+                flush=True,
+            )
 
 
-def tabulated(size: float) -> dict[str, np.ndarray]:
-    """Arrays of the shipped file, from the cache: the first `SHAPES` terms of the singular value decomposition."""
+def added_by(stick: bool) -> np.ndarray:
+    """Cosine coefficients of what the solutions in the cache add: measure, load, nose, r_s, mode."""
     raw, sensing, at = np.load(RAW), np.array(SENSING_RADII), np.array(LOADS)
-    radii = composite_radius(NOSES, OUTER)
-    added = np.stack(
-        [
-            correction(raw[f"loads {n} {size}"], raw[f"strains {n} {size}"].astype(float), float(r), sensing, at)
-            for n, r in zip(NOSES, radii, strict=True)
-        ]
-    )  # nose, load, measure, r_s, angle
-    coefficients = cosine_coefficients(added).transpose(2, 1, 0, 3, 4)
-    held = {"load_over_modulus_mm": at, "radius_mm": radii, "sensing_radius_mm": sensing}
-    for measure, values in zip(MEASURES, coefficients, strict=True):
-        rows, sizes, shapes = np.linalg.svd(values.reshape(len(at) * len(radii), -1), full_matrices=False)
-        held[f"{measure}_amplitudes"] = (rows * sizes)[:, :SHAPES].reshape(len(at), len(radii), SHAPES)
-        held[f"{measure}_shapes"] = shapes[:SHAPES].reshape(SHAPES, len(sensing), -1)
+    added = []
+    for nose, radius in zip(NOSES, composite_radius(NOSES, OUTER), strict=True):
+        loads, strains = (raw[name_of(what, nose, stick)].astype(float) for what in ("loads", "strains"))
+        added.append(correction(loads, strains, float(radius), sensing, at))
+    return cosine_coefficients(np.stack(added)).transpose(2, 1, 0, 3, 4)
+
+
+def tabulated() -> dict[str, np.ndarray]:
+    """Arrays of the shipped file, from the cache: the first `SHAPES` terms of the singular value decomposition."""
+    held = {
+        "load_over_modulus_mm": np.array(LOADS),
+        "radius_mm": composite_radius(NOSES, OUTER),
+        "sensing_radius_mm": np.array(SENSING_RADII),
+    }
+    free = added_by(False)
+    for measure, values in (("projected", free[0]), ("stretch", free[1]), ("stuck", added_by(True)[0])):
+        rows, sizes, shapes = np.linalg.svd(values.reshape(len(LOADS) * len(NOSES), -1), full_matrices=False)
+        held[f"{measure}_amplitudes"] = (rows * sizes)[:, :SHAPES].reshape(len(LOADS), len(NOSES), SHAPES)
+        held[f"{measure}_shapes"] = shapes[:SHAPES].reshape(SHAPES, len(SENSING_RADII), -1)
         left = values - np.tensordot(held[f"{measure}_amplitudes"], held[f"{measure}_shapes"], 1)
         off = left @ (np.where(MODES == 0, 1.0, 2.0)[:, None] * np.cos(np.outer(MODES, ANGLES)))
         print(f"{measure}: {SHAPES} shapes are off by {np.abs(off).max():.1e} of the edge's peak at worst")
@@ -231,9 +249,9 @@ if __name__ == "__main__":
     parser.add_argument("--write", action="store_true", help="solve every tip and write the shipped table")
     chosen = parser.parse_args()
     if chosen.write:
-        solve_all(1.0)
+        solve_all()
         DATA.parent.mkdir(exist_ok=True)
-        np.savez_compressed(DATA, **tabulated(1.0))
+        np.savez_compressed(DATA, **tabulated())
         print(f"{DATA}: {DATA.stat().st_size} bytes")
     else:
         main(chosen.small, chosen.folder)

@@ -20,6 +20,7 @@ from bayestouch.reliability.paper_finger import (
     model_error,
     simulated,
 )
+from bayestouch.reliability.paper_physics import Physics, TrueFinger
 from bayestouch.reliability.published_fits import (
     R_B,
     BiasCurves,
@@ -33,6 +34,8 @@ from bayestouch.reliability.published_predictions import (
     flat_from_edge_noise,
     profile_difference,
 )
+from bayestouch.reliability.simulated_fits import HERTZ, simulate_fits
+from bayestouch.reliability.table_3_effects import squeezed
 from bayestouch.simplex import fit_touches
 
 
@@ -126,6 +129,32 @@ def test_modulus_of_a_simulated_table_is_found(modulus: float) -> None:
         inside += low <= modulus <= high
     # 36 expected; the prior of τ makes intervals a little wide. Below 31 has a chance of 1 %.
     assert inside >= 31
+
+
+def test_one_fit_serves_all_elliptic_readers() -> None:
+    """Radii from the widths of Hertz fits are those that a fit by the squeezed model itself finds."""
+    modulus, physics = 0.06, Physics(noisy=False)
+    fits = simulate_fits([modulus], physics, fingers=1, errors=1)
+    true = TrueFinger.of(physics, DESIGN, modulus, 0)
+    reader = PaperFinger.calibrated(true, 0).reader("model", squeezed(0.3), modulus)
+    tips, where = (g.ravel() for g in np.meshgrid(TIPS_MM, LOCATIONS_DEG, indexing="ij"))
+    direct = fit_many_touches(reader, true.readings(tips, where, np.full(len(tips), 200.0)))
+    radii = fits.radii(squeezed(0.3))[0, 0, 0].ravel()
+    # Spectra are linear between knots of κ, on which the squeezed ellipse has a kink: 0.02 mm
+    assert direct.composite_radius_mm == pytest.approx(radii, abs=0.03)
+    assert np.ptp(radii) > 5
+    doubled = fits.read_with(2 * modulus).radii(HERTZ)
+    assert doubled == pytest.approx(np.minimum(2 * fits.radii(HERTZ), R_B), rel=1e-6)
+
+
+def test_further_datum_updates_the_posterior() -> None:
+    """A normal datum of log μ, against weights worked out by hand."""
+    posterior = infer_from_table_3(curves())
+    log_likelihood = -0.5 * ((np.log(posterior.modulus_MPa) - np.log(0.05)) / 0.1) ** 2
+    updated = posterior.updated(log_likelihood)
+    expected = posterior.weight * np.exp(log_likelihood)
+    assert updated.weight == pytest.approx(expected / expected.sum(), rel=1e-9)
+    assert updated.log_evidence == pytest.approx(posterior.log_evidence + np.log(expected.sum()))
 
 
 def test_table_3_wants_a_soft_rubber() -> None:

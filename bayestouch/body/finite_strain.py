@@ -12,7 +12,8 @@ finite displacement, and none at finite strain to compare with.
 
 An element can read one of two strains: ``projected``, ``e_r·F e_r - 1`` (the change of distance from the core along the
 radius it was built on, what the plates of a capacitor over a rigid core measure), or ``stretch``, ``|F e_r| - 1`` (the
-change of length of a radial line). They differ by half the square of the shear, which is large near the bond.
+change of length of a radial line). They differ by half the square of the shear, which is large near the bond. The third
+table, ``stuck``, is of projected strains under a tip to which rubber sticks where it first touches it.
 """
 
 from __future__ import annotations
@@ -28,9 +29,9 @@ from numpy.typing import ArrayLike, NDArray
 from bayestouch.errors import InputError
 
 FloatArray = NDArray[np.float64]
-Measure = Literal["projected", "stretch"]
+Measure = Literal["projected", "stretch", "stuck"]
 
-MEASURES: tuple[Measure, Measure] = ("projected", "stretch")
+MEASURES: tuple[Measure, ...] = ("projected", "stretch", "stuck")
 DATA = Path(__file__).parent / "data" / "finite_strain.npz"
 CORE_RADIUS_MM, OUTER_RADIUS_MM, POISSON_RATIO = 9.4, 12.7, 0.46
 # Interpolation is linear between these: together off by 3e-4 of the peak from splines and cosines.
@@ -176,7 +177,7 @@ def finite_strain_correction(
         Angle of each element from the touch, rad.
     sensing_radius_mm : (m,) array_like
         ``r_s``, mm.
-    measure : {"projected", "stretch"}
+    measure : {"projected", "stretch", "stuck"}
         What the elements read, see the module.
 
     Returns
@@ -201,7 +202,7 @@ def check_finger(core_radius_mm: float, outer_radius_mm: float) -> None:
         )
 
 
-@lru_cache(maxsize=2)
+@lru_cache(maxsize=3)
 def _loaded(measure: Measure) -> FiniteStrainTable:
     with np.load(DATA, allow_pickle=False) as held:
         return FiniteStrainTable(

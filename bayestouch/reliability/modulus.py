@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +52,14 @@ class ModulusPosterior:
         below = np.concatenate([[0.0], np.cumsum(self.weight)])
         middle = (below[1:] + below[:-1]) / 2
         return np.asarray(np.exp(np.interp(probability, middle, np.log(self.modulus_MPa))))
+
+    def updated(self, log_likelihood: ArrayLike) -> ModulusPosterior:
+        """The posterior with one more, independent datum, given its log likelihood (k,) at each modulus of the grid."""
+        more = np.asarray(log_likelihood, dtype=float)
+        top = float(more.max())
+        weight = self.weight * np.exp(more - top)
+        total = float(weight.sum())
+        return replace(self, weight=weight / total, log_evidence=self.log_evidence + top + float(np.log(total)))
 
     def implied(self, moduli_MPa: ArrayLike, values: ArrayLike, probability: float = 0.9) -> tuple[float, float, float]:
         """Mean and interval of a quantity known at some moduli, interpolated by a cubic spline in log μ."""

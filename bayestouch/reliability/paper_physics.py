@@ -33,8 +33,8 @@ class Physics:
         r_s as built and σ; the averages fitted in Table 1 unless told otherwise.
     finite_strain : float
         Share of `bayestouch.body.finite_strain` that is added: 0 linear, 1 neo-Hookean.
-    measure : {"projected", "stretch"}
-        What the elements read.
+    measure : {"projected", "stretch", "stuck"}
+        What the elements read, or projected strain under tips that stick.
     length_mm : float
         Length of the indenters and the elements along the axis; inf is plane strain, the paper's tips have 4 mm.
     edge_radius_mm : float

@@ -111,25 +111,6 @@ def columns(values: FloatArray, readers: Sequence[int], calibrations: Sequence[i
     return chosen.reshape(*values.shape[:-3], -1)
 
 
-@dataclass(frozen=True)
-class TableOne:
-    """Table 1's mean sensing radius as a datum: what was designed, what the fits add to it, and where elements ended.
-
-    Attributes
-    ----------
-    simulated_mm : float
-        ``r_s`` of the simulated finger as built, from which its fits are off.
-    designed_mm : float
-        ``r_s`` as designed.
-    placement_sd_mm : float
-        How far all elements together may lie from where they were designed; 0: nowhere else.
-    """
-
-    simulated_mm: float
-    designed_mm: float = BUILT_RADIUS_MM
-    placement_sd_mm: float = 0.0
-
-
 def bias_curves(
     moduli_MPa: Sequence[float] | FloatArray = MODULI_MPA,
     *,
@@ -160,9 +141,8 @@ def infer_from_table_3(
     contacts: Sequence[str] = ("hertz",),
     calibrations: Sequence[Calibration] = CALIBRATIONS,
     covariance_of: BiasCurves | None = None,
-    table_1: TableOne | None = None,
 ) -> ModulusPosterior:
-    """Posterior of μ from columns of Table 3, and from Table 1's sensing radius if asked.
+    """Posterior of μ from columns of Table 3.
 
     Parameters
     ----------
@@ -174,32 +154,41 @@ def infer_from_table_3(
         Both by default.
     covariance_of : BiasCurves, optional
         Where the covariance of a table's errors comes from, if not from `curves`.
-    table_1 : TableOne, optional
-        How Table 1 is data; by default it is not.
     """
     chosen = [CALIBRATIONS.index(calibration) for calibration in calibrations]
     readers = range(len(contacts))
     data = np.concatenate([printed(contact, calibration) for contact in contacts for calibration in calibrations])
-    tip = np.tile(np.arange(len(TIPS_MM)), len(data) // len(TIPS_MM))
-    shared = TIP_SHARE * (tip[:, None] == tip) + (1 - TIP_SHARE) * np.eye(len(data))
-    n, more = len(data), 0 if table_1 is None else 1
 
     def emulator(moduli: FloatArray) -> tuple[FloatArray, FloatArray]:
-        expected = np.empty((len(moduli), n + more))
-        covariance = np.zeros((len(moduli), n + more, n + more))
-        expected[:, :n] = columns(curves.means(moduli), readers, chosen)
-        errors = (covariance_of or curves).covariance(moduli, readers, chosen)
-        covariance[:, :n, :n] = errors + FLOOR_MM**2 * np.eye(n)
-        if table_1 is not None:
-            expected[:, n] = table_1.designed_mm + curves.fitted_elements(moduli)[:, 1] - table_1.simulated_mm
-            covariance[:, n, n] = FITTED_RADIUS_SD_MM**2 + table_1.placement_sd_mm**2
-        return expected, covariance
+        covariance = (covariance_of or curves).covariance(moduli, readers, chosen) + FLOOR_MM**2 * np.eye(len(data))
+        return columns(curves.means(moduli), readers, chosen), covariance
 
+    tip = np.tile(np.arange(len(TIPS_MM)), len(data) // len(TIPS_MM))
+    shared = TIP_SHARE * (tip[:, None] == tip) + (1 - TIP_SHARE) * np.eye(len(data))
     support = float(curves.moduli_MPa[0]), float(curves.moduli_MPa[-1])
-    observed = np.concatenate([data, [TABLE_1[1].average] * more])
-    pattern = np.zeros((n + more, n + more))
-    pattern[:n, :n] = shared
-    return infer_modulus(observed, emulator, support, shared=pattern)
+    return infer_modulus(data, emulator, support, shared=shared)
+
+
+def with_table_1(
+    posterior: ModulusPosterior, curves: BiasCurves, built_mm: float, placement_sd_mm: float
+) -> ModulusPosterior:
+    """The posterior with Table 1's mean sensing radius as a further datum.
+
+    Parameters
+    ----------
+    posterior : ModulusPosterior
+        From Table 3.
+    curves : BiasCurves
+        Simulated with the same physics.
+    built_mm : float
+        Sensing radius of the simulated finger, from which its fits are off.
+    placement_sd_mm : float
+        How far the paper's elements may lie, all together, from where they were designed; 0: nowhere else.
+    """
+    expected = BUILT_RADIUS_MM + curves.fitted_elements(posterior.modulus_MPa)[:, 1] - built_mm
+    sd = np.hypot(FITTED_RADIUS_SD_MM, placement_sd_mm)
+    off = (TABLE_1[1].average - expected) / sd
+    return posterior.updated(-0.5 * off**2 - np.log(sd * np.sqrt(2 * np.pi)))
 
 
 def _linear(place: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:

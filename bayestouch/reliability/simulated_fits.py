@@ -8,7 +8,7 @@ serves all models that differ in that alone.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -60,16 +60,23 @@ class SimulatedFits:
         Of the pressure (mm), and P (N/m).
     elements : (k, 3) array
         Means over elements and fingers of what Table 1 fits: σ, r_s (mm) and the error (% of the peak).
+    read_with_MPa : (k,) array
+        μ by which readers turn widths into radii; the true one unless told otherwise.
     """
 
     moduli_MPa: FloatArray
     half_width_mm: FloatArray
     load: FloatArray
     elements: FloatArray
+    read_with_MPa: FloatArray
+
+    def read_with(self, shear_modulus_MPa: float) -> SimulatedFits:
+        """The same touches read with one modulus, whatever the rubber's."""
+        return replace(self, read_with_MPa=np.full(len(self.moduli_MPa), shear_modulus_MPa))
 
     def radii(self, reader: WidthModel) -> FloatArray:
         """Composite radius R (mm) that a contact model reads, (k, n, 2, tips, locations); at most that of a flat."""
-        pressed = self.load / 1000 / self.moduli_MPa.reshape(-1, 1, 1, 1, 1)
+        pressed = self.load / 1000 / self.read_with_MPa.reshape(-1, 1, 1, 1, 1)
         root = np.linspace(0.0, np.sqrt(2 * R_B * pressed.max()), WIDTH_KNOTS)
         width = reader.half_width(root**2)
         wide = np.flatnonzero(width > 0)[0] - 1  # a squeezed contact has no width below some radius
@@ -90,7 +97,7 @@ class SimulatedFits:
 
 
 def simulate_fits(
-    moduli_MPa: Sequence[float] | FloatArray, physics: Physics, *, fingers: int, errors: int
+    moduli_MPa: Sequence[float] | FloatArray, physics: Physics, *, fingers: int, errors: int, first: int = 0
 ) -> SimulatedFits:
     """Simulate the touches of Table 3 at each μ, and fit them with both calibrations.
 
@@ -103,19 +110,22 @@ def simulate_fits(
     fingers, errors : int
         Simulated fingers with their calibrations and noise, and draws of model error for each. The same at every μ,
         so that results are smooth in μ.
+    first : int
+        Seed of the first finger.
     """
     kept: dict[int, PaperFinger] = {}
     shape = (len(moduli_MPa), fingers, errors, 2, len(TIPS_MM), len(LOCATIONS_DEG))
     width, load, elements = np.empty(shape), np.empty(shape), np.empty((len(moduli_MPa), fingers, 3))
     tips, where = (g.ravel() for g in np.meshgrid(TIPS_MM, LOCATIONS_DEG, indexing="ij"))
     for i, modulus in enumerate(moduli_MPa):
-        for seed in range(fingers):
+        for place in range(fingers):
+            seed = first + place
             true = TrueFinger.of(physics, DESIGN, float(modulus), seed)
             if seed not in kept or not physics.linear_in_load:
                 kept[seed] = PaperFinger.calibrated(true, seed)
             finger = kept[seed]
             names = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak")
-            elements[i, seed] = [finger.elements.summary(name)[1] for name in names]
+            elements[i, place] = [finger.elements.summary(name)[1] for name in names]
             readings = true.readings(tips, where, np.full(len(tips), REFERENCE_LOAD))
             if physics.noisy:
                 readings += averaged_noise(readings.shape, np.random.default_rng([seed, 2]))
@@ -125,12 +135,11 @@ def simulate_fits(
                 reader = finger.reader(calibration, "hertz", float(modulus))
                 found = fit_many_touches(reader, touches.reshape(-1, touches.shape[-1]))
                 kappa = found.composite_radius_mm * found.load / 1000 / modulus
-                width[i, seed, :, c] = HERTZ.half_width(kappa).reshape(errors, *shape[-2:])
-                load[i, seed, :, c] = found.load.reshape(errors, *shape[-2:])
+                width[i, place, :, c] = HERTZ.half_width(kappa).reshape(errors, *shape[-2:])
+                load[i, place, :, c] = found.load.reshape(errors, *shape[-2:])
     together = (shape[0], fingers * errors, *shape[3:])
-    return SimulatedFits(
-        np.asarray(moduli_MPa, dtype=float), width.reshape(together), load.reshape(together), elements.mean(axis=1)
-    )
+    moduli = np.asarray(moduli_MPa, dtype=float)
+    return SimulatedFits(moduli, width.reshape(together), load.reshape(together), elements.mean(axis=1), moduli)
 
 
 def _model_errors(seed: list[int], count: int) -> FloatArray:

@@ -19,16 +19,16 @@ from bayestouch.published import TABLE_1
 from bayestouch.reliability.modulus import ModulusPosterior
 from bayestouch.reliability.paper_finger import CALIBRATIONS, POISSON_RATIO, TIPS_MM
 from bayestouch.reliability.paper_physics import BUILT_RADIUS_MM, LINEAR, TIP_LENGTH_MM, Physics
-from bayestouch.reliability.published_fits import BiasCurves, TableOne, infer_from_table_3, printed
+from bayestouch.reliability.published_fits import BiasCurves, infer_from_table_3, printed, with_table_1
 from bayestouch.reliability.simulated_fits import HERTZ, R_B, RADII, SimulatedFits, WidthModel
 
 FloatArray = NDArray[np.float64]
 
 CONTACTS = ("hertz", "frictionless")
 LAYER = contact_model("layer", RADII, POISSON_RATIO)
-SQUEEZES_MM = tuple(np.linspace(0.0, 0.7, 8).tolist())
+SQUEEZES_MM = tuple(np.linspace(0.1, 0.52, 15).tolist())
 """Squeezes that are tried, each as probable as any other."""
-MODULI_MPA = np.geomspace(0.04, 0.16, 5)
+MODULI_MPA = np.geomspace(0.04, 0.3, 6)
 """From the softest rubber of the finite-strain table; the Hertz columns alone say 0.045 to 0.065."""
 PLACEMENT_SD_MM = 0.2
 """How far elements may be from where they were designed, all together: half of the dielectric's 0.4 mm."""
@@ -124,13 +124,13 @@ def explain(
         What Table 3 is the mean of.
     """
     models: list[WidthModel] = [LAYER] if readers is None else [squeezed(s) for s in readers]
-    near, exact, likely, expected = [], [], [], []
+    near, exact = [], []
     for model in models:
         curves = BiasCurves.of(fits, (HERTZ, model), average)
         covariance_of = BiasCurves.of(base, (HERTZ, model))
-        for kept, placement in ((near, PLACEMENT_SD_MM), (exact, 0.0)):
-            table_1 = TableOne(physics.sensing_radius_mm, placement_sd_mm=placement)
-            kept.append(infer_from_table_3(curves, contacts=CONTACTS, covariance_of=covariance_of, table_1=table_1))
+        posterior = infer_from_table_3(curves, contacts=CONTACTS, covariance_of=covariance_of)
+        near.append(with_table_1(posterior, curves, physics.sensing_radius_mm, PLACEMENT_SD_MM))
+        exact.append(with_table_1(posterior, curves, physics.sensing_radius_mm, 0.0))
     share = _shares(near)
     together = _mixed(near, share)
     mean = together.mean_MPa
@@ -140,7 +140,8 @@ def explain(
         squeeze = _interval(np.asarray(readers), share)
         best = squeezed(squeeze[0])
     curves = BiasCurves.of(fits, (HERTZ, best), average)
-    fitted = curves.fitted_elements(mean) + [0.0, BUILT_RADIUS_MM - physics.sensing_radius_mm, 0.0]
+    fitted = curves.fitted_elements(mean)
+    fitted[1] += BUILT_RADIUS_MM - physics.sensing_radius_mm
     return Explanation(
         log_evidence=_mean_log([p.log_evidence for p in near]),
         log_evidence_as_designed=_mean_log([p.log_evidence for p in exact]),
