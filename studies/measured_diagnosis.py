@@ -216,17 +216,19 @@ def main(
         print("no measured data: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
         return []
     cases = [case for case in CASES if only in (None, case.name) and (not small or case.name in SMALL)]
-    found = [diagnosed(case, small) for case in cases]
-    for each in found:
-        print_found(each)
+    found = []
+    for case in cases:
+        one = diagnosed(case, small)
+        found.append(one)
+        print_found(one)
+        if folder is not None and not small:
+            name = case.name.replace(", ", "_").replace(" ", "_")
+            one.diagnosis.save(folder / name)
+            (folder / name / "row.json").write_text(json.dumps(row(one)), encoding="utf-8")
     rows = [row(each) for each in found]
     print("\n" + as_table(rows))
     if folder is not None:
         draw(found, folder)
-        for each in [] if small else found:
-            name = each.case.name.replace(", ", "_").replace(" ", "_")
-            each.diagnosis.save(folder / name)
-            (folder / name / "row.json").write_text(json.dumps(row(each)), encoding="utf-8")
     if page is not None:
         text = page.read_text(encoding="utf-8")
         head, _, rest = text.partition(MARK)

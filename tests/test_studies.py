@@ -370,3 +370,14 @@ def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert second[1] < 0.5 * first[1]
     assert "verdict" in capsys.readouterr().out
     assert (tmp_path / "measured_diagnosis.png").stat().st_size > 10_000
+
+
+def test_table_3_diagnosis() -> None:
+    """The rigid core is named first where Hertz was calibrated, and R is read without bias once it is there."""
+    found = study("table_3_diagnosis").main(small=True)
+    assert found.diagnosis.effects[0] == "rigid_core"
+    share = found.diagnosis.to_dict()["effects"][0]["parameters"]["rigid_core_share"]
+    # One is the contact that the tips were pressed with; four sd of the normal approximation.
+    assert abs(share["mean"] - 1) < 4 * share["sd"]
+    before, after = (found.diagnosis.numbers[stand]["R_bias_mm"] for stand in ("before", "after"))
+    assert abs(after) < 0.5 * abs(before)

@@ -43,7 +43,7 @@ def _before_and_after(numbers: Mapping[str, Any]) -> list[str]:
     changed = before != after
 
     def pair(key: str, form: str, factor: float = 1.0) -> str | None:
-        values = [each[key] for each in ((before, after) if changed else (before,))]
+        values = [each.get(key) for each in ((before, after) if changed else (before,))]
         return None if None in values else " → ".join(format(factor * value, form) for value in values)
 
     floor = numbers["noise_floor_percent_peak"]
@@ -52,6 +52,8 @@ def _before_and_after(numbers: Mapping[str, Any]) -> list[str]:
         ("lack of fit", pair("lack_of_fit", ".2f"), ""),
         ("rms error of R", pair("R_rms_mm", ".2f"), " mm"),
         ("bias of R", pair("R_bias_mm", "+.2f"), " mm"),
+        ("rms error of the location", pair("location_rms_mm", ".2f"), " mm"),
+        ("of the load", pair("P_rms_N", ".2f"), " N"),
         ("coverage of 90 % intervals", pair("coverage_90", ".0f", 100), " %"),
     ]
     shown = [f"{name} {values}{unit}" for name, values, unit in parts if values is not None]
