@@ -198,6 +198,26 @@ def of_load(effect: Effect) -> bytes:
         return rendered(figure, "png")
 
 
+def of_hold(effect: Effect) -> bytes:
+    """Readings of three elements while a touch is held: for effects of pads."""
+    held, shares, rest = np.linspace(0, 3, 60), (-0.2, -0.1, -0.05), len(effect.parameters) - 4
+    recording = Recording(
+        *(np.full(60, np.nan), (np.zeros(60),), np.ones(60), held, held, (np.zeros(3 + rest),)),
+        peak=np.ones(3 + rest),
+        reference_load=1.0,
+        signal=np.ones((60, 3 + rest)),
+    )
+    changed = effect.signal(recording, (*shares, *[0.0] * rest, 0.6))
+    with drawing():
+        figure, axes = canvas(2.8, 1, 1)
+        axes[0, 0].plot(held, recording.signal[:, 0], color=GREY, ls=":", label="without")
+        for e, share in enumerate(shares):
+            axes[0, 0].plot(held, changed[:, e], color=BLUE, alpha=1 - 0.3 * e, label=f"share {share:g}, time 0.6")
+        axes[0, 0].set(xlabel="time since the touch began", ylabel="reading (relative)")
+        axes[0, 0].legend()
+        return rendered(figure, "png")
+
+
 def picture(effect: Effect, scenes: dict[str, Scene]) -> bytes:
     """The picture of one effect."""
     if isinstance(effect, NoiseEffect) or effect.name == "creep":
@@ -205,7 +225,7 @@ def picture(effect: Effect, scenes: dict[str, Scene]) -> bytes:
     if type(effect).suited(PAD) is not None and type(effect).suited(scenes["layer"].setting) is None:
         contact = "hertz"
         if type(effect).suited(replace(scenes["layer"].setting, contact="hertz")) is None:
-            return of_load(effect)
+            return of_hold(effect) if effect.needs_samples else of_load(effect)
     contact = "layer" if type(effect).suited(scenes["layer"].setting) is not None else "hertz"
     if contact not in scenes:
         scenes[contact] = Scene.of(contact)

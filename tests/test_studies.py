@@ -363,7 +363,7 @@ def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     module = study("measured_diagnosis")
     found = {each.case.name: each for each in module.main(small=True, folder=tmp_path)}
     line, fluid = found["baro-line"], found["fluid-oil-1.5"]
-    assert line.diagnosis.effects[0] == "creep"
+    assert line.diagnosis.effects[0] == "creep_by_element"
     # The load runs from 1 to 8 N, and the pressure of the channel flattens long before.
     assert fluid.diagnosis.effects[0] == "load_nonlinearity"
     first, second = module.steps_percent(fluid)[:2]

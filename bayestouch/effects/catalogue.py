@@ -9,7 +9,7 @@ from bayestouch.effects.contact import BluntEdge, RigidCore, TangentialLoad
 from bayestouch.effects.effect import STAGES, Effect, Setting
 from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximity
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
-from bayestouch.effects.pad import LoadNonlinearity
+from bayestouch.effects.pad import CreepByElement, LoadNonlinearity
 from bayestouch.effects.random import BaselineDrift, GainDrift
 from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
 from bayestouch.effects.rig import LoadMisalignment, LoadOffset, ProberEccentricity
@@ -36,6 +36,7 @@ _BUILT_IN: tuple[type[Effect], ...] = (
     BaselineDrift,
     GainDrift,
     Creep,
+    CreepByElement,
     Memory,
     CommonModeNoise,
     SignalDependentNoise,

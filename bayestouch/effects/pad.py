@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import Normal
+from bayestouch.parameters import LogNormal, Normal
 from bayestouch.recording import Recording
+
+FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -49,3 +52,41 @@ class LoadNonlinearity(Effect):
         share, threshold = values
         load = recording.load - threshold
         return replace(recording, load=load / np.maximum(1 + share * load / recording.reference_load, 0.1))
+
+
+@dataclass(frozen=True)
+class CreepByElement(Effect):
+    """Readings change while the touch is held, by a share of each element's own: y (1 + share_e (1 - exp(-t/time))).
+
+    What creeps is then not the rubber over the pad but what is around each element: the gel in its housing, a bubble,
+    the bond to the board. On a finger all elements lie in one rubber, and `creep` is looked for alone.
+
+    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
+    """
+
+    parameters: tuple[EffectParameter, ...]
+
+    name: ClassVar[str] = "creep_by_element"
+    stage: ClassVar[Stage] = "readout"
+    summary: ClassVar[str] = "readings that change while the touch is held, each element's on its own"
+    mixes: ClassVar[bool] = False
+    needs_samples: ClassVar[bool] = True
+
+    @classmethod
+    def suited(cls, setting: Setting) -> Effect | None:
+        if setting.finger or setting.hold_s <= 0 or setting.n_elements < 2:
+            return None
+        prior, times = Normal(0.0, 0.2), tuple(setting.hold_s * share for share in (0.25, 1.0))
+        shares = [
+            EffectParameter(
+                f"share_e{e + 1:02d}", "", f"share that e{e + 1:02d} gains in the end", prior, (0.001,), 0.0
+            )
+            for e in range(setting.n_elements)
+        ]
+        time = EffectParameter("time", setting.time_unit, "time constant", LogNormal(times[1], 1.0), times)
+        return cls((*shares, time))
+
+    def signal(self, recording: Recording, values: Values) -> FloatArray:
+        *share, time = values
+        gained = -np.expm1(-recording.held_s / time)
+        return np.asarray(recording.signal * (1 + gained[:, None] * np.array(share)))
