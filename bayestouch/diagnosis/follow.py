@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Protocol
 
 from bayestouch.affected.fitting import Fitted
@@ -9,6 +11,7 @@ from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.result import AddedEffect, added_effects
 from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.placed import Correction
@@ -16,7 +19,7 @@ from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
-from bayestouch.effects import Effect
+from bayestouch.effects import Effect, Values
 from bayestouch.progress import Progress
 
 # Shares of the time: fits and search, then reading the held-out touches before and after.
@@ -58,16 +61,15 @@ def follow(
     rounds = search(fitted, effects, lambda share: advance(START + (SEARCHED - START) * share))
     advance(SEARCHED)
     last = rounds[-1]
-    added = in_order(rounds, last.before)
+    final, spreads = settled_drifts(last.before)
+    added = in_order(rounds, final, spreads)
     before = stand(fitted, (), None)
     advance(READ)
-    explained = stand(last.before, added, None) if added else before
-    remaining = Remaining(
-        before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(last.before, explained.held_out)
-    )
+    explained = stand(final, added, None) if added else before
+    remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explained.held_out))
     corrected = None
     if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
-        new = corrected_fit(last.before)
+        new = corrected_fit(final)
         if new is not None:
             corrected = stand(new[0], added, new[1])
     advance(1.0)
@@ -84,11 +86,14 @@ def follow(
     )
 
 
-def in_order(rounds: tuple[Round, ...], fitted: Fitted) -> tuple[AddedEffect, ...]:
-    """Effects of the last model, in the order in which they were added."""
+def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Values]) -> tuple[AddedEffect, ...]:
+    """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
     noise = tuple((each.noise.effect, each.noise.values, each.noise.sd) for each in chosen if each.noise is not None)
-    by_name = {each.effect.name: each for each in added_effects(fitted, noise)}
+    by_name = {
+        each.effect.name: replace(each, sd=spreads.get(each.effect.name, each.sd))
+        for each in added_effects(fitted, noise)
+    }
     return tuple(by_name[each.effect.name] for each in chosen if each.effect.name in by_name)
 
 

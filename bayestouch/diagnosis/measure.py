@@ -67,8 +67,8 @@ def _undecided(each: Round) -> tuple[Tried, Tried] | None:
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.alike]
         return (each.added, others[0]) if others and each.added.fitted is not None else None
-    # What explains little of the residual is no explanation that more touches could confirm.
-    near = [tried for tried in refitted if tried.gain > 0 and tried.share >= SHARE]
+    # What is sure and yet explains little is no explanation that more touches could confirm.
+    near = [tried for tried in refitted if 0 < tried.gain < ERRORS * tried.gain_se and tried.share >= SHARE]
     return (near[0], near[1]) if len(near) > 1 else None
 
 

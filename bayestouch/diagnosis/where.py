@@ -113,6 +113,6 @@ def where_it_is(held: HeldOut | None) -> str:
     parts = []
     for view in found[:NAMED]:
         named = view.outstanding()
-        if view.contrast > STANDS_OUT and named:
+        if view.contrast > max(STANDS_OUT, found[0].contrast / 2) and named:
             parts.append(f"{view.name} {few(named, 4)}" if view.ends is not None else f"elements {few(named, 6)}")
     return "most at " + "; ".join(parts) if parts else "spread evenly over elements, locations, loads, radii and time"
