@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import shutil
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -19,6 +20,9 @@ from typing import IO, Any
 import numpy as np
 
 from bayestouch.errors import InputError
+
+#: How long a lock is waited for, seconds.
+PATIENCE = 2.0
 
 _RUN, _FINISHED, _LOCK = "run.json", "finished.txt", "lock"
 
@@ -137,13 +141,20 @@ def _sync(stream: IO[str]) -> None:
 
 
 def _locked(stream: IO[str]) -> bool:
-    """Whether the lock is ours; it goes with the process. Where there are no locks, it always is."""
+    """Whether the lock is ours; it goes with the process. Where there are no locks, it always is.
+
+    Processes that a killed run had forked hold its lock until they see that it is gone: they are waited for.
+    """
     try:
         import fcntl
     except ImportError:
         return True
-    try:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return True
+        except OSError:
+            if time.monotonic() > until:
+                return False
+            time.sleep(0.02)
