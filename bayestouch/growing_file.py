@@ -70,6 +70,7 @@ class GrowingFile:
         import h5netcdf
         import h5py  # type: ignore[import-untyped, unused-ignore]
 
+        _check_room(path, groups, n_touches)
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
         # Room for the numbers is made now, not when they come: later nothing but numbers changes.
         properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
@@ -124,6 +125,20 @@ class GrowingFile:
         with self.path.open("r+b", buffering=0) as stream:
             stream.write(start)
             os.fsync(stream.fileno())
+
+
+def _check_room(path: Path, groups: Mapping[str, xr.Dataset], n_touches: int) -> None:
+    """Raise `OSError` where the numbers of so many touches have no room, before hours of work and in one line."""
+    size = sum(
+        variable.nbytes // max(1, dataset.sizes["touch"]) * n_touches
+        for dataset in groups.values()
+        for variable in dataset.variables.values()
+        if "touch" in variable.dims
+    )
+    with path.open("wb") as stream:
+        if hasattr(os, "posix_fallocate") and size:
+            os.posix_fallocate(stream.fileno(), 0, size)
+    path.unlink()
 
 
 def _create(group: Any, name: str, variable: xr.Variable, properties: Any, text: Any) -> None:

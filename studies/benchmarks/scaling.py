@@ -1,7 +1,7 @@
 """Time and memory of `bayestouch infer` on 10³ ... 10⁶ touches: both beside what a linear cost would be.
 
 Each table of single samples is written as Parquet and read by the command in a process of its own, whose processor
-time and peak memory the system tells. Every eighth of 512 weighted draws is kept, with a summary of all.
+time (of all its processes) and peak memory (of the largest) the system tells. Summaries of 512 weighted draws are kept.
 
     python studies/benchmarks/scaling.py [--largest 1000000] [--method importance|emcee] [--draws 512] [--folder DIR]
 """
@@ -25,7 +25,6 @@ from bayestouch.simulation import FingerDesign
 from bayestouch.touch_table import write_touches
 from bayestouch.touches import touches_from
 
-THIN = 8
 # A table so small that what it costs is starting the program, solving contacts and opening files.
 SMALLEST = 64
 PART = 20_000
@@ -82,7 +81,7 @@ def run(folder: Path, calibration: Path, n: int, method: str, draws: int) -> Cos
     output = folder / "posterior.nc"
     command = [sys.executable, "-m", "bayestouch", "infer", str(folder / f"{n}.parquet"), "--quiet"]
     command += ["--calibration", str(calibration), "-o", str(output)]
-    command += ["--method", method, "--draws", str(draws), "--thin", str(THIN)]
+    command += ["--method", method, "--draws", str(draws), "--summary-only"]
     begun = time.perf_counter()
     process = subprocess.Popen(command)
     _, status, usage = os.wait4(process.pid, 0)
@@ -105,17 +104,20 @@ def main(
         place = Path(temporary)
         calibration_path, calibration = calibrated(place)
         costs = []
-        print(f"{method}, {draws} draws a touch, every {THIN}th kept, {os.cpu_count()} cores")
-        print(f"{'touches':>9s} {'s':>8s} {'s of processor':>15s} {'ms a touch':>11s} {'peak MB':>8s} {'file MB':>8s}")
+        print(f"{method}, {draws} draws a touch, summaries kept, {os.cpu_count()} cores")
+        print(
+            f"{'touches':>9s} {'s':>8s} {'s of processor':>15s} {'ms a touch':>11s} {'peak MB':>8s} {'table MB':>9s} {'file MB':>8s}"
+        )
         for n in (SMALLEST, *sizes):
             write_table(place / f"{n}.parquet", calibration, n)
             cost = run(place, calibration_path, n, method, draws)
+            table = (place / f"{n}.parquet").stat().st_size
             (place / f"{n}.parquet").unlink()
             costs.append(cost)
             each = (cost.processor - costs[0].processor) / n
             print(
                 f"{n:9d} {cost.seconds:8.1f} {cost.processor:15.1f} {1e3 * each:11.3f} "
-                f"{cost.memory / 1e6:8.0f} {cost.file / 1e6:8.1f}",
+                f"{cost.memory / 1e6:8.0f} {table / 1e6:9.1f} {cost.file / 1e6:8.1f}",
                 flush=True,
             )
     start, (before, last) = costs[0], costs[-2:]
@@ -125,13 +127,9 @@ def main(
         "time": float(np.log((last.processor - start.processor) / (before.processor - start.processor)) / ratio),
         "memory": float(np.log(last.memory / before.memory) / ratio),
         "bytes": (last.memory - before.memory) / (last.touches - before.touches),
-        "bytes of draws": 8.0 * 4 * draws,
     }
     print(f"from {before.touches} to {last.touches} touches: processor time grows with exponent {results['time']:.3f}")
-    print(
-        f"peak memory by {results['bytes']:.0f} bytes a touch, which are the table's; "
-        f"the draws of a touch are {results['bytes of draws']:.0f}"
-    )
+    print(f"peak memory with exponent {results['memory']:.3f}: {results['bytes']:.0f} bytes a touch")
     return results
 
 

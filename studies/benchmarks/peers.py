@@ -1,0 +1,124 @@
+"""Peers on the same posteriors, side by side: NumPyro's NUTS (vmapped), whitened HMC in JAX, and what bayestouch does.
+
+Posteriors are those of `many_touches.py` with the calibration plugged in, the likelihood in all of them the same table.
+The peers start from the same Laplace fits and draw in coordinates whitened by them. They live in an environment of
+their own, which the first run makes (`peers-requirements.txt`); compiling is not counted. What is compared is the time
+for an effective sample size of 400 of each parameter: that of the median touch, and of the worst in a hundred.
+
+    python studies/benchmarks/peers.py [touches] [--environment DIR]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).parent))
+import many_touches
+
+from bayestouch.inference.finger_draws import DrawTask, draw_all
+from bayestouch.inference.finger_modes import find_modes
+from bayestouch.inference.finger_reader import FingerPosterior, TouchReadings, noise_whitener
+from bayestouch.sampling.diagnostics import ess_bulk
+
+HERE = Path(__file__).parent
+
+
+def environment(folder: Path) -> Path:
+    """Python of the peers' environment, made where it is not there."""
+    python = folder / "bin" / "python"
+    if not python.exists():
+        subprocess.run([sys.executable, "-m", "venv", str(folder)], check=True)
+        requirements = str(HERE / "peers-requirements.txt")
+        subprocess.run([str(python), "-m", "pip", "install", "--quiet", "-r", requirements], check=True)
+    return python
+
+
+def written(task: DrawTask, touches: TouchReadings, path: Path) -> None:
+    """Write the posteriors with their Laplace fits."""
+    posterior = FingerPosterior(task.chain, touches, task.priors, noise_whitener(task.noise, touches), task.table)
+    mode, hessian = find_modes(posterior)
+    table = task.table
+    grid = (table.kappa_scale, table.kappa_first, table.kappa_step, table.angle_first, table.angle_step)
+    np.savez(
+        path,
+        rows=table.rows,
+        grid=(*grid, task.chain.shear_modulus_MPa, task.chain.outer_radius_mm),
+        shape=table.shape,
+        support=(*task.priors.location.support, task.priors.load.support[1]),
+        readings=touches.readings,
+        precision=posterior.whitener,
+        load=touches.load,
+        load_sd=touches.load_sd,
+        mode=mode,
+        root=np.linalg.cholesky(np.linalg.inv(hessian)),
+    )
+
+
+def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[str, float]:
+    """Print the table; returns processor seconds for 4,800 touches by method. The peers draw the first n."""
+    task, every = many_touches.design(whole)
+    task, touches = replace(task, reading_covariance=None), every.select(np.arange(n))
+    draw_all(task, touches.select(np.arange(8)))  # imports emcee
+    rows = []
+    with tempfile.TemporaryDirectory() as temporary:
+        given, drawn = Path(temporary) / "posteriors.npz", Path(temporary) / "draws.npz"
+        written(task, touches, given)
+        python = environment(folder or Path(tempfile.gettempdir()) / "bayestouch-peers")
+        command = [str(python), str(HERE / "peers_jax.py"), str(given), str(drawn)]
+        clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        told = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=clean).stdout
+        for name, title in (("nuts", "NumPyro NUTS, vmapped"), ("hmc", "whitened HMC in JAX")):
+            spent = json.loads(told)[name]
+            with np.load(drawn) as draws:
+                z = draws[name]
+            rows.append((title, spent["seconds"], spent["processor"], worst(z), z.shape[0] * z.shape[1], n))
+    runs = {
+        "emcee in lockstep": task,
+        "importance": replace(task, method="importance", draws=many_touches.IMPORTANCE_DRAWS),
+    }
+    for title, run in runs.items():
+        begun, used = time.perf_counter(), sum(os.times()[:4])
+        result = draw_all(run, every)
+        spent = time.perf_counter() - begun, sum(os.times()[:4]) - used
+        rows.append((title, *spent, result["ess_bulk"], run.draws, whole))
+    plain = many_touches.plain_emcee(task, touches)
+    print(f"peers on {n} touches, ours on {whole}, calibration plugged in; seconds of processor for 4,800 at ESS 400")
+    titles = f"{'s here':>8s} {'s of proc.':>10s} {'draws':>6s} {'ESS 1 %':>8s} {'median':>7s} {'4,800, median':>14s}"
+    print(f"  {'':24s} {titles} {'1 %':>8s}")
+    found = {"plain emcee": plain * 4800}
+    for title, wall, used, ess, draws, touched in rows:
+        low, middle = np.quantile(ess, [0.01, 0.5])
+        # more draws take longer in proportion; fewer are not counted as cheaper than they were
+        each = used / touched * 4800
+        found[title] = each * max(1.0, 400 / middle)
+        print(
+            f"  {title:24s} {wall:8.2f} {used:10.2f} {draws:6d} {low:8.0f} {middle:7.0f} "
+            f"{found[title]:14.1f} {each * max(1.0, 400 / low):8.1f}"
+        )
+    print(f"  {'plain emcee (mean touch)':24s} {'':8s} {'':10s} {'':6s} {'':8s} {'':7s} {plain * 4800:14.1f}")
+    return found
+
+
+def worst(draws: np.ndarray) -> np.ndarray:
+    """Bulk ESS of each touch's worst parameter from draws (chain, draw, touch, parameter)."""
+    return np.min([ess_bulk(draws[..., k]) for k in range(draws.shape[-1])], axis=0)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("touches", type=int, nargs="?", default=480)
+    parser.add_argument("--environment", type=Path, default=None, help="folder of the peers' environment")
+    chosen = parser.parse_args()
+    main(chosen.touches, chosen.environment)
