@@ -17,6 +17,7 @@ cot(x/2)``; what is left of it is smooth.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +27,9 @@ from bayestouch.body.annulus import surface_displacement_response
 from bayestouch.contact.chebyshev import pressure_shapes, shape_transforms
 
 FloatArray = NDArray[np.float64]
+
+# Numbers of which tables that serve many bodies are kept.
+LARGEST_KEPT = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,26 +92,14 @@ class SurfaceCompliance:
         -------
         (n, n_t, terms) array, mm
         """
-        beta = np.asarray(half_angle, dtype=float)[:, np.newaxis, np.newaxis]
-        place = np.asarray(t, dtype=float)
-        phi = np.arccos(np.clip(place, -1, 1))[:, np.newaxis]
-        order = 2 * np.arange(terms) + 1
-        line = 2 / beta * np.cos(order * phi)
-        # Gauss-Chebyshev rule of the second kind: the cotangent less 1/x is analytic up to |x| = 2π.
-        parts = terms + 24
-        nodes = np.arange(1, parts) * np.pi / parts
-        weights = pressure_shapes(np.cos(nodes), terms) * (np.sin(nodes) * np.pi / parts)[:, np.newaxis]
-        round_part = _cotangent_remainder(beta * (place[:, np.newaxis] - np.cos(nodes))) @ weights
-        # 2 ∫_0^t √(1-t²) U_2m, and the -x/2 of (π sign x - x)/2, to which only the load (shape 0)
-        # contributes.
-        even = 2 * np.arange(1, terms)
-        primitive = np.sin((order + 1) * phi) / (order + 1)
-        primitive[:, 1:] -= np.sin(even * phi) / even
-        primitive[:, :1] += np.pi / 2 - phi
-        step = np.broadcast_to(primitive, line.shape).copy()
-        step[..., 0] -= beta[..., 0] * place / 2
-        closed_form = self.half_plane_mm * (line + round_part) + self.curvature_mm * step
-        return np.asarray(closed_form + self._remainder(beta, place, terms))
+        beta, place = (np.ascontiguousarray(values, dtype=float) for values in (half_angle, t))
+        modes = self.remainder_mm.size
+        # Fits solve body after body on the same grid, and these are the same for all of them.
+        small = beta.size * max(place.size, terms) * modes < LARGEST_KEPT
+        parts = _kept_slope_parts if small else _slope_parts
+        half_plane, curvature, waves, shapes = parts(beta.tobytes(), place.tobytes(), terms, modes)
+        closed_form = self.half_plane_mm * half_plane + self.curvature_mm * curvature
+        return np.asarray(closed_form + waves @ (self.remainder_mm[:, np.newaxis] * shapes))
 
     def wedge_slope(self, half_angle: ArrayLike, t: ArrayLike) -> FloatArray:
         """Slope under the wedge pressure ``arccosh(1/|t|)/π`` (load 1), less its half-plane part.
@@ -131,12 +123,6 @@ class SurfaceCompliance:
         rest = (waves @ (self.remainder_mm * spectrum)[..., np.newaxis])[..., 0]
         return np.asarray(self.half_plane_mm * round_part + self.curvature_mm * step + rest)
 
-    def _remainder(self, beta: FloatArray, place: FloatArray, terms: int) -> FloatArray:
-        modes = np.arange(1, self.remainder_mm.size + 1)
-        waves = np.sin(modes * (beta * place[:, np.newaxis]))
-        weighted = self.remainder_mm[:, np.newaxis] * shape_transforms(modes * beta[..., 0], terms)
-        return np.asarray(waves @ weighted)
-
 
 def wedge_transform(z: ArrayLike) -> FloatArray:
     """Fourier transform ``∫_0^1 J_0(zb) db`` of the wedge pressure ``arccosh(1/|t|)/π``; 1 at ``z = 0``."""
@@ -149,3 +135,33 @@ def _cotangent_remainder(x: FloatArray) -> FloatArray:
     """``½ cot(x/2) - 1/x``, analytic at zero."""
     safe = np.where(np.abs(x) < 1e-2, 1.0, x)
     return np.asarray(np.where(np.abs(x) < 1e-2, -x / 12 - x**3 / 720, 0.5 / np.tan(safe / 2) - 1 / safe))
+
+
+def _slope_parts(
+    half_angle: bytes, t: bytes, terms: int, n_modes: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """What slopes are made of, whatever the body: the sums that go with A and with B, waves and shapes of the modes."""
+    beta = np.frombuffer(half_angle)[:, np.newaxis, np.newaxis]
+    place = np.frombuffer(t)
+    phi = np.arccos(np.clip(place, -1, 1))[:, np.newaxis]
+    order = 2 * np.arange(terms) + 1
+    line = 2 / beta * np.cos(order * phi)
+    # Gauss-Chebyshev rule of the second kind: the cotangent less 1/x is analytic up to |x| = 2π.
+    parts = terms + 24
+    nodes = np.arange(1, parts) * np.pi / parts
+    weights = pressure_shapes(np.cos(nodes), terms) * (np.sin(nodes) * np.pi / parts)[:, np.newaxis]
+    round_part = _cotangent_remainder(beta * (place[:, np.newaxis] - np.cos(nodes))) @ weights
+    # 2 ∫_0^t √(1-t²) U_2m, and the -x/2 of (π sign x - x)/2, to which only the load (shape 0)
+    # contributes.
+    even = 2 * np.arange(1, terms)
+    primitive = np.sin((order + 1) * phi) / (order + 1)
+    primitive[:, 1:] -= np.sin(even * phi) / even
+    primitive[:, :1] += np.pi / 2 - phi
+    step = np.broadcast_to(primitive, line.shape).copy()
+    step[..., 0] -= beta[..., 0] * place / 2
+    modes = np.arange(1, n_modes + 1)
+    waves = np.sin(modes * (beta * place[:, np.newaxis]))
+    return line + round_part, step, waves, shape_transforms(modes * beta[..., 0], terms)
+
+
+_kept_slope_parts = lru_cache(maxsize=2)(_slope_parts)
