@@ -107,10 +107,11 @@ def _sentences(numbers: dict[str, Any], first: Calibration, second: Calibration)
     for row in numbers["quantities"] or ():
         if row["quantity"].endswith("error, rms") and row["first"] and row["second"]:
             change = 100 * (row["second"] / row["first"] - 1)
-            out.append(
-                f"The {row['quantity'].removesuffix(', rms')} is {number(row['first'], 2)} {row['unit']} rms on the first "
-                f"and {number(row['second'], 2)} {row['unit']} on the second ({change:+.0f} %).".replace("-", "−")
+            name, unit = row["quantity"].removesuffix(", rms"), row["unit"]
+            both = (
+                f"{number(row['first'], 2)} {unit} rms on the first and {number(row['second'], 2)} {unit} on the second"
             )
+            out.append(f"The {name} is {both} ({change:+.0f} %).".replace("-", "−"))
     if first.sensor.n_elements != second.sensor.n_elements:
         out.append("The two have different numbers of elements, so elements are not compared.")
     rows = [row for row in numbers["parameters"] if row["difference_in_sd"] == row["difference_in_sd"]]  # no NaN
