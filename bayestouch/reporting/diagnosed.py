@@ -41,7 +41,8 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
     from bayestouch.diagnosis.pictures import all_pictures
 
     if not isinstance(dataset.sensor.body, Finger):
-        return Diagnosed({"missing": "Effects are searched for on fingers; a pad has its empirical map instead."})
+        where = "bayestouch diagnose searches for effects of a pad, and a report takes its folder (--diagnosis)."
+        return Diagnosed({"missing": where})
     try:
         diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
     except InputError as error:
