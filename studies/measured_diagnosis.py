@@ -53,8 +53,8 @@ class Case:
 CASES = (
     Case("baro-line", "baro-line", "layer-line"),
     Case("baro-line, one rest reading", "baro-line", "layer-line", one_rest_reading),
-    Case("array8-soft", "array8-soft", "layer"),
     Case("fluid-oil-1.5", "fluid-oil-1.5", "gaussian"),
+    Case("array8-soft", "array8-soft", "layer"),
 )
 
 

@@ -73,6 +73,6 @@ def _load_error(table: Touches, calibration: Calibration, held: HeldOut, index: 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
     if KEY in calibration.settings:
         listed = EffectList.from_text(str(calibration.settings[KEY]))
-        if any(effect.name == "memory" or effect.needs_samples for effect in listed.plain):
-            return data.table.select(data.training | data.held_out)
+        if any(effect.needs_samples for effect in listed.plain):
+            return data.table
     return data.table.select(data.held_out)
