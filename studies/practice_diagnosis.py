@@ -70,7 +70,7 @@ def print_finger(name: str, diagnosis: dict[str, Any], truth: dict[str, float], 
     effects = [
         each["name"]
         + " ("
-        + ", ".join(f"{k} {v['mean']:.4g} ± {v['sd']:.2g}" for k, v in each["parameters"].items())
+        + ", ".join(f"{k} {v['mean']:.4g} ± {v['sd'] or 0:.2g}" for k, v in each["parameters"].items())
         + ")"
         for each in diagnosis["effects"]
     ]
