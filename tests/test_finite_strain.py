@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,9 @@ from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
+from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.noise import Noise
 
 ANGLES = np.radians((np.arange(16) - 7.5) * 8.8)
 
@@ -113,6 +117,26 @@ def test_jacobian_has_finite_strain_in_it() -> None:
     assert found == pytest.approx((up - down) / 1e-2, abs=0.1 * np.abs(found).max())
     linear = calibration_jacobian(finger(), *touch)[4]
     assert np.abs(found - linear).max() > 0.1 * np.abs(linear).max()
+
+
+def test_touches_are_read_by_the_table_with_finite_strain_on_top() -> None:
+    """Lookup and chain give the same residuals, in noise standard deviations."""
+    chain = finger(1.0)
+    radius, angle, load = touches(30)
+    noise = Noise(np.full(16, 2.0), np.zeros(16))
+    nan = np.full(30, np.nan)
+    read = TouchReadings(chain.predict(radius, angle, load), np.ones((30, 16), dtype=np.int64), nan, nan)
+    priors = IndenterPriors.of(chain, 200.0)
+    table = ReadingTable.of(chain, *priors.location.support)
+    posterior = FingerPosterior(chain, read, priors, noise_whitener(noise, read), table)
+    rng = np.random.default_rng(1)
+    where = np.stack([rng.normal(0, 1, (30, 4)), rng.normal(0, 0.3, (30, 4)), rng.uniform(100, 300, (30, 4))], axis=-1)
+    by_table = posterior.residual(where, np.arange(30))
+    exact = replace(posterior, table=None).residual(where, np.arange(30))
+    # readings reach 300: seven digits of float32 and 3e-4 of the table's interpolation
+    assert by_table == pytest.approx(exact, abs=0.05)
+    linear = replace(posterior, chain=finger(), table=None).residual(where, np.arange(30))
+    assert np.abs(linear - exact).max() > 1
 
 
 def setting(**changes: object) -> Setting:
