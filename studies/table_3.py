@@ -23,13 +23,8 @@ from bayestouch.simplex import fit_touch
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {
     "hertz": "the modulus is that of both Hertz columns together; what single tips leave over is in published.md",
-<<<<<<< HEAD
     "frictionless": "our ellipse has the layer's width and reads nearly without bias; a Hertz pressure squeezed by a "
     "fixed width, as inferred in table_3_residual.py, explains the paper's bias at both ends",
-=======
-    "frictionless": "our ellipse has the layer's width and load, so that it reads nearly without bias; the paper's "
-    "squeezes every contact by about 0.33 mm, which biases both ends (table_3_residual.py)",
->>>>>>> 8f55474 (Finite strain is documented, read through the lookup table under test; the squeeze is the reason in the comparison)
 }
 WHY_TIME = "one simplex fit in Python, machine of today; measured anew at each run"
 #: An estimate counts as unbiased within this share of the tip's radius.
