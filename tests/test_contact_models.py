@@ -1,7 +1,5 @@
 """Contact models side by side: the factory, the paper's approximation, tabulated spectra."""
 
-import time
-
 import numpy as np
 import pytest
 
@@ -86,21 +84,3 @@ def test_tabulated_is_a_model_for_its_modes(layer):
         table.spectrum(layer.kappas[-1] * 1.01)
     with pytest.raises(InputError):
         layer.tabulated([])
-
-
-def fastest(call, repeats=20):
-    """Least wall time in seconds, which a busy machine disturbs least."""
-    times = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - start)
-    return min(times)
-
-
-def test_speed(layer):
-    """Cheap enough for an optimiser: a body's table in 50 ms, 120 contacts x 151 modes from it in 3 ms."""
-    table = layer.tabulated(MODES)
-    table.spectrum(KAPPA)
-    assert fastest(lambda: LayerContact.for_body(*FINGER, 0.46), 5) < 0.050
-    assert fastest(lambda: table.spectrum(KAPPA)) < 0.003
