@@ -52,7 +52,7 @@ def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_contact_benchmark() -> None:
-    """A table spares the contact's solution: 27 times cheaper where it was measured, by far more than timing can blur."""
+    """A table spares the contact's solution: 27 times cheaper where it was measured."""
     seconds = study("benchmarks/contact").main()
     assert seconds["layer, from its table"] < seconds["layer, from solutions at hand"] / 4
 

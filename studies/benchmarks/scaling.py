@@ -105,9 +105,16 @@ def main(
         calibration_path, calibration = calibrated(place)
         costs = []
         print(f"{method}, {draws} draws a touch, summaries kept, {os.cpu_count()} cores")
-        print(
-            f"{'touches':>9s} {'s':>8s} {'s of processor':>15s} {'ms a touch':>11s} {'peak MB':>8s} {'table MB':>9s} {'file MB':>8s}"
-        )
+        heads = {
+            "touches": 9,
+            "s": 8,
+            "s of processor": 15,
+            "ms a touch": 11,
+            "peak MB": 8,
+            "table MB": 9,
+            "file MB": 8,
+        }
+        print(" ".join(f"{head:>{width}s}" for head, width in heads.items()))
         for n in (SMALLEST, *sizes):
             write_table(place / f"{n}.parquet", calibration, n)
             cost = run(place, calibration_path, n, method, draws)
