@@ -14,7 +14,6 @@ import pytest
 from test_report import FINGER, small
 
 import bayestouch
-from bayestouch import simulation
 from bayestouch.cli import main
 from bayestouch.simulation import FingerDesign
 
@@ -75,7 +74,7 @@ def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.
     monkeypatch.chdir(tmp_path)
     matplotlib.use("Agg")
     # The same calls on fewer touches and elements: a page takes seconds, not minutes.
-    monkeypatch.setattr(simulation, "FingerDesign", lambda **changes: FingerDesign(**{**SMALL, **changes}))
+    monkeypatch.setattr(FingerDesign.__init__, "__defaults__", tuple(SMALL.values()))
     names: dict[str, Any] = {"touches": bayestouch.load_dataset("my-finger").touches}
     for language, text in found:
         if language == "toml":
