@@ -26,8 +26,8 @@ class NoiseCandidate:
     ----------
     effect : NoiseEffect
         The effect.
-    values, sd : tuple of float
-        Most probable values, and their standard deviations.
+    values : tuple of float
+        Most probable values.
     z : float
         Normal score of its likelihood ratio.
     difference : (t,) array
@@ -36,7 +36,6 @@ class NoiseCandidate:
 
     effect: NoiseEffect
     values: Values
-    sd: Values
     z: float
     difference: FloatArray
 
@@ -118,20 +117,19 @@ def _score(scatter: Scatter, effect: NoiseEffect, n_touches: int) -> NoiseCandid
     gain = np.zeros(n_touches)
     for half in (0, 1):
         fit_to, judge = scatter.half != half, scatter.half == half
-        values, _ = _maximum(effect, lambda v, rows=fit_to: float(log_density(v)[rows].sum()))  # type: ignore[misc]
+        values, _ = maximum(effect, lambda v, rows=fit_to: float(log_density(v)[rows].sum()))  # type: ignore[misc]
         np.add.at(gain, scatter.touch[judge], (log_density(values) - at_null)[judge])
-    values, best = _maximum(effect, lambda v: float(log_density(v).sum()))
+    values, best = maximum(effect, lambda v: float(log_density(v).sum()))
     ratio = 2 * (best - float(at_null.sum()))
     return NoiseCandidate(
         effect=effect,
         values=values,
-        sd=_spread(effect, values, lambda v: float(log_density(v).sum())),
         z=normal_score(max(ratio, 0.0), len(effect.parameters)),
         difference=gain,
     )
 
 
-def _maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:
+def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:
     """Values of the highest likelihood, from the best of the probes."""
     from scipy.optimize import minimize
 
@@ -154,19 +152,3 @@ def _maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> 
     found = minimize(cost, inward.tolist(), method="Nelder-Mead", options=options)
     values = outward(np.asarray(found.x))
     return values, log_likelihood(values)
-
-
-def _spread(effect: NoiseEffect, values: Values, log_likelihood: Callable[[Values], float]) -> Values:
-    """Standard deviations from the curvature along each value."""
-    out = []
-    for i, value in enumerate(values):
-        step = 0.05 * abs(value) + 1e-6
-
-        def at(shift: float, i: int = i) -> float:
-            return log_likelihood(tuple(v + shift * (k == i) for k, v in enumerate(values)))
-
-        low, high = effect.parameters[i].prior.support
-        step = min(step, 0.5 * (value - low) if np.isfinite(low) else step, high - value if np.isfinite(high) else step)
-        bend = (2 * at(0.0) - at(step) - at(-step)) / step**2 if step > 0 else 0.0
-        out.append(float(1 / np.sqrt(bend)) if bend > 0 else float("nan"))
-    return tuple(out)

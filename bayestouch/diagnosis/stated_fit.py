@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from bayestouch.affected.described import named_effects
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
@@ -12,10 +13,12 @@ from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects
 from bayestouch.diagnosis.correction import corrected_fit, table_of
 from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.noise_fit import with_noise
+from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.noise_search import NoiseCandidate, score_noise
 from bayestouch.diagnosis.search import settled
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.progress import Progress
@@ -37,12 +40,14 @@ def calibrate_with_effects(
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, model.contact)
     setting = data.setting(model.contact, fitted.model.reference_load)
     effects = named_effects([name for name, _ in model.effects], setting)
-    noise: list[NoiseCandidate] = []
+    noise: list[tuple[NoiseEffect, Values, Values]] = []
     for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
         advance((i + 1) / (len(effects) + 2))
-        fitted, found = _with_effect(fitted, effect, start)
-        noise += [] if found is None else [found]
-    added = added_effects(fitted, tuple((each.effect, each.values, each.sd) for each in noise))
+        before = fitted
+        fitted, found = _with_effect(before, effect, start)
+        noise += [] if found is None else [(found.effect, found.values, jackknife(before, found.effect))]
+    fitted, spreads = settled_drifts(fitted)
+    added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, tuple(noise))]
     order = [effect.name for effect in effects]
     added.sort(key=lambda each: order.index(each.effect.name))
     extra, notes = None, data.notes

@@ -15,6 +15,9 @@ from bayestouch.reporting.pictures import Picture, canvas, drawing, rendered
 
 FloatArray = NDArray[np.float64]
 
+# Where an effect within touches lowers the mean square of the touches' means by so much, these show it.
+IN_MEANS = 1.1
+
 
 def effect_pictures(traced: Traced) -> Iterator[Picture]:
     """A figure for each effect that was added, then one for the correction."""
@@ -25,7 +28,8 @@ def effect_pictures(traced: Traced) -> Iterator[Picture]:
         if name not in {kept.effect.name for kept in traced.added}:
             summary += " (taken out again later)"
         before, after = steps[number - 1], steps[number]
-        if each.added.noise is not None or each.added.effect.needs_samples:
+        in_means = before.lack_of_fit > IN_MEANS * after.lack_of_fit
+        if each.added.noise is not None or (each.added.effect.needs_samples and not in_means):
             yield scatter_picture(number, each, traced.rounds[number])
             continue
         yield three_maps(
