@@ -20,6 +20,7 @@ import subprocess
 import sys
 import tempfile
 import time
+import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -106,7 +107,10 @@ class Run:
                 if room is not None:
                     resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
                 status = cli.main(command)
+            except BaseException:
+                traceback.print_exc()
             finally:
+                sys.stderr.flush()
                 os._exit(status)
 
     def ended(self) -> bool:

@@ -387,3 +387,28 @@ def test_table_3_diagnosis() -> None:
     assert abs(share["mean"] - 1) < 4 * share["sd"]
     before, after = (found.diagnosis.numbers[stand]["R_bias_mm"] for stand in ("before", "after"))
     assert abs(after) < 0.5 * abs(before)
+
+
+def test_interruptions() -> None:
+    """Killed by a signal and with the disk full, a run loses nothing and ends with the same bytes."""
+    found = study("interruptions").main(1, 0)
+    assert found["SIGKILL"].injected == found["SIGTERM"].injected == found["disk full"].injected == 1
+    assert all(tally.lost == 0 for tally in found.values())
+
+
+@pytest.mark.slow
+def test_scaling() -> None:
+    """The table is printed; what a touch costs does not grow from a thousand to two."""
+    found = study("benchmarks/scaling").main((1000, 2000))
+    # two runs of a second on a machine that does other things: a wide net for what is quadratic
+    assert found["time"] < 1.6
+    assert found["memory"] < 0.3
+
+
+@pytest.mark.slow
+def test_cluster() -> None:
+    """Blocks are read by one worker and by two, and a block's overhead is small beside a second."""
+    pytest.importorskip("distributed", reason="distributed is not installed")
+    found = study("benchmarks/cluster").main(512, 1, (128, 256))
+    assert found["overhead"] < 1.0
+    assert found["speed-up"] > 0.3

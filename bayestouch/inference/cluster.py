@@ -72,8 +72,9 @@ def _read(
     try:
         client.wait_for_workers(1, timeout=patience)
         there = client.scatter(reader, broadcast=True, hash=False)
-    except (OSError, TimeoutError) as error:
-        raise _Lost(f"no worker within {patience:.0f} s") from error
+    except Exception as error:
+        # A scheduler whose worker dies in the middle of this raises whatever it stumbles over.
+        raise _Lost(f"no worker takes it within {patience:.0f} s ({type(error).__name__})") from error
     versions = versions_here()
     futures: dict[Any, int] = {}
 

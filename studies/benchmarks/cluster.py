@@ -1,0 +1,102 @@
+"""Speed-up of a local Dask cluster of two workers over one, and what a block costs beyond its work.
+
+The same touches are read in blocks of several sizes by one worker and by two, and by this process alone. Overhead of
+a block: what a cluster of one worker takes longer than this process, by the number of blocks (transport, scheduling,
+writing). Times are the shortest of so many runs.
+
+    python studies/benchmarks/cluster.py [touches] [--repeats 2]
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import numpy as np
+
+import bayestouch
+from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.inference import run as run_module
+from bayestouch.simulation import FingerDesign
+from bayestouch.touches import Touches, touches_from
+
+DRAWS = 512
+SIZES = (128, 512, 2048)
+#: Share of its time that a block may spend on anything but its touches.
+OVERHEAD = 0.05
+
+
+def prepared(n: int) -> tuple[Touches, bayestouch.Calibration]:
+    """Single samples of n touches on a calibrated simulated finger."""
+    calibration = bayestouch.calibrate(bayestouch.simulate(FingerDesign(), seed=3).dataset, draws=200)
+    chain, rng = finger_chain(calibration), np.random.default_rng(1)
+    load = float(calibration.settings["typical_load"]) * rng.uniform(0.5, 1.5, n)
+    readings = chain.predict(rng.uniform(0.3, 12.6, n), np.radians(rng.uniform(-60, 60, n)), load)
+    readings += calibration.noise.tactile_sd * rng.standard_normal(readings.shape)
+    return touches_from(np.arange(n), readings, load=load), calibration
+
+
+def seconds(touches: Touches, calibration: bayestouch.Calibration, scheduler: str | None, repeats: int) -> float:
+    """Shortest time of a run that keeps summaries."""
+    best = np.inf
+    for _ in range(repeats):
+        begun = time.perf_counter()
+        options = {"draws": DRAWS, "method": "importance", "summary_only": True, "workers": 1, "seed": 1}
+        bayestouch.infer(touches, calibration, scheduler=scheduler, **options)
+        best = min(best, time.perf_counter() - begun)
+    return best
+
+
+def main(n: int = 8192, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dict[str, float]:
+    """Print the table; returns speed-up, overhead of a block (s) and time of a touch (s)."""
+    import distributed
+
+    touches, calibration = prepared(n)
+    rows = []
+    usual = run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT
+    try:
+        for size in sizes:
+            run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = 1, size
+            times = [seconds(touches, calibration, None, repeats)]
+            for workers in (1, 2):
+                with distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address=None
+                ) as cluster:
+                    seconds(touches.select(np.arange(2 * size)), calibration, cluster.scheduler_address, 1)  # imports
+                    times.append(seconds(touches, calibration, cluster.scheduler_address, repeats))
+            rows.append((size, *times))
+    finally:
+        run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = usual
+    print(f"{n} touches, {DRAWS} draws each, importance, summaries kept, {os.cpu_count()} cores")
+    print(
+        f"{'block':>6s} {'here s':>8s} {'1 worker s':>11s} {'2 workers s':>12s} {'speed-up':>9s} {'overhead ms':>12s}"
+    )
+    for size, here, one, two in rows:
+        overhead = (one - here) / -(-n // size)
+        print(f"{size:6d} {here:8.2f} {one:11.2f} {two:12.2f} {one / two:9.2f} {1e3 * overhead:12.1f}")
+    # The overhead of a block from the difference between many and few of them, the fixed cost of a run left out.
+    (small, _, slow, _), (large, best, quick, double) = rows[0], rows[-1]
+    blocks = -(-n // small) - -(-n // large)
+    results = {
+        "speed-up": quick / double,
+        "overhead": max(0.0, (slow - rows[0][1]) - (quick - best)) / blocks,
+        "touch": best / n,
+    }
+    needed = results["overhead"] / OVERHEAD / results["touch"]
+    print(
+        f"a block costs {1e3 * results['overhead']:.1f} ms beyond its touches, "
+        f"a touch {1e3 * results['touch']:.3f} ms: "
+        f"{100 * OVERHEAD:.0f} % of overhead at {needed:.0f} touches a block"
+    )
+    return results
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("touches", type=int, nargs="?", default=8192)
+    parser.add_argument("--repeats", type=int, default=2)
+    chosen = parser.parse_args()
+    main(chosen.touches, chosen.repeats)
