@@ -153,6 +153,11 @@ class PadEffects:
         there = np.maximum.accumulate(self.acting(grid))
         return np.asarray(np.interp(acting, there, grid))
 
+    def as_read_slope(self, acting: FloatArray) -> FloatArray:
+        """Derivative of `as_read`, any shape; zero where no load that is tabulated acts like that."""
+        step = 1e-4 * self.reference_load
+        return np.asarray((self.as_read(acting + step) - self.as_read(acting - step)) / (2 * step))
+
     @property
     def load_slope(self) -> float:
         """Acting load per load as read, at the reference load."""

@@ -16,6 +16,7 @@ from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.inference.options import Kept, Options
 from bayestouch.inference.pad_components import components_of
+from bayestouch.inference.pad_effects import as_loads_vary, loads_as_read
 from bayestouch.inference.pad_lattice import Lattice, lattice_for
 from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
 from bayestouch.inference.pad_reader import PadReader, PadTouches
@@ -109,7 +110,9 @@ class PadBlocks:
             if progress is not None:
                 progress(done / t)
         load = self._as_read(readings.load)
-        posterior["P"] = self._as_read(posterior["P"])
+        if self.effects is not None:
+            calibrated = self.calibration.rows.load
+            posterior = as_loads_vary(posterior, self.effects, reader, calibrated, readings.load, self.seed)
         return TouchPosteriors(
             sensor=self.calibration.sensor,
             parameters=self._parameters(),
@@ -143,8 +146,9 @@ class PadBlocks:
             for k, name in enumerate(COORDINATES[: len(low)])
         ]
         about = "load" if reader.load_measured else "load over that of the calibration"
-        sd = reader.load_sd / (1.0 if effects is None else effects.load_slope)
-        prior = Normal(float(self._as_read(np.array(reader.load))), sd, 0.0)
+        prior = Normal(reader.load, reader.load_sd, 0.0)
+        if effects is not None and reader.load_measured:
+            prior = Normal(*loads_as_read(effects, self.calibration.rows.load), 0.0)
         return (*where, Parameter("P", "P", "P", "N" if load_unit == "N" else "", prior, about))
 
 
