@@ -107,9 +107,10 @@ def before_after(done: list[Record]) -> plt.Figure:
         if values:
             ends = [min(values) * 0.9, max(values) * 1.1]
             axis.plot(ends, ends, color="black", lw=0.6)
+            axis.set(xscale="log", yscale="log")
         if key == "lack_of_fit":
             axis.axhline(1.1, color="black", lw=0.6, ls=":")
-        axis.set(xscale="log", yscale="log", xlabel=f"{label}, before", ylabel="after")
+        axis.set(xlabel=f"{label}, before", ylabel="after")
         axis.legend()
     return figure
 
