@@ -19,6 +19,8 @@ from bayestouch.simulation import FingerDesign
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+# These make whole reports, as the quick start does too, which is run always.
+WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
 # What a page takes for granted; everything else it makes itself, block by block.
 GIVEN = ("my-finger", "calibration.nc", "posterior.nc", "touches.csv")
 SMALL = {name: getattr(FINGER, name) for name in FINGER.__dataclass_fields__}
@@ -61,7 +63,9 @@ def run_commands(text: str) -> None:
         assert main(shlex.split(line.partition("  #")[0])[1:]) == 0, line
 
 
-@pytest.mark.parametrize("page", PAGES)
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in PAGES]
+)
 def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = blocks(ROOT / page)
     if not found:
