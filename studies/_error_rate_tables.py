@@ -25,13 +25,13 @@ triangular aperture for a rectangular one, two exponentials for one. A *size* is
 means after the base parameters have absorbed what they can, root mean square, over the noise of an averaged touch: the
 lack of fit is about 1 + size².
 
-This page is written by `studies/error_rates.py` from its results and holds {n} diagnoses. The whole study, of ten fingers
-with each effect, is
+This page is written by `studies/error_rates.py` from its results and holds {n} diagnoses. The whole study, of ten
+fingers with each effect, is
 
     python studies/error_rates.py -o FOLDER --docs docs/error_rates.md
 
-The cases of a finger are run in random order, so that a part of it (`--light --minutes 30`) is a smaller study. Intervals
-are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study.
+The cases of a finger are run in random order, so that a part of it (`--light --minutes 30`) is a smaller study.
+Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study.
 
 | what | how often | interval | aim |
 |---|---|---|---|
