@@ -18,7 +18,7 @@ import numpy as np
 import bayestouch
 from bayestouch.simulation import FingerDesign, simulate
 
-design = FingerDesign(samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
+design = FingerDesign(samples_per_touch=2, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=10.0)
 dataset = simulate(design, seed=3).dataset
 
 def commanded(table):
