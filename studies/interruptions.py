@@ -11,6 +11,7 @@ did a block that was finished stay finished?
 from __future__ import annotations
 
 import argparse
+import faulthandler
 import json
 import os
 import random
@@ -101,6 +102,7 @@ class Run:
         if self.pid == 0:
             os.dup2(os.open(self._said, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), 2)
             status = 1
+            faulthandler.register(signal.SIGUSR1)  # tells where it hangs
             try:
                 # As it is, but for smaller blocks, more processes than so few touches deserve, and less patience.
                 run.BLOCK_DRAWS, run.BLOCK_UNIT, finger_draws.SHARED_FROM, cluster.PATIENCE = 1, BLOCK, 64, 4.0
@@ -130,6 +132,8 @@ class Run:
         until = time.monotonic() + LONGEST
         while not self.ended():
             if time.monotonic() > until:
+                os.kill(self.pid, signal.SIGUSR1)
+                time.sleep(1.0)
                 os.kill(self.pid, signal.SIGKILL)
                 raise SystemExit(f"a run hangs: {self._said.read_text()}")
             time.sleep(0.005)

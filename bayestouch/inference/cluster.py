@@ -6,6 +6,8 @@ reads it, when, or how often. So whatever is lost, a worker or the scheduler, on
 
 from __future__ import annotations
 
+import pickle
+import warnings
 from collections.abc import Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
@@ -25,6 +27,8 @@ PATIENCE = 30.0
 AHEAD = 2
 #: Times that the cluster may be lost with no block read in between.
 MOST_LOST = 3
+#: Looks, two seconds apart, at a cluster that does nothing, until it is given its blocks anew.
+MOST_IDLE = 5
 
 
 def hands_of_cluster(address: str, patience: float | None = None) -> Hands:
@@ -71,10 +75,13 @@ def _read(
     lost = (OSError, TimeoutError, CancelledError, killed)
     try:
         client.wait_for_workers(1, timeout=patience)
-        there = client.scatter(reader, broadcast=True, hash=False)
-    except Exception as error:
-        # A scheduler whose worker dies in the middle of this raises whatever it stumbles over.
-        raise _Lost(f"no worker takes it within {patience:.0f} s ({type(error).__name__})") from error
+        # A task, which Dask does again where a worker dies with its result. What is scattered would be lost, and a
+        # worker that dies while something is scattered can leave the scheduler waiting for ever.
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
+            there = client.submit(pickle.loads, pickle.dumps(reader), pure=False)
+    except lost as error:
+        raise _Lost(f"no worker within {patience:.0f} s") from error
     versions = versions_here()
     futures: dict[Any, int] = {}
 
@@ -104,7 +111,8 @@ def _read(
 
 
 def _finished(client: Any, futures: list[Any]) -> list[Any]:
-    """Wait for some to be read. A scheduler that went away is noticed within seconds."""
+    """Wait for some to be read. A scheduler that went away, or forgot what it was to do, is noticed within seconds."""
+    idle = 0
     while True:
         try:
             with client.as_current():
@@ -112,6 +120,9 @@ def _finished(client: Any, futures: list[Any]) -> list[Any]:
         except TimeoutError:
             if client.status != "running" or not client.nthreads():
                 raise OSError("the scheduler is gone, or all of its workers") from None
+            idle = 0 if any(client.processing().values()) else idle + 1
+            if idle > MOST_IDLE:
+                raise OSError("no worker is at work although blocks are left") from None
 
 
 def _one_block(reader: BlockReader, block: Any, first: int, kept: Kept, versions: dict[str, str]) -> TouchPosteriors:
