@@ -22,7 +22,7 @@ PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md"
 # These make whole reports, as the quick start does too, which is run always.
 WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
 # What a page takes for granted; everything else it makes itself, block by block.
-GIVEN = ("my-finger", "calibration.nc", "posterior.nc", "touches.csv")
+GIVEN = ("my-finger", "calibration.nc", "posterior.nc", "touches.csv", "touches.parquet")
 SMALL = {name: getattr(FINGER, name) for name in FINGER.__dataclass_fields__}
 
 
@@ -54,7 +54,9 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     calibration = bayestouch.calibrate(data, draws=200)
     calibration.save(folder / "calibration.nc")
     bayestouch.infer(data.touches, calibration, draws=256).save(folder / "posterior.nc")
-    (folder / "touches.csv").write_bytes((folder / "my-finger" / "touches.csv").read_bytes())
+    bayestouch.save_dataset(data, folder / "in-parquet", "parquet")
+    for kind, source in (("csv", "my-finger"), ("parquet", "in-parquet")):
+        shutil.copy(folder / source / f"touches.{kind}", folder)
     return folder
 
 
