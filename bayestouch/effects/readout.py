@@ -15,6 +15,10 @@ from bayestouch.recording import Recording
 FloatArray = NDArray[np.float64]
 
 
+# Peaks, or limits, beyond which no reading lies.
+FAR = 5.0
+
+
 @dataclass(frozen=True)
 class GainNonlinearity(Effect):
     """The gain changes with the reading: y (1 + share |y/peak|^power).
@@ -41,7 +45,8 @@ class GainNonlinearity(Effect):
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power = values
-        size = np.abs(recording.signal) / recording.peak
+        # a step of a fit may take the signal anywhere
+        size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
         return np.asarray(recording.signal * np.maximum(1 + share * size**power, 0.05))
 
 
@@ -83,7 +88,7 @@ class Saturation(Effect):
         if np.isinf(level):
             return recording.signal
         limit = level * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
-        over = np.minimum(np.abs(recording.signal) / limit, 5.0)
+        over = np.minimum(np.abs(recording.signal) / limit, FAR)
         return np.asarray(recording.signal / (1 + over**knee) ** (1 / knee))
 
 
