@@ -16,6 +16,8 @@ from bayestouch.errors import InputError
 
 _SIGNATURE = b"GCOL\x01"
 _HEADER, _OBJECT = 16, struct.Struct("<HHIQ")
+# Bytes that are looked through at a time, whole pages.
+_WINDOW = 1 << 24
 
 
 def check_heaps(file: Path) -> None:
@@ -27,11 +29,15 @@ def check_heaps(file: Path) -> None:
         There is one.
     """
     with file.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
-        at = data.find(_SIGNATURE)
-        while at >= 0:
-            if not _walks(data, at):
-                raise InputError("is damaged: a heap of texts has no end", file=file)
-            at = data.find(_SIGNATURE, at + 1)
+        for low in range(0, len(data), _WINDOW):
+            high = low + _WINDOW + len(_SIGNATURE) - 1
+            at = data.find(_SIGNATURE, low, high)
+            while at >= 0:
+                if not _walks(data, at):
+                    raise InputError("is damaged: a heap of texts has no end", file=file)
+                at = data.find(_SIGNATURE, at + 1, high)
+            if hasattr(mmap, "MADV_DONTNEED"):  # else the whole file counts as memory of this process
+                data.madvise(mmap.MADV_DONTNEED, low, min(_WINDOW, len(data) - low))
 
 
 def _walks(data: mmap.mmap, start: int) -> bool:

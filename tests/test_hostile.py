@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import io
+import mmap
 import re
+import struct
 import subprocess
 import sys
 import tokenize
@@ -16,6 +18,7 @@ from input_tables import GOOD, SENSOR, error, put
 from test_posterior import calibration
 
 import bayestouch
+from bayestouch import hdf5_heaps
 from bayestouch.dataset import load_dataset
 from bayestouch.errors import InputError
 from bayestouch.posterior import load
@@ -135,6 +138,17 @@ def test_a_heap_without_end_is_refused_and_not_walked(saved: Path, size: int) ->
     code = f"from bayestouch.posterior import load\nload({str(saved)!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert "a heap of texts has no end" in done.stderr
+
+
+def test_a_heap_that_begins_at_the_end_of_a_window_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The file is looked through a window at a time; two of the signature's five bytes lie in the first."""
+    monkeypatch.setattr(hdf5_heaps, "_WINDOW", mmap.PAGESIZE)
+    heap = b"GCOL\x01\0\0\0" + struct.pack("<QHHIQ", 4096, 0, 0, 0, 0)
+    file = tmp_path / "damaged.nc"
+    file.write_bytes((b"\0" * (mmap.PAGESIZE - 2) + heap).ljust(4 * mmap.PAGESIZE, b"\0"))
+    with pytest.raises(InputError, match="a heap of texts has no end"):
+        hdf5_heaps.check_heaps(file)
+
 
 
 def test_an_attribute_that_declares_more_than_the_file_is_refused(saved: Path) -> None:
