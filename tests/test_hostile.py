@@ -150,7 +150,6 @@ def test_a_heap_that_begins_at_the_end_of_a_window_is_seen(tmp_path: Path, monke
         hdf5_heaps.check_heaps(file)
 
 
-
 def test_an_attribute_that_declares_more_than_the_file_is_refused(saved: Path) -> None:
     """The length of a text is stated where its type is: nothing must be asked of the machine on its word."""
     size = 40_021
