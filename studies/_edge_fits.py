@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from _paper_run import PaperRun
+from _paper_run import PaperRun, paper_run
 from _published import figure, rms, save
 
+from bayestouch import published
 from bayestouch.reliability.paper_finger import Calibration
 from bayestouch.simplex.elements import WINDOW_DEG
 
@@ -82,3 +83,21 @@ def picture(folder: Path, name: str, title: str, fit: EdgeFit) -> None:
     side.set(xlabel="angle from the element (degree)", ylabel="reading over its peak", title=title)
     side.legend(fontsize=8)
     save(drawn, folder, name)
+
+
+def edge_figure(number: int, calibration: Calibration, element: int, folder: Path | None) -> EdgeFit:
+    """Print the errors, with the other calibration's and the paper's beside them, and save the picture.
+
+    The paper's is its mean over all elements: over the 50 degrees for the model, over all for the empirical map.
+    """
+    run = paper_run(0)
+    other: Calibration = "empirical" if calibration == "model" else "model"
+    fit = EdgeFit.of(run, calibration, element)
+    print_errors([fit, EdgeFit.of(run, other, element)])
+    printed, span = published.number(f"fit_error.{calibration}"), published.number(f"fit_range.{calibration}")
+    near, _, everywhere = fit.errors_percent()
+    ours = near if calibration == "model" else everywhere
+    print(f"paper, mean of all elements over {span.printed} degrees: {printed.printed} % (here {ours:.2f} %)")
+    if folder is not None:
+        picture(folder, f"figure_{number}", f"Figure {number}: {fit.name}", fit)
+    return fit

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from _published import figure, rms, save
 from _simulated import true_chain
 
 import bayestouch
@@ -105,11 +106,6 @@ def pooling(design: FingerDesign, draws: int = 1000, seed: int = 0) -> Pooling:
     )
 
 
-def rms(values: np.ndarray) -> float:
-    """Root mean square."""
-    return float(np.sqrt(np.mean(np.square(values))))
-
-
 def main(design: FingerDesign = DESIGN, draws: int = 1000, folder: Path | None = None) -> Pooling:
     """Print what pooling changes."""
     found = pooling(design, draws)
@@ -131,10 +127,7 @@ def main(design: FingerDesign = DESIGN, draws: int = 1000, folder: Path | None =
 
 def save_picture(found: Pooling, design: FingerDesign, folder: Path) -> None:
     """σ of each element alone, with 90 % intervals, over the band of all together."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 3.8), layout="constrained")
-    axis = figure.subplots()
+    drawn, axis = figure(figsize=(8.0, 3.8))
     low, middle, high = np.quantile(found.alone, [0.05, 0.5, 0.95], axis=1)
     number = np.arange(1, len(middle) + 1)
     axis.errorbar(
@@ -144,8 +137,7 @@ def save_picture(found: Pooling, design: FingerDesign, folder: Path) -> None:
     axis.axhline(design.poisson_ratio, color="black", lw=1, ls="--", label="as built")
     axis.set(xlabel="element", ylabel="Poisson's ratio σ", xticks=number)
     axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "pooling.png", dpi=150)
+    save(drawn, folder, "pooling")
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from _published import figure, save
 
 import bayestouch
 from bayestouch.parameters import LogNormal, Prior, Uniform
@@ -109,10 +110,7 @@ def main(draws: int = 2000, folder: Path | None = None) -> dict[str, list[Ridge]
 
 def save_picture(found: dict[str, list[Ridge]], folder: Path) -> None:
     """Draws of the middle element over their mean: gain above, response below, against depth and against σ."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(9.0, 6.4), layout="constrained")
-    axes = figure.subplots(2, 2, sharey=True)
+    drawn, axes = figure(2, 2, figsize=(9.0, 6.4), sharey=True)
     colours = dict(zip(CASES, ("#0072b2", "#d55e00"), strict=True))
     for case in reversed(CASES):
         one = found[case][ELEMENTS // 2]
@@ -126,8 +124,7 @@ def save_picture(found: dict[str, list[Ridge]], folder: Path) -> None:
             axis.yaxis.set_major_formatter("{x:g}")
             axis.yaxis.set_minor_formatter("{x:g}")
     axes[0, 0].legend(markerscale=4)
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "ridge.png", dpi=150)
+    save(drawn, folder, "ridge")
 
 
 if __name__ == "__main__":

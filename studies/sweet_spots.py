@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _foretold import Foretold
 from _paper import calibrated, indenter, paper_design, with_map_errors
 from _published import figure, options, save
 
@@ -40,7 +41,6 @@ from bayestouch.reliability import (
     covered,
     draw_bias,
     expected_coverage,
-    explained_sign,
     explained_size,
     known_bias,
     observed_bias,
@@ -82,25 +82,12 @@ class Sizes:
 
 
 @dataclass(frozen=True, eq=False)
-class Signs:
+class Signs(Foretold):
     """Bias of reading with the elastic model, predicted by the identified map and observed; and what is left of it."""
 
-    name: str
     calibration: Calibration
-    predicted: np.ndarray
-    seen: BiasMap
     seen_by_map: BiasMap
     spots: SweetSpots
-
-    @property
-    def score(self) -> Explained:
-        """Of the signed error."""
-        return explained_sign(self.predicted, self.seen.error)
-
-    @property
-    def size_score(self) -> Explained:
-        """Rank correlation of |bias|."""
-        return explained_size(np.abs(self.predicted) / np.sqrt(2 / np.pi), self.seen.error)
 
 
 def read(dataset: DataSet, calibration: Calibration, **changes: Any) -> Any:
@@ -143,11 +130,11 @@ def signs(name: str, dataset: DataSet) -> Signs:
     known, better = KnownFinger.of(model), KnownFinger.of(calibration)
     return Signs(
         name,
-        model,
         known_bias(known, better, *places, samples=samples)["R"],
         seen,
-        observed_bias(read(dataset, calibration), without=CALIBRATORS),
-        sweet_spots(known, *places, samples=samples),
+        calibration=model,
+        seen_by_map=observed_bias(read(dataset, calibration), without=CALIBRATORS),
+        spots=sweet_spots(known, *places, samples=samples),
     )
 
 

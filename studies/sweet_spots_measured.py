@@ -19,7 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from _published import figure, options, save
+from _published import figure, options, rms, save
 from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
 
@@ -198,10 +198,6 @@ def score(found: PadResult) -> dict[str, str]:
         "sign, kernel alone": f"R² {sign.r_squared:.2f} [{sign.r_squared_interval[0]:.2f}, "
         f"{sign.r_squared_interval[1]:.2f}], rank {sign.rank_correlation:.2f}",
     }
-
-
-def rms(values: np.ndarray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
 
 
 def picture(folder: Path, found: PadResult) -> None:

@@ -14,10 +14,11 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from _foretold import Foretold
 from _paper import calibrated, indenter, paper_design, with_map_errors, with_place_errors
 from _published import figure, options, rms, save
 from sweet_spots import CALIBRATORS, SHARED, as_model, interval, read
@@ -26,11 +27,7 @@ from bayestouch import load_dataset, simulate
 from bayestouch.averages import average
 from bayestouch.dataset import DataSet
 from bayestouch.reliability import (
-    BiasMap,
-    Explained,
     KnownFinger,
-    explained_sign,
-    explained_size,
     observed_bias,
     place_bias,
     shared_by_indenters,
@@ -63,38 +60,6 @@ KINDS: dict[str, Callable[[SimulatedDataSet, int], DataSet]] = {
     "of both": of_both,
     "none": of_none,
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Foretold:
-    """Bias of R on one finger, predicted from residuals and seen; (k, n) by tip and place, mm.
-
-    Attributes
-    ----------
-    predicted : (k, n) array
-        Before any of these touches.
-    seen : BiasMap
-        Of posterior means of averages.
-    """
-
-    name: str
-    predicted: np.ndarray
-    seen: BiasMap
-
-    @property
-    def score(self) -> Explained:
-        """Of the signed error."""
-        return explained_sign(self.predicted, self.seen.error)
-
-    @property
-    def size_score(self) -> Explained:
-        """Of the absolute error."""
-        return explained_size(np.abs(self.predicted) / np.sqrt(2 / np.pi), self.seen.error)
-
-    @property
-    def left(self) -> np.ndarray:
-        """Error when the prediction is taken off."""
-        return self.seen.error - self.predicted
 
 
 def foretell(name: str, dataset: DataSet) -> Foretold:

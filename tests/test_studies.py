@@ -20,13 +20,11 @@ SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).parents[2] / "s
 
 def study(name: str) -> ModuleType:
     """A study as a module, by its path below studies/ without the ending."""
-    if str(STUDIES) not in sys.path:  # studies import each other, as they do when they are run
+    if str(STUDIES) not in sys.path:  # studies import each other and small modules of their own
         sys.path.append(str(STUDIES))
     spec = importlib.util.spec_from_file_location(name.replace("/", "_"), STUDIES / f"{name}.py")
     assert spec is not None
     assert spec.loader is not None
-    if str(STUDIES) not in sys.path:  # studies share small modules of their own
-        sys.path.insert(0, str(STUDIES))
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module
     spec.loader.exec_module(module)

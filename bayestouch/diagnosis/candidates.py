@@ -11,6 +11,7 @@ from scipy.linalg import solve_triangular
 
 from bayestouch.affected.fitting import Fitted, drift_columns
 from bayestouch.affected.linear import Score, Scorer
+from bayestouch.affected.model import Predicted
 from bayestouch.diagnosis.significance import normal_score, quadratic_score
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.effects.noise import NoiseEffect
@@ -62,8 +63,10 @@ def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidat
     for effect in effects:
         if effect.name in fitted.names or isinstance(effect, NoiseEffect):
             continue
-        score = _score_random if isinstance(effect, RandomEffect) else _score_effect
-        found.append(score(fitted, scorer, effect))  # type: ignore[arg-type]
+        if isinstance(effect, RandomEffect):
+            found.append(_score_random(fitted, scorer, effect))
+        else:
+            found.append(_score_effect(fitted, scorer, effect))
     return tuple(sorted(found, key=lambda each: -each.gain))
 
 
@@ -71,7 +74,7 @@ def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
     """Best of an effect's signatures: finite differences between a probe and the same shape with no amplitude."""
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     best: tuple[float, Values, Score, FloatArray] | None = None
-    memo: dict[Values, object] = {}
+    memo: dict[Values, Predicted] = {}
     for probe in effect.probes:
         null = effect.without(probe)
         if null not in memo:
@@ -81,9 +84,9 @@ def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
         for i in effect.amplitudes:
             values = tuple(p if k == i else n for k, (p, n) in enumerate(zip(probe, null, strict=True)))
             moved = model.predict(model.extended(fitted.vector, values))
-            touches.append(moved.touches - at_null.touches)  # type: ignore[attr-defined]
-            if moved.samples is not None:
-                samples.append(moved.samples - at_null.samples)  # type: ignore[attr-defined]
+            touches.append(moved.touches - at_null.touches)
+            if moved.samples is not None and at_null.samples is not None:
+                samples.append(moved.samples - at_null.samples)
         raw = np.stack(touches)
         score = scorer(fitted.whitening.touches(raw), fitted.whitening.samples(np.stack(samples)) if samples else None)
         chi_square = _allowed(effect, score)
