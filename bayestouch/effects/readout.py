@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 
 # Peaks, or limits, beyond which no reading lies.
 FAR = 5.0
+# No curve of a gain is steeper than this power; beyond it the numbers overflow.
+STEEP = 50.0
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,9 @@ class GainNonlinearity(Effect):
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power = values
-        # a step of a fit may take the signal anywhere
+        # a step of a fit may take the signal, and the power, anywhere
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
-        return np.asarray(recording.signal * np.maximum(1 + share * size**power, 0.05))
+        return np.asarray(recording.signal * np.maximum(1 + share * size ** min(power, STEEP), 0.05))
 
 
 @dataclass(frozen=True)
