@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS := 1
 # the newest Python at hand: ArviZ 1.x wants 3.12 or later
 NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo $$python && break; done)
 
-.PHONY: help report test test-slow test-oldest test-newest lint docs studies lock clean
+.PHONY: help report test test-slow test-oldest test-newest lint docs studies gallery lock clean
 help:
 	@echo "make report     the first report, on simulated touches, in report/index.html"
 	@echo "make test       ruff, mypy and the tests"
@@ -22,6 +22,7 @@ help:
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
 	@echo "make studies    every script in studies/ but the fuzzers, with its time"
+	@echo "make gallery    the pictures of docs/gallery.md anew, by their studies"
 	@echo "make lock       constraints.txt made anew (maintainers)"
 	@echo "make clean      remove what make made, except .venv"
 
@@ -51,11 +52,14 @@ docs: $(VENV)/.ready-docs
 	@echo "docs/_build/html/index.html"
 
 studies: $(VENV)/.ready-dev
-	@for study in $(sort $(filter-out studies/fuzz_%,$(wildcard studies/[!_]*.py))); do \
+	@for study in $(sort $(filter-out studies/fuzz_% studies/gallery.py,$(wildcard studies/[!_]*.py))); do \
 		echo "== $$study"; start=$$(date +%s); \
 		$(BIN)/python "$$study" || exit 1; \
 		echo "== $$study: $$(($$(date +%s) - start)) s"; \
 	done
+
+gallery: $(VENV)/.ready-dev
+	$(BIN)/python studies/gallery.py
 
 # uv is a maintainer's tool; one file of exact versions with markers serves every Python and platform.
 # hatchling and editables build the package itself, so they are locked with the rest.

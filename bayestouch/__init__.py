@@ -19,10 +19,18 @@ _PUBLIC = {
     "DataSet": "dataset",
     "Diagnosis": "diagnosis.result",
     "EdgeOrRound": "indenter_priors",
+    "Finger": "sensor",
+    "FingerDesign": "simulation",
     "IndenterDistribution": "indenter_priors",
     "InputError": "errors",
     "KnownTips": "indenter_priors",
+    "Pad": "sensor",
+    "PadDesign": "simulation",
+    "RankStatistics": "ranks",
     "Report": "reporting",
+    "Rubber": "sensor",
+    "Sensor": "sensor",
+    "SimulatedDataSet": "simulation",
     "TouchPosteriors": "results",
     "Touches": "touches",
     "UniformCurvature": "indenter_priors",
@@ -65,10 +73,18 @@ if TYPE_CHECKING:
     from bayestouch.inference import infer as infer
     from bayestouch.posterior import load as load
     from bayestouch.probability_plot import pp_plot as pp_plot
+    from bayestouch.ranks import RankStatistics as RankStatistics
     from bayestouch.reporting import Report as Report
     from bayestouch.reporting import report as report
     from bayestouch.results import Calibration as Calibration
     from bayestouch.results import TouchPosteriors as TouchPosteriors
+    from bayestouch.sensor import Finger as Finger
+    from bayestouch.sensor import Pad as Pad
+    from bayestouch.sensor import Rubber as Rubber
+    from bayestouch.sensor import Sensor as Sensor
+    from bayestouch.simulation import FingerDesign as FingerDesign
+    from bayestouch.simulation import PadDesign as PadDesign
+    from bayestouch.simulation import SimulatedDataSet as SimulatedDataSet
     from bayestouch.simulation import simulate as simulate
     from bayestouch.simulation_checks import sbc as sbc
     from bayestouch.touches import Touches as Touches

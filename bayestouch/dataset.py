@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from bayestouch.errors import InputError
 from bayestouch.files import write_together
 from bayestouch.sensor import Sensor
 from bayestouch.sensor_toml import read_sensor, sensor_writer
-from bayestouch.touch_table import check_fit, read_touches, touches_writer
+from bayestouch.touch_table import check_fit, read_touches, table_columns, touches_writer
 from bayestouch.touches import Touches
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 _FORMATS = ("csv", "parquet")
 
@@ -49,6 +52,20 @@ class DataSet:
         check_fit(self.touches, self.sensor, file="touches")
         if self.calibration is not None:
             check_fit(self.calibration, self.sensor, file="calibration")
+
+    def to_dataframe(self) -> DataFrame:
+        """Both tables, a row each sample, as the format names the columns; ``table`` says which."""
+        import pandas as pd
+
+        tables = {"calibration": self.calibration, "touches": self.touches}
+        return pd.concat(
+            [
+                pd.DataFrame({"table": name, **table_columns(table, self.sensor, name)})
+                for name, table in tables.items()
+                if table is not None and table.n_rows
+            ],
+            ignore_index=True,
+        )
 
 
 def load_dataset(path: str | Path) -> DataSet:

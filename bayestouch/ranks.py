@@ -10,8 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from bayestouch.errors import InputError, few
+
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -69,19 +73,53 @@ class RankStatistics:
             lines.append(f"{name:{width}}  {values}")
         return "\n".join(lines)
 
-    def plot(self) -> Figure:
-        """Histograms of the ranks, with the band in which 99 % of a uniform histogram's bars lie."""
-        from matplotlib.figure import Figure
+    def to_dataframe(self) -> DataFrame:
+        """The same as a table, a row each parameter."""
+        import pandas as pd
+
+        columns = {"p_value": self.p_value, "mean_square": self.mean_square, "coverage_90": self.coverage_90}
+        return pd.DataFrame(
+            {"parameter": list(self.ranks), **{k: [v[n] for n in self.ranks] for k, v in columns.items()}}
+        )
+
+    def _repr_html_(self) -> str:
+        from html import escape
+
+        count = len(next(iter(self.ranks.values())))
+        verdict = "uniform" if self.passes() else "not uniform"
+        table = self.to_dataframe().to_html(index=False, float_format="{:.3f}".format, border=0)
+        return f"<p><strong>Ranks of {count} simulations: {escape(verdict)} at 1 %</strong></p>{table}"
+
+    def plot_ranks(self, name: str, axes: Axes | None = None) -> Axes:
+        """Histogram of one parameter's ranks, with the band in which 99 % of a uniform histogram's bars lie.
+
+        Raises
+        ------
+        InputError
+            There is no such parameter.
+        """
         from scipy.stats import binom
+
+        from bayestouch.plotting import new_axes
+
+        if name not in self.ranks:
+            raise InputError(f"{name}: expected one of {few(list(self.ranks), 20)}")
+        axes, ranks = new_axes(axes), self.ranks[name]
+        axes.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
+        axes.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1).tolist(), color="#0072b2")
+        axes.set(xlabel=f"rank of the true {name}", ylabel="simulations", title=f"p = {self.p_value[name]:.2g}")
+        return axes
+
+    def plot(self) -> Figure:
+        """Histograms of all ranks, see `plot_ranks`."""
+        from matplotlib.figure import Figure
 
         columns = min(COLUMNS, len(self.ranks))
         rows = -(-len(self.ranks) // columns)
         figure = Figure(figsize=(2.6 * columns, 2.2 * rows), layout="constrained")
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        for axis, (name, ranks) in zip(axes, self.ranks.items(), strict=False):
-            axis.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
-            axis.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1), color="#0072b2")
-            axis.set(xlabel=f"rank of the true {name}", ylabel="simulations", title=f"p = {self.p_value[name]:.2g}")
+        for axis, name in zip(axes, self.ranks, strict=False):
+            self.plot_ranks(name, axis)
         for axis in axes[len(self.ranks) :]:
             axis.remove()
         return figure

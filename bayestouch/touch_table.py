@@ -89,7 +89,7 @@ def touches_writer(touches: Touches, path: Path, sensor: Sensor) -> Callable[[Pa
     InputError
         The touches do not fit the sensor or hold a value that the format does not allow.
     """
-    columns = _columns(touches, sensor, path)
+    columns = table_columns(touches, sensor, path)
     numbers = {name: values for name, values in columns.items() if has_meaning(name, sensor)}
     check_values({name: np.asarray(v, dtype=np.float64) for name, v in numbers.items()}, file=path)
     write = write_parquet if path.suffix == ".parquet" else write_csv
@@ -164,7 +164,8 @@ def notes_on(header: Header, columns: Columns, tally: Tally) -> tuple[str, ...]:
     return (*notes, *(f"{file.name}: {remark}" for remark in remarks(tally)))
 
 
-def _columns(touches: Touches, sensor: Sensor, file: Path) -> dict[str, npt.NDArray[Any]]:
+def table_columns(touches: Touches, sensor: Sensor, file: str | Path) -> dict[str, npt.NDArray[Any]]:
+    """Columns of a table of touches by name, in the order of the format; those that are unknown throughout left out."""
     check_fit(touches, sensor, file=file)
     if touches.n_rows == 0:
         raise InputError("expected at least one touch to write, got none", file=file)

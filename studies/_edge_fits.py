@@ -76,12 +76,12 @@ def print_errors(fits: list[EdgeFit]) -> None:
 def picture(folder: Path, name: str, title: str, fit: EdgeFit) -> None:
     """As the paper draws it: fit solid, data dashed, error dotted."""
     drawn, side = figure(figsize=(6.4, 4.0))
-    side.axvspan(-WINDOW_DEG / 2, WINDOW_DEG / 2, color="0.95", zorder=0, label="50 degrees")
+    side.axvspan(-WINDOW_DEG / 2, WINDOW_DEG / 2, color="0.93", zorder=0, label=f"{WINDOW_DEG:g}° about the element")
     side.plot(fit.off_deg, fit.fit, "C0-", label="fit")
     side.plot(fit.off_deg, fit.data, "C1--", label="data (simulated)")
     side.plot(fit.off_deg, fit.error, "k:", label="data less fit")
     side.set(xlabel="angle from the element (degree)", ylabel="reading over its peak", title=title)
-    side.legend(fontsize=8)
+    side.legend()
     save(drawn, folder, name)
 
 

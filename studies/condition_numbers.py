@@ -2,16 +2,15 @@
 
 It prints neither the number of Fourier coefficients n_c nor which elements and touches they belong to. This study
 tries what is plausible: arrays of the paper's spacing (1.52 mm at 9.9 mm, 8.8 degrees), the sensing radii and
-Poisson's ratios of its Table 1, and knife-edge touches with its noise. Run it to print the tables; give a folder to
-save the picture too.
+Poisson's ratios of its Table 1, and knife-edge touches with its noise.
 """
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import numpy as np
+from _published import figure, options, plain_ticks, save
 
 from bayestouch.body.emap import (
     condition_number,
@@ -97,26 +96,21 @@ def print_empirical_table(seeds: int = 20) -> None:
 
 
 def save_picture(folder: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
+    drawn, axes = figure(figsize=(6.4, 4.0))
     orders = np.arange(5, 41)
     for array in ARRAYS:
-        axes.semilogy(orders, [model_condition(array, n) for n in orders], label=array)
+        axes.semilogy(orders, [model_condition(array, n) for n in orders], label=f"{array} (model)")
     for value, label in ((2.7, "paper, model"), (3.3, "paper, empirical")):
         axes.axhline(value, color="0.6", linestyle="--" if value < 3 else ":", label=label)
     axes.set(xlabel="highest Fourier coefficient $n_c$", ylabel="condition number of E", ylim=(1, 1e3))
-    axes.legend()
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "condition_numbers.png", dpi=150)
-    plt.close(figure)
+    plain_ticks(axes.yaxis, (1, 2, 5, 10, 20, 50, 100, 1000))
+    axes.legend(title="elements")
+    save(drawn, folder, "condition_numbers")
 
 
 if __name__ == "__main__":
+    _, pictures = options(__doc__)
     print_model_table()
     print_empirical_table()
-    if len(sys.argv) > 1:
-        save_picture(Path(sys.argv[1]))
+    if pictures is not None:
+        save_picture(pictures)

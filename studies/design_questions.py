@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from _paper import indenter, paper_design
-from _published import figure, options, save
+from _published import figure, options, plain_ticks, save
 
 from bayestouch.reliability import (
     DesignMaps,
@@ -49,6 +49,8 @@ LABELS = {
 PAD_VALUES = {"spacing_mm": (4.0, 5.5, 6.75, 8.5), "thickness_mm": (4.0, 6.0, 8.0, 10.0)}
 STRAIN = ("depth_mm", "thickness_mm")
 #: Places of the indenters in the picture: 3.9 and 12.3 mm.
+# Ticks of standard deviations; as many as fit are drawn.
+SD_TICKS_MM = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
 DRAWN = (1, 2)
 MISFIT = MISFIT_PERCENT["model"]
 
@@ -132,14 +134,19 @@ def draw_effort(side: Any, efforts: dict[str, Effort]) -> None:
         side.plot(effort.enough(), min(1.1 * effort.floor, effort.sd[0]), "k*", ms=10)
     side.set_xscale("log")
     ticks = [tick for tick in (1, 10, 20, 50, 100, 200, 1000) if effort.count[0] / 1.5 < tick < 1.5 * effort.count[-1]]
-    side.set_xticks(ticks, labels=map(str, ticks))
-    side.minorticks_off()
-    side.legend(fontsize=8)
+    plain_ticks(side.xaxis, ticks)
+    side.legend()
+
+
+def sd_ticks(side: Any) -> None:
+    """Plain numbers on a logarithmic axis of standard deviations."""
+    low, high = side.get_ylim()
+    plain_ticks(side.yaxis, [tick for tick in SD_TICKS_MM if low < tick < high])
 
 
 def picture(folder: Path, found: Answers) -> None:
     """Four maps and two efforts."""
-    drawn, axes = figure(3, 2, figsize=(14.0, 8.0))
+    drawn, axes = figure(3, 2, figsize=(12.5, 7.0))
     sides = axes.ravel()
     for side, vary in zip(sides, VALUES, strict=False):
         for name, style in ((vary, "-"), (f"{vary}, same strain noise", "--")):
@@ -155,14 +162,17 @@ def picture(folder: Path, found: Answers) -> None:
         side.set(xlabel=LABELS[vary], ylabel="sd of R (mm)", yscale="log")
         if vary == "noise_percent":
             side.set_xscale("log")
-    sides[0].legend(fontsize=8, title="above an element;\ncircles: between two", title_fontsize=8)
-    sides[0].set_title("dashed: noise that stays the same as a strain", fontsize=9)
+            plain_ticks(side.xaxis, (0.1, 0.3, 1, 3))
+        sd_ticks(side)
+    sides[0].legend(title="above an element;\ncircles: between two", title_fontsize=8)
+    sides[0].set_title("dashed: noise that stays the same as a strain")
     draw_effort(sides[4], {name_of(n): effort for n, effort in found.calibration.items()})
     sides[4].set(xlabel="calibration touches (edges and flats)", ylabel="rms sd of R (mm)", ylim=(0, None))
-    sides[4].set_title("dotted: calibration without error; star: within 10 % of it", fontsize=9)
+    sides[4].set_title("dotted: calibration without error;\nstar: within 10 % of it")
     draw_effort(sides[5], found.averaging)
     sides[5].set(xlabel="samples averaged", ylabel="rms sd of R (mm)", yscale="log")
-    sides[5].set_title("dotted: what no averaging removes; star: within 10 % of it", fontsize=9)
+    sd_ticks(sides[5])
+    sides[5].set_title("dotted: what no averaging removes;\nstar: within 10 % of it")
     save(drawn, folder, "design_questions")
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import numpy as np
 from _paper import SHEAR_MODULUS, indenter, paper_design
-from _published import Beside, figure, options, print_beside, save
+from _published import Beside, figure, options, plain_ticks, print_beside, save
 from figure_4 import deep_finger
 from scipy.special import ndtr, ndtri
 
@@ -188,7 +188,7 @@ def rows() -> list[Beside]:
 
 def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, expected: np.ndarray) -> None:
     """Threshold over location, the matrix of pairs, and ROC curves."""
-    figures, (left, middle, right) = figure(3, figsize=(14.5, 4.2))
+    figures, (left, middle, right) = figure(3, figsize=(13.5, 4.6))
     for (name, (samples, use_load)), style in zip(CASES.items(), ("C0-", "C0--", "C1-", "C1--"), strict=True):
         left.plot(LOCATIONS, threshold_radii(known, LOCATIONS, samples=samples, use_load=use_load), style, label=name)
     for (reading, span), style in zip(SPANS_DEG.items(), (":", "-.", "--"), strict=True):
@@ -199,24 +199,26 @@ def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, exp
             left.axvline(angle, color="0.85", zorder=0)
     left.set(xlabel="location (degree); grey: elements", ylabel="sharpest $r_c$ told from an edge, 95 % (mm)")
     left.set(yscale="log")
-    left.set_ylim(0.06, 40)
-    left.legend(fontsize=6, loc="upper center", ncols=2)
+    plain_ticks(left.yaxis, (0.1, 0.2, 0.5, 1, 2, 5))
+    left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
     names = [indenter(r) for r in single.indenters_mm]
     both = np.where(np.triu(np.ones_like(expected), 1) > 0, single.told_apart, expected)
     image = middle.imshow(100 * both, vmin=50, vmax=100, cmap="viridis")
-    middle.set_xticks(range(len(names)), names, rotation=90, fontsize=7)
-    middle.set_yticks(range(len(names)), names, fontsize=7)
-    middle.set_title("1 sample, load not measured: % right of two\n(above: trial; below: information)", fontsize=9)
-    figures.colorbar(image, ax=middle, shrink=0.85)
+    middle.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
+    middle.set_yticks(range(len(names)), names, fontsize=8)
+    middle.set_title("1 sample, load not measured: % right of two\n(above: trial; below: information)")
+    figures.colorbar(image, ax=middle, shrink=0.85, label="named right (%)")
     for first, second in ((0, 1), (4, 5), (6, 7), (8, 9)):
         alarms, hits = single.roc(first, second)
         area = single.area(first, second)
         right.plot(alarms, hits, label=f"{names[first]} or {names[second]}, area {area:.3f}")
     right.plot([0, 1], [0, 1], color="0.8")
     right.set(
-        xlabel="sharper tips called blunter", ylabel="blunter tips called so", title="ROC of neighbours, 1 sample"
+        xlabel="share of sharper tips called blunter",
+        ylabel="share of blunter tips called so",
+        title="ROC of neighbours, 1 sample",
     )
-    right.legend(fontsize=8)
+    right.legend(loc="lower right")
     save(figures, folder, "distinguishability")
 
 

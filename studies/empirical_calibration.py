@@ -5,8 +5,8 @@ least sq.   equation (6): E by least squares. The touches cover one side of the 
             directions below a hundredth of its largest singular value are left out
 Bayesian    E with a prior centred on the model, of inferred strength (`bayestouch.calibration.empirical`)
 
-Held-out touches are those of touches.csv made with other indenters than the calibration's edge and flat. Run it to
-print the tables; give a folder to save the picture too.
+Held-out touches are those of touches.csv made with other indenters than the calibration's edge and flat. With
+`--small` finger-b alone.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import json
-import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from _published import figure, options, save
 
 from bayestouch import published
 from bayestouch.averages import TouchMeans
@@ -233,14 +233,9 @@ def print_finger(folder: Path, finger: Finger) -> None:
 
 def save_picture(fingers: dict[str, Finger], folder: Path) -> None:
     """Departure from the model of one element of each finger, with two standard deviations, as Figure 10."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(len(fingers), figsize=(7, 2.2 * len(fingers)), sharex=True, layout="constrained")
+    drawn, axes = figure(1, len(fingers), figsize=(7.0, 1.5 * len(fingers) + 0.4), sharex=True, squeeze=False)
     degrees = np.linspace(-180, 180, 721)
-    for (name, finger), axis in zip(fingers.items(), np.atleast_1d(axes), strict=True):
+    for (name, finger), axis in zip(fingers.items(), axes[:, 0], strict=True):
         element, known = 8, finger.fit.likelihood.known
         edge = (np.zeros(len(degrees)), np.radians(degrees), np.full(len(degrees), float(known.load.mean())))
         scale = 100 / finger.peak[element]
@@ -251,19 +246,25 @@ def save_picture(fingers: dict[str, Finger], folder: Path) -> None:
         rows = known.radius_mm == 0
         dots = (known.readings - finger.fit.predicted)[rows, element] * scale
         axis.plot(np.degrees(known.angle[rows]), dots, ".", color="0.7", ms=3, label="edges")
-        axis.fill_between(degrees, bayes - 2 * sd, bayes + 2 * sd, alpha=0.3, lw=0)
-        axis.plot(degrees, bayes, label="Bayesian E")
-        axis.plot(degrees, (finger.chains["least sq."].predict(*edge)[:, element] - model) * scale, lw=0.7, label="(6)")
-        axis.set(ylabel="minus model, % of peak", title=name, ylim=(-6, 6))
-    np.atleast_1d(axes)[0].legend(ncol=3)
-    np.atleast_1d(axes)[-1].set_xlabel("location of an edge, degree")
-    folder.mkdir(parents=True, exist_ok=True)
-    figure.savefig(folder / "empirical_calibration.png", dpi=150)
-    plt.close(figure)
+        axis.fill_between(degrees, bayes - 2 * sd, bayes + 2 * sd, alpha=0.3, lw=0, label="± 2 sd")
+        axis.plot(degrees, bayes, label="E map with a prior")
+        axis.plot(
+            degrees,
+            (finger.chains["least sq."].predict(*edge)[:, element] - model) * scale,
+            lw=0.7,
+            label="E map by equation (6)",
+        )
+        axis.set_ylim(-6, 6)
+        axis.set_title(name, loc="left", y=0.78, x=0.01)
+    drawn.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    drawn.supylabel(f"reading of element {element + 1} less the fitted model's (% of its peak)", fontsize=10)
+    axes[-1, 0].set_xlabel("location of the edge (degree)")
+    save(drawn, folder, "empirical_calibration")
 
 
-def main() -> None:
-    folders = sorted((shared_folder() / "practice").glob("finger-*"))
+def main(small: bool = False, pictures: Path | None = None) -> None:
+    """Print every finger's table."""
+    folders = sorted((shared_folder() / "practice").glob("finger-b" if small else "finger-*"))
     if not folders:
         print("no practice fingers: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
         return
@@ -273,9 +274,9 @@ def main() -> None:
         print_finger(folder, fingers[folder.name])
     (row,) = published.TABLE_2
     print(f"\nTable 2 of the paper, empirical fits to edges: {row.minimum}/{row.average}/{row.maximum} % of peak")
-    if len(sys.argv) > 1:
-        save_picture(fingers, Path(sys.argv[1]))
+    if pictures is not None:
+        save_picture(fingers, pictures)
 
 
 if __name__ == "__main__":
-    main()
+    main(*options(__doc__))

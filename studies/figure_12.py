@@ -57,7 +57,7 @@ class ByLocation:
 
 def picture(folder: Path, found: dict[str, ByLocation]) -> None:
     """Model based above, empirical below."""
-    drawn, axes = figure(1, 2, figsize=(7.5, 6.0), sharex=True, sharey=True)
+    drawn, axes = figure(1, 2, figsize=(7.5, 5.2), sharex=True, sharey=True)
     for side, (calibration, each) in zip(axes, found.items(), strict=True):
         side.errorbar(
             each.angle_deg, each.mean, each.sd, fmt="none", color="0.6", capsize=1, label="samples, mean ± sd"
@@ -65,9 +65,9 @@ def picture(folder: Path, found: dict[str, ByLocation]) -> None:
         side.plot(each.angle_deg, each.averaged, "C0-", label="fit to the average of 20")
         side.axhline(TIP, color="k", ls=":", label="the tip")
         side.set(ylabel="$r_c$ (mm)", title=f"{calibration} calibration")
-    axes[0].legend(fontsize=8, ncols=3, loc="upper center")
+    axes[0].legend(ncols=3, loc="upper center")
     axes[1].set_xlabel("location (degree)")
-    drawn.suptitle(f"Figure 12: {TIP:g} mm tip, one simulated finger", fontsize=11)
+    drawn.suptitle(f"Figure 12: {TIP:g} mm tip, one simulated finger")
     save(drawn, folder, "figure_12")
 
 

@@ -48,7 +48,7 @@ def rows(run: PaperRun) -> list[Beside]:
 
 def picture(folder: Path, run: PaperRun) -> None:
     """Model based above, empirical below."""
-    drawn, axes = figure(1, 2, figsize=(7.5, 6.4), sharex=True, sharey=True)
+    drawn, axes = figure(1, 2, figsize=(7.5, 5.4), sharex=True, sharey=True)
     for side, calibration in zip(axes, CALIBRATIONS, strict=True):
         angle, radii = estimates(run, calibration)
         for i, (tip, row) in enumerate(zip(TIPS, radii, strict=True)):
@@ -58,10 +58,10 @@ def picture(folder: Path, run: PaperRun) -> None:
             if angle.min() <= element <= angle.max():
                 side.axvline(element, color="0.9", zorder=0)
         side.set(ylabel="$r_c$ (mm)", title=f"{calibration} calibration")
-    axes[0].legend(fontsize=8, ncols=5, loc="upper center")
+    axes[0].legend(ncols=5, loc="upper center")
     axes[0].set_ylim(0, 23)
     axes[1].set_xlabel("location (degree); grey: elements as designed, dotted: the tips")
-    drawn.suptitle("Figure 13: averages of 20, one simulated finger", fontsize=11)
+    drawn.suptitle("Figure 13: averages of 20, one simulated finger")
     save(drawn, folder, "figure_13")
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 from _paper_run import put_in
-from _published import figure, options, print_beside, save
+from _published import figure, options, plain_ticks, print_beside, save
 from scipy.optimize import brentq
 
 from bayestouch import published
@@ -77,7 +77,7 @@ def rows() -> list[Beside]:
 def picture(folder: Path) -> None:
     """The Bode plot."""
     share = best_share()
-    drawn, side = figure(figsize=(6.4, 4.4))
+    drawn, side = figure(figsize=(6.4, 4.2))
     # Modes between 2 and the next are fractions; below 2 only 1 exists.
     modes = np.concatenate([[1.0], np.geomspace(2.0, 400.0, 300)])
     cycles = modes / (2 * np.pi)
@@ -87,11 +87,17 @@ def picture(folder: Path) -> None:
         response = frequency_response_db(modes, **radii, sensing_radius_mm=radii["core_radius_mm"] + share * OUTER)
         alpha = published.number(f"alpha.{depth}").printed
         side.semilogx(cycles, response, style, label=f"strain, {depth}, α = {alpha}")
-        side.plot(published.number(f"cutoff.{depth}").value, LEVEL, "kx", label=None if depth == "deep" else "printed")
+        side.plot(
+            published.number(f"cutoff.{depth}").value,
+            LEVEL,
+            "kx",
+            label=None if depth == "deep" else "cut-offs as printed",
+        )
     side.axhline(LEVEL, color="0.8", zorder=0)
     side.set(xlabel="spatial frequency (cycles/radian)", ylabel="response to a line load (dB)", ylim=(-80, 3))
-    side.set_title(f"Figure 2: elements {share:.3f} $r_b$ above the core", fontsize=10)
-    side.legend(fontsize=8)
+    side.set_title(f"Figure 2: strain of elements {share:.3f} $r_b$ above the core, and surface displacement")
+    plain_ticks(side.xaxis, (0.2, 0.5, 1, 2, 5, 10, 20, 50))
+    side.legend()
     save(drawn, folder, "figure_2")
 
 

@@ -69,21 +69,21 @@ def rows() -> list[Beside]:
 
 def picture(folder: Path) -> None:
     """Spectra of pressure, and differences of strain."""
-    drawn, (left, right) = figure(2)
+    drawn, (left, right) = figure(2, sharex=True, figsize=(9.5, 4.4))
     cycles = np.linspace(0.4, 6.0, 561)
     at = published.number("figure_3.distinct_at").value
     for radius, row in zip(RADII_MM, pressure(2 * np.pi * cycles), strict=True):
-        left.plot(cycles, 20 * np.log10(np.abs(row)), label=f"{radius:g} mm")
+        left.plot(cycles, 20 * np.log10(np.abs(row)), label=f"tip of {radius:g} mm")
     left.set(xlabel="spatial frequency (cycles/radian)", ylabel="pressure coefficient (dB)", ylim=(-50, 3))
-    left.set_title(f"Figure 3: five indenters at {LOAD:g} N/m", fontsize=10)
+    left.set_title(f"Figure 3: pressure of five indenters at {LOAD:g} N/m")
     for i, row in enumerate(differences_db(cycles)):
         right.plot(cycles, row, label=f"{RADII_MM[i]:g} and {RADII_MM[i + 1]:g} mm")
     right.axhline(NOISE_DB, color="0.4", ls="--", label="noise level")
-    right.set(xlabel="spatial frequency (cycles/radian)", ylabel="difference in strain (dB)", ylim=(-70, 0))
-    right.set_title("α = 0.70: neighbours' strains", fontsize=10)
+    right.set(xlabel="spatial frequency (cycles/radian)", ylabel="difference in strain (dB)", ylim=(-70, 5))
+    right.set_title("α = 0.70: strains of neighbours, one less the other")
     for side in (left, right):
-        side.axvline(at, color="0.8", zorder=0)
-        side.legend(fontsize=8)
+        side.axvline(at, color="0.8", zorder=0, label=f"{at:g} cycles/radian: distinct up to here")
+        side.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
     save(drawn, folder, "figure_3")
 
 

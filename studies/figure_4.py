@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from _paper import MODULUS_INTERVAL, SHEAR_MODULUS
-from _published import Beside, figure, options, print_beside, save
+from _published import Beside, figure, options, plain_ticks, print_beside, save
 
 from bayestouch import published
 from bayestouch.body.frequency import sensing_radius_for_cut_off
@@ -120,7 +120,7 @@ def picture(folder: Path, small: bool) -> None:
         name: np.stack([strain_difference(f, shares * f.outer_radius_mm, span_deg=span) for f in fingers])
         for name, span in SPANS_DEG.items()
     }
-    figures, axes = figure(len(surfaces), figsize=(14.5, 4.2))
+    figures, axes = figure(len(surfaces), figsize=(12.5, 4.0), sharey=True)
     for side, (name, surface) in zip(axes, surfaces.items(), strict=True):
         x = shares[:-1]
         filled = side.contourf(
@@ -128,14 +128,18 @@ def picture(folder: Path, small: bool) -> None:
         )
         for noise, style in ((NOISE, "-"), (0.01, "--")):
             line = side.contour(x, alphas, surface[:, :-1], levels=[2 * noise], colors="w", linestyles=style)
-            side.clabel(line, fmt=f"noise {100 * noise:.3g} %%", fontsize=8)
+            side.clabel(line, fmt=f"{100 * noise:.3g} %%", fontsize=8)
         side.plot(published.number("figure_4.r_c_over_r_b").value, 0.7, "r*", ms=11, label="paper, 1 % noise")
         side.axhline(9.4 / 12.7, color="0.8", lw=0.8)
         side.text(3.8, 9.4 / 12.7 + 0.004, "the paper's finger", color="0.9", fontsize=8, ha="right")
-        side.set(xscale="log", xlabel="$r_c/r_b$", ylabel=r"$\alpha = r_a/r_b$", title=f"mean square over {name}")
-        side.legend(loc="lower left", fontsize=8)
-    figures.colorbar(filled, ax=axes, label="rms difference from an edge (% of peak strain)")
-    figures.suptitle(f"Figure 4: white lines are the noise plane at 2 sd (μ = {SHEAR_MODULUS:g} MPa)", fontsize=11)
+        side.set(xscale="log", xlabel="$r_c/r_b$", title=f"mean square over {name}")
+        plain_ticks(side.xaxis, (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 4))
+        side.legend(loc="lower left")
+    axes[0].set_ylabel(r"$\alpha = r_a/r_b$")
+    figures.colorbar(filled, ax=axes, label="rms difference from an edge\n(% of peak strain)")
+    figures.suptitle(
+        f"Figure 4: white lines are two sd of noise of 1 and {100 * NOISE:.3g} % (μ = {SHEAR_MODULUS:g} MPa)"
+    )
     save(figures, folder, "figure_4")
 
 

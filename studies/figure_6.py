@@ -98,13 +98,15 @@ def picture(folder: Path, found: dict[str, Contact]) -> None:
     for colour, each in zip(("C0", "C1"), found.values(), strict=True):
         side.plot(each.place_mm, each.hertz, "--", color=colour, label=f"Hertz, {each.width_mm:.0f} mm")
         side.plot(each.place_mm, each.layer, "-", color=colour, label=f"rigid core, {each.width_mm:.0f} mm")
-        for edge in (-0.5, 0.5):
-            side.axvline(edge * each.width_mm, color=colour, ls=":", lw=1)
+        ends = [-each.width_mm / 2, each.width_mm / 2]
+        side.plot(ends, [0, 0], "|", color=colour, ms=14, mew=1.5, clip_on=False, zorder=3)
     side.set(
-        xlabel="place along the surface (mm)", ylabel="pressure over Hertz's peak", title="Figure 6: flat indenters"
+        xlabel="place along the surface (mm)",
+        ylabel="pressure over Hertz's peak",
+        title="Figure 6: pressure under a flat",
     )
     side.set_ylim(0, None)
-    side.legend(fontsize=8, loc="lower center")
+    side.legend(loc="lower center")
     save(drawn, folder, "figure_6")
 
 

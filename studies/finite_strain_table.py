@@ -206,7 +206,7 @@ def print_table() -> None:
 
 def picture(folder: Path) -> None:
     """Linear and finite-strain profiles of three tips at the load and modulus of Table 3."""
-    drawn, axes = figure(3)
+    drawn, axes = figure(3, figsize=(12.5, 3.6))
     sensing, load = np.array([9.9, 10.3]), 0.2 / 0.054
     for side, nose in zip(axes, (0.1, 3.9, np.inf), strict=True):
         radius = float(composite_radius(nose, OUTER))
@@ -216,11 +216,11 @@ def picture(folder: Path) -> None:
             response = FiniteStrainTable.load(measure).for_elements(sensing)
             added = response(np.full(len(ANGLES), load), np.full(len(ANGLES), radius), turn).T
             strain = linear + load * edge_peaks(sensing)[:, None] * added
-            side.plot(np.degrees(ANGLES), strain[0], "C0" + style, label=f"r_s 9.9 mm, {measure}")
+            side.plot(np.degrees(ANGLES), strain[0], "C0" + style, label=f"neo-Hookean, {measure}")
         side.plot(np.degrees(ANGLES), linear[0], "0.5", ls="--", label="linear")
-        side.set(xlim=(0, 60), xlabel="angle from the touch (degree)", ylabel="compressive strain")
+        side.set(xlim=(0, 60), xlabel="angle from the touch (degree)", ylabel="compressive strain at $r_s$ = 9.9 mm")
         side.set_title("corner" if nose < 0.2 else ("flat" if np.isinf(nose) else f"tip of {nose:g} mm"))
-    axes[0].legend(fontsize=8)
+    axes[0].legend()
     save(drawn, folder, "finite_strain")
 
 

@@ -192,7 +192,7 @@ def rms_along(quantity: Quantity, held: HeldOut, bins: int = 12) -> tuple[np.nda
 
 def draw(all_found: list[Found], folder: Path) -> None:
     """Save one picture: rms residual of held-out touches along three quantities, before and after."""
-    picture, axes = figure(3, len(all_found), squeeze=False)
+    picture, axes = figure(3, len(all_found), squeeze=False, figsize=(12.5, 3.0 * len(all_found)))
     for line, found in zip(axes, all_found, strict=True):
         before, after = found.diagnosis.traced.before.held_out, found.diagnosis.traced.after.held_out
         assert before is not None
@@ -200,12 +200,12 @@ def draw(all_found: list[Found], folder: Path) -> None:
         names = [each.name for each in before.quantities]
         wanted = ("load", "time", "predicted signal", "reading of the touch before", "x")
         for axis, name in zip(line, [each for each in wanted if each in names], strict=False):
-            for held, colour, label in ((before, "tab:orange", "linear"), (after, "tab:blue", "with what was found")):
+            for held, colour, label in ((before, "C1", "linear"), (after, "C0", "with what was found")):
                 quantity = next(each for each in held.quantities if each.name == name)
                 axis.plot(*rms_along(quantity, held), "o-", color=colour, label=label)
             axis.set(xlabel=f"{name} ({quantity.unit})", ylabel="rms residual (% of peak)", ylim=(0, None))
         line[0].set_title(found.case.name, loc="left")
-    axes[0, 0].legend()
+    picture.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside lower center", ncols=2)
     save(picture, folder, "measured_diagnosis")
 
 

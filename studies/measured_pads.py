@@ -11,7 +11,7 @@ all         the same over all held-out touches
 places      touches whose posterior names more than one place
 
 and, where loads were measured, how badly linearity in the load holds. The model that `calibrate` chooses (by
-calibration touches alone) is marked. Run it to print the tables; give a folder to save the pictures too.
+calibration touches alone) is marked. With `--small` baro-line alone.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from _published import figure, options, save
 
 from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.calibration.pad_models import PadModel, fit_kernel
@@ -195,13 +195,8 @@ def draw(
     pictures: Path,
 ) -> None:
     """Save readings over distance with the kernels, location errors over the pad, and coverage."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
     problem, _ = pad_problem(dataset.sensor, dataset.calibration, samples="auto", seed=0)
-    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(14, 4), layout="constrained")
+    drawn, (left, middle, right) = figure(3, figsize=(12.5, 3.8))
     for kernel, (model, _, _) in models.items():
         chain, known = model.fit.chain, problem.known
         distance = np.sqrt(((known.location[:, None] - chain.position) ** 2).sum(axis=-1)).ravel()
@@ -211,12 +206,12 @@ def draw(
         x = np.linspace(0, distance.max(), 400)
         left.plot(x, chain.kernel(x, chain.values), label=kernel)
     left.set(xlabel="distance from the element (mm)", ylabel="signal over that above the element", ylim=(-0.06, 0.12))
-    left.legend()
+    left.legend(title="kernel (dots: readings)")
     location, error = errors(posterior)
     if location.shape[1] == 2:
         size = np.sqrt((error**2).sum(axis=1))
         points = middle.scatter(*location.T, c=np.clip(size, 0, 1), s=6, cmap="viridis")
-        figure.colorbar(points, ax=middle, label="location error (mm), cut at 1")
+        drawn.colorbar(points, ax=middle, label="location error (mm), cut at 1")
         middle.plot(*position.T, "r+")
         middle.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     else:
@@ -226,23 +221,20 @@ def draw(
     right.plot(LEVELS, found, "o-")
     right.plot([0, 1], [0, 1], color="0.7")
     right.set(xlabel="probability of the region", ylabel="share of touches inside it")
-    figure.suptitle(f"{name}: {dataset.sensor.source.get('repository', '')}")
-    pictures.mkdir(parents=True, exist_ok=True)
-    figure.savefig(pictures / f"measured_pads_{name}.png", dpi=120)
-    plt.close(figure)
+    drawn.suptitle(f"{name}: {dataset.sensor.source.get('repository', '')}")
+    save(drawn, pictures, f"measured_pads_{name}")
 
 
-def main() -> None:
+def main(small: bool = False, pictures: Path | None = None) -> None:
     """Print every table; save pictures in the folder given."""
     default = Path(__file__).resolve().parent.parent.parent / "shared"
     folder = Path(os.environ.get("BAYESTOUCH_SHARED", default))
     if not (folder / "measured").is_dir():
         print("no measured data: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
         return
-    pictures = Path(sys.argv[1]) if len(sys.argv) > 1 else None
-    for name in ("baro-line", "array8-soft", "fluid-oil-1.5"):
+    for name in ("baro-line",) if small else ("baro-line", "array8-soft", "fluid-oil-1.5"):
         print_data_set(folder, name, pictures)
 
 
 if __name__ == "__main__":
-    main()
+    main(*options(__doc__))

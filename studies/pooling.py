@@ -4,7 +4,7 @@ The paper fitted σ element by element and got 0.41 to 0.48. Here a simulated fi
 whose rubber has one σ and one μ, is calibrated both ways, each element alone with a posterior of its own: how far the
 σ of single elements scatter, what that does to depth, and what either predicts of tips it has not seen.
 
-    python studies/pooling.py [folder for the picture]
+    python studies/pooling.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -13,12 +13,11 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from _published import figure, rms, save
+from _published import figure, options, rms, save
 from _simulated import true_chain
 
 import bayestouch
@@ -127,18 +126,17 @@ def main(design: FingerDesign = DESIGN, draws: int = 1000, folder: Path | None =
 
 def save_picture(found: Pooling, design: FingerDesign, folder: Path) -> None:
     """σ of each element alone, with 90 % intervals, over the band of all together."""
-    drawn, axis = figure(figsize=(8.0, 3.8))
+    drawn, axis = figure(figsize=(7.0, 3.6))
     low, middle, high = np.quantile(found.alone, [0.05, 0.5, 0.95], axis=1)
     number = np.arange(1, len(middle) + 1)
-    axis.errorbar(
-        number, middle, [middle - low, high - middle], fmt="o", color="#d55e00", label="each element alone, 90 %"
-    )
-    axis.axhspan(*np.quantile(found.pooled, [0.05, 0.95]), color="#0072b2", alpha=0.5, label="all together, 90 %")
+    axis.errorbar(number, middle, [middle - low, high - middle], fmt="o", color="C1", label="each element alone, 90 %")
+    axis.axhspan(*np.quantile(found.pooled, [0.05, 0.95]), color="C0", alpha=0.5, label="all together, 90 %")
     axis.axhline(design.poisson_ratio, color="black", lw=1, ls="--", label="as built")
     axis.set(xlabel="element", ylabel="Poisson's ratio σ", xticks=number)
-    axis.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    drawn.legend(loc="outside upper center", ncols=3)
     save(drawn, folder, "pooling")
 
 
 if __name__ == "__main__":
-    main(folder=Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    small, pictures = options(__doc__)
+    main(SMALL if small else DESIGN, 400 if small else 1000, pictures)

@@ -7,7 +7,7 @@ touches, and one with its elements closer to the core, few touches and wide prio
 some two standard deviations away from the mode: the depths have a prior each, and the further out they lie the more
 room each has.
 
-    python studies/ridge.py [folder for the picture]
+    python studies/ridge.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -16,12 +16,11 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from _published import figure, save
+from _published import figure, options, plain_ticks, save
 
 import bayestouch
 from bayestouch.parameters import LogNormal, Prior, Uniform
@@ -110,22 +109,22 @@ def main(draws: int = 2000, folder: Path | None = None) -> dict[str, list[Ridge]
 
 def save_picture(found: dict[str, list[Ridge]], folder: Path) -> None:
     """Draws of the middle element over their mean: gain above, response below, against depth and against σ."""
-    drawn, axes = figure(2, 2, figsize=(9.0, 6.4), sharey=True)
+    drawn, axes = figure(2, 2, figsize=(9.0, 6.0), sharey=True)
     colours = dict(zip(CASES, ("#0072b2", "#d55e00"), strict=True))
     for case in reversed(CASES):
         one = found[case][ELEMENTS // 2]
         for row, scale in zip(axes, (one.gain, one.response), strict=True):
             for axis, other in zip(row, (one.depth - one.depth.mean(), one.sigma), strict=True):
                 axis.plot(other, scale / scale.mean(), ".", ms=2, alpha=0.5, color=colours[case], label=case)
-    for row, label in zip(axes, ("gain over its mean", "response over its mean"), strict=True):
+    for row, label in zip(axes, ("gain / its mean", "response / its mean"), strict=True):
         row[0].set_ylabel(label)
-        for axis, name in zip(row, ("depth r_s less its mean, mm", "Poisson's ratio σ"), strict=True):
+        for axis, name in zip(row, ("depth $r_s$ less its mean (mm)", "Poisson's ratio σ"), strict=True):
             axis.set(xlabel=name, yscale="log")
-            axis.yaxis.set_major_formatter("{x:g}")
-            axis.yaxis.set_minor_formatter("{x:g}")
-    axes[0, 0].legend(markerscale=4)
+            plain_ticks(axis.yaxis, (0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3))
+    axes[0, 0].legend(markerscale=4, title="calibration")
     save(drawn, folder, "ridge")
 
 
 if __name__ == "__main__":
-    main(folder=Path(sys.argv[1]) if len(sys.argv) > 1 else None)
+    small, pictures = options(__doc__)
+    main(1000 if small else 2000, pictures)

@@ -4,7 +4,7 @@ All parameters are drawn from their priors, calibration touches simulated and ca
 five parameters of each element, σ, μ, the force sensor's noise, two true loads and the log density. The statistic and
 its threshold are those of `bayestouch.ranks.RankStatistics`.
 
-    python studies/sbc_calibration.py [simulations] [folder for the rank plots]
+    python studies/sbc_calibration.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -13,9 +13,10 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from dataclasses import replace
 from pathlib import Path
+
+from _published import options, save
 
 import bayestouch
 from bayestouch.ranks import RankStatistics
@@ -45,13 +46,10 @@ def main(simulations: int = 500, design: FingerDesign = DESIGN, folder: Path | N
     print(f"(each p-value is to be {result.threshold(0.01):.2g} at least)")
     print(result.table())
     if folder is not None:
-        folder.mkdir(parents=True, exist_ok=True)
-        result.plot().savefig(folder / "sbc_calibration.png", dpi=150)
+        save(result.plot(), folder, "sbc_calibration")
     return result
 
 
 if __name__ == "__main__":
-    main(
-        *(int(argument) for argument in sys.argv[1:2]),
-        folder=Path(sys.argv[2]) if len(sys.argv) > 2 else None,
-    )
+    small, pictures = options(__doc__)
+    main(60, SMALL, pictures) if small else main(folder=pictures)

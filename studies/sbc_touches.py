@@ -3,7 +3,7 @@
 Touches are drawn from the prior and read with a calibration that was inferred, by emcee and by importance sampling, as
 single samples and as averages of 20. The statistic and its threshold are those of `bayestouch.ranks.RankStatistics`.
 
-    python studies/sbc_touches.py [simulations] [folder for the rank plots]
+    python studies/sbc_touches.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -12,9 +12,10 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from itertools import product
 from pathlib import Path
+
+from _published import options, save
 
 import bayestouch
 from bayestouch.ranks import RankStatistics
@@ -35,13 +36,10 @@ def main(simulations: int = 2000, folder: Path | None = None) -> dict[tuple[str,
         print(f"(each p-value is to be {result.threshold(0.01):.2g} at least)")
         print(result.table(), end="\n\n")
         if folder is not None:
-            folder.mkdir(parents=True, exist_ok=True)
-            result.plot().savefig(folder / f"sbc_touches_{method}_{samples}.png", dpi=150)
+            save(result.plot(), folder, f"sbc_touches_{method}_{samples}")
     return found
 
 
 if __name__ == "__main__":
-    main(
-        *(int(argument) for argument in sys.argv[1:2]),
-        folder=Path(sys.argv[2]) if len(sys.argv) > 2 else None,
-    )
+    small, pictures = options(__doc__)
+    main(100 if small else 2000, pictures)

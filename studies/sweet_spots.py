@@ -244,7 +244,7 @@ def print_elements(each: Sizes) -> None:
 
 def picture(folder: Path, by_size: list[Sizes], sign: Signs) -> None:
     """Predicted and seen, by location."""
-    figures, (left, middle, right) = figure(3, figsize=(14.5, 4.2))
+    figures, (left, middle, right) = figure(3, figsize=(13.5, 4.2))
     place = by_size[0].seen.angle_deg
     seen = np.stack([each.seen.error for each in by_size])
     predicted = np.stack([each.spots.radius_error for each in by_size])
@@ -255,26 +255,24 @@ def picture(folder: Path, by_size: list[Sizes], sign: Signs) -> None:
     for angle in by_size[0].calibration.sensor.body.element_angles_deg:
         if abs(angle) <= place.max():
             left.axvline(angle, color="0.85", zorder=0)
-    left.set(
-        xlabel="location (degree); grey: elements", ylabel=f"rms error of R (mm), {len(by_size)} fingers, all tips"
-    )
-    left.set_title("model right: the size is predicted")
+    left.set(xlabel="location (degree); grey: elements", ylabel="rms error of R (mm)")
+    left.set_title(f"model right: the size is predicted (fingers: {len(by_size)}, all tips)")
     left.set_ylim(0, None)
-    left.legend(fontsize=8)
+    left.legend()
     for colour, i in enumerate((0, len(sign.seen.indenters_mm) // 2, -1)):
         name = indenter(sign.seen.indenters_mm[i])
         middle.plot(sign.seen.angle_deg, sign.seen.error[i], f"C{colour}.", ms=5, label=f"{name}, seen")
         middle.plot(sign.seen.angle_deg, sign.predicted[i], f"C{colour}-", lw=1)
     middle.set(xlabel="location (degree)", ylabel="bias of R (mm)")
-    middle.set_title(f"{sign.name}, model misses something: the sign is predicted (lines)", fontsize=10)
-    middle.legend(fontsize=7)
+    middle.set_title(f"{sign.name}, model misses something:\nthe sign is predicted (lines)")
+    middle.legend()
     right.plot(sign.predicted.ravel(), sign.seen.error.ravel(), ".", ms=4, label="read with the model")
     right.plot(sign.predicted.ravel(), sign.seen_by_map.error.ravel(), ".", ms=3, alpha=0.6, label="read with the map")
     ends = np.array([sign.predicted.min(), sign.predicted.max()])
     right.plot(ends, ends, color="0.6")
     right.set(xlabel="bias of R predicted before any touch (mm)", ylabel="bias of R seen (mm)")
-    right.set_title(f"R² {sign.score.r_squared:.2f}, indenters held out", fontsize=10)
-    right.legend(fontsize=7)
+    right.set_title(f"R² {sign.score.r_squared:.2f}, indenters held out")
+    right.legend()
     save(figures, folder, "sweet_spots")
 
 

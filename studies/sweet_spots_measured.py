@@ -19,7 +19,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from _published import figure, options, rms, save
+from _published import figure, options, plain_ticks, rms, save
 from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
 
@@ -202,7 +202,7 @@ def score(found: PadResult) -> dict[str, str]:
 
 def picture(folder: Path, found: PadResult) -> None:
     """Maps of error and predicted spread, and signed bias of the kernel alone."""
-    figures, axes = figure(3, figsize=(13.0, 4.4))
+    figures, axes = figure(3, figsize=(13.0, 4.0))
     size = np.sqrt((found.error**2).sum(axis=1))
     if found.location.shape[1] == 2:
         from matplotlib.colors import LogNorm
@@ -215,26 +215,35 @@ def picture(folder: Path, found: PadResult) -> None:
             points = side.scatter(*found.location.T, c=values, s=9, norm=scale, cmap="viridis")
             side.plot(*found.elements.T, "r+", ms=9)
             side.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal", title=title)
-        figures.colorbar(points, ax=axes[1], label="location error (mm)")
+        bar = figures.colorbar(points, ax=axes[1], label="location error (mm)")
+        plain_ticks(bar.ax.yaxis, (0.05, 0.1, 0.2, 0.5, 1, 2))
     else:
         x = found.location[:, 0]
         order = np.argsort(x)
         axes[0].plot(x[order], found.spots.sd[order], "C1-", label="predicted sd")
         axes[0].plot(x, size, "C0.", label="|error| seen")
-        axes[0].set(xlabel="x (mm)", ylabel="mm", title="with the empirical map", yscale="log")
+        axes[0].set(xlabel="x (mm)", ylabel="error of the location (mm)", title="with the empirical map", yscale="log")
+        low, high = axes[0].get_ylim()
+        plain_ticks(
+            axes[0].yaxis, [t for t in (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5) if low < t < high]
+        )
         axes[1].plot(x[order], found.predicted_bias[order, 0], "C1-", label="predicted bias")
         axes[1].plot(x, found.kernel_error[:, 0], "C0.", label="error seen")
-        axes[1].set(xlabel="x (mm)", ylabel="mm", title="kernel alone")
+        axes[1].set(xlabel="x (mm)", ylabel="error of the location (mm)", title="read with the kernel alone")
         for side in axes[:2]:
             for place in found.elements[:, 0]:
                 side.axvline(place, color="0.85", zorder=0)
-            side.legend(fontsize=8)
+            side.legend()
     some = found.inside
     axes[2].plot(found.predicted_bias[some].ravel(), found.kernel_error[some].ravel(), ".", ms=3)
     ends = np.quantile(found.predicted_bias[some], [0.0, 1.0])
     axes[2].plot(ends, ends, color="0.6")
-    axes[2].set(xlabel="bias predicted by the map (mm)", ylabel="error seen (mm)", title="read with the kernel alone")
-    figures.suptitle(f"measured/{found.name} (red or grey: elements)", fontsize=11)
+    axes[2].set(
+        xlabel="bias predicted by the map (mm)",
+        ylabel="error seen (mm)",
+        title="read with the kernel alone, inside the elements",
+    )
+    figures.suptitle(f"{found.name} (red or grey: elements)")
     save(figures, folder, f"sweet_spots_{found.name}")
 
 

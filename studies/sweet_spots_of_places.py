@@ -99,15 +99,15 @@ def print_foretold(title: str, found: list[Foretold]) -> None:
 
 def picture(folder: Path, found: dict[str, list[Foretold]]) -> None:
     """Bias by place of three tips, and predicted against seen for all kinds."""
-    drawn, (left, right) = figure(2, figsize=(12.5, 4.4))
+    drawn, (left, right) = figure(2, figsize=(11.0, 4.2))
     one = next(iter(found.values()))[0]
     for colour, i in enumerate((0, len(one.seen.indenters_mm) // 2, -1)):
         name = indenter(one.seen.indenters_mm[i])
         left.plot(one.seen.angle_deg, one.seen.error[i], f"C{colour}.", ms=5, label=f"{name}, seen")
         left.plot(one.seen.angle_deg, one.predicted[i], f"C{colour}-", lw=1)
     left.set(xlabel="location (degree)", ylabel="bias of R (mm)")
-    left.set_title(f"errors {next(iter(found))}; lines: predicted before any touch", fontsize=10)
-    left.legend(fontsize=8)
+    left.set_title(f"errors {next(iter(found))}; lines: predicted before any touch")
+    left.legend()
     for colour, (kind, fingers) in zip(("C0", "C1", "C2", "0.5"), found.items(), strict=False):
         for i, each in enumerate(fingers):
             label = None if i else f"{kind}, R² {np.mean([f.score.r_squared for f in fingers]):.2f}"
@@ -115,8 +115,8 @@ def picture(folder: Path, found: dict[str, list[Foretold]]) -> None:
     ends = np.array(right.get_xlim())
     right.plot(ends, ends, color="0.6", lw=1)
     right.set(xlabel="bias of R predicted (mm)", ylabel="bias of R seen (mm)")
-    right.set_title("tips that calibrated nothing, by kind of error", fontsize=10)
-    right.legend(fontsize=8)
+    right.set_title("tips that calibrated nothing, by kind of error")
+    right.legend(title="errors", markerscale=2)
     save(drawn, folder, "sweet_spots_of_places")
 
 

@@ -102,7 +102,7 @@ def rows(found: list[PaperRun]) -> list[Beside]:
 
 def picture(folder: Path, found: list[PaperRun]) -> None:
     """Values of all elements of each finger, the paper's range beside them."""
-    drawn, axes = figure(4, figsize=(14.0, 3.6))
+    drawn, axes = figure(4, figsize=(12.5, 3.4))
     for side, (name, (attribute, label)) in zip(axes, QUANTITIES.items(), strict=True):
         low, mean, high = (published.number(f"table_1.{name}.{column}").value for column in COLUMNS)
         side.axhspan(low, high, color="C1", alpha=0.15, label="paper: range")
@@ -112,8 +112,8 @@ def picture(folder: Path, found: list[PaperRun]) -> None:
             side.plot(np.full(len(values), i), values, "C0.", ms=4, alpha=0.6, label=None if i else "elements")
             side.plot(i, np.mean(values), "k_", ms=12, label=None if i else "mean")
         side.set(xlabel="simulated finger", ylabel=label, xticks=range(len(found)))
-    axes[0].legend(fontsize=8)
-    drawn.suptitle("Table 1: fits of single elements to knife edges", fontsize=11)
+    drawn.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    drawn.suptitle("Table 1: fits of single elements to knife edges")
     save(drawn, folder, "table_1")
 
 

@@ -64,21 +64,27 @@ def picture(folder: Path, found: list[PaperRun]) -> None:
             values = getattr(run.finger.identified, attribute)
             left.plot(np.full(len(values), i), values, style, ms=4, alpha=0.6, label=None if i else name)
     left.set(xlabel="simulated finger", ylabel="error (% of peak)", xticks=range(len(found)), ylim=(0, None))
-    left.set_title("Table 2: empirical fits to knife edges", fontsize=10)
-    left.legend(fontsize=8)
+    left.set_title("Table 2: empirical fits to knife edges")
+    left.legend(loc="lower left")
     for name, table, style in (
         ("fitted model", found[0].finger.fitted_map, "C0.-"),
         ("identified", found[0].finger.identified, "C3x-"),
     ):
         values = np.linalg.svd(table.map / table.response[:, None], compute_uv=False)
-        right.plot(1 + np.arange(len(values)), values / values[0], style, label=f"{name}: {values[0] / values[-1]:.1f}")
+        right.plot(
+            1 + np.arange(len(values)),
+            values / values[0],
+            style,
+            label=f"{name}: condition {values[0] / values[-1]:.1f}",
+        )
     right.set(
         xlabel="singular value",
+        xticks=range(1, 17, 3),
         ylabel="relative to the largest",
         ylim=(0, None),
-        title="E maps and their condition numbers",
+        title="singular values of the E maps",
     )
-    right.legend(fontsize=8)
+    right.legend()
     save(drawn, folder, "table_2")
 
 

@@ -106,7 +106,7 @@ def picture(folder: Path, out: list[Beside]) -> None:
     """Printed and simulated means over the tip's radius."""
     by_key = {row.key: row for row in out}
     radii = np.array([row.r_c for row in TABLE_3])
-    drawn, axes = figure(2)
+    drawn, axes = figure(2, sharey=True)
     for side, contact in zip(axes, CONTACTS, strict=True):
         side.plot(radii, radii, ":", color="0.5", label="the tip's own")
         for i, calibration in enumerate(CALIBRATIONS):
@@ -121,7 +121,7 @@ def picture(folder: Path, out: list[Beside]) -> None:
             ylabel="mean estimate of $r_c$ (mm)",
             title=f"Table 3: {CONTACTS[contact].capitalize()} contact",
         )
-        side.legend(fontsize=8)
+        side.legend()
     save(drawn, folder, "table_3")
 
 

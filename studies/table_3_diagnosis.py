@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from _paper import paper_design
-from _published import figure, options, save
+from _published import figure, options, plain_ticks, save
 
 import bayestouch
 from bayestouch.diagnosis.traced import Stand
@@ -77,19 +77,19 @@ def print_found(found: Found) -> None:
 
 def draw(found: Found, folder: Path) -> None:
     """Save estimates over radius, before and after, and as printed."""
-    picture, axis = figure()
-    axis.plot(
-        found.tip_mm, [row.hertz_model for row in TABLE_3], "s", mfc="none", color="tab:red", label="paper, Hertz"
-    )
+    picture, axis = figure(figsize=(6.4, 4.4))
+    axis.plot(found.tip_mm, [row.hertz_model for row in TABLE_3], "s", mfc="none", color="C1", label="paper, Hertz")
     paper = [row.frictionless_model for row in TABLE_3]
-    axis.plot(found.tip_mm, paper, "s", mfc="none", color="tab:blue", label="paper, frictionless on the core")
-    axis.plot(found.tip_mm, found.before_mm, "o-", color="tab:red", label="calibrated by Hertz")
-    axis.plot(found.tip_mm, found.after_mm, "o-", color="tab:blue", label="with what was found: rigid core")
-    axis.plot(found.tip_mm, found.tip_mm, color="0.6", lw=1)
+    axis.plot(found.tip_mm, paper, "s", mfc="none", color="C0", label="paper, frictionless on the core")
+    axis.plot(found.tip_mm, found.before_mm, "o-", color="C1", label="calibrated by Hertz")
+    axis.plot(found.tip_mm, found.after_mm, "o-", color="C0", label="with what was found: rigid core")
+    axis.plot(found.tip_mm, found.tip_mm, color="0.6", lw=1, label="the tip's own")
     axis.set(
         xlabel="radius of the tip $r_c$ (mm)", ylabel="$r_c$ of the mean estimate (mm)", xscale="log", yscale="log"
     )
-    axis.legend(fontsize=8)
+    for side in (axis.xaxis, axis.yaxis):
+        plain_ticks(side, (0.5, 1, 2, 5, 10, 20))
+    axis.legend()
     save(picture, folder, "table_3_diagnosis")
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from _published import Beside, figure, options, print_beside, rms, save
+from _published import Beside, figure, options, plain_ticks, print_beside, rms, save
 
 from bayestouch.contact import composite_radius, indenter_radius
 from bayestouch.published import number
@@ -135,34 +135,40 @@ def print_table_3(curves: BiasCurves, posterior: ModulusPosterior) -> tuple[dict
 
 def picture(folder: Path, curves: BiasCurves, found: Findings) -> None:
     """Bias curves with the printed columns, the posteriors, and the moduli that other numbers want."""
-    drawn, (left, middle, right) = figure(3)
+    drawn, (left, middle, right) = figure(3, figsize=(13.0, 3.8))
     truth = composite_radius(TIPS_MM, R_B)
     for modulus in (0.03, 0.1, 0.3):
         read = curves.means(modulus)[0, 0]
         left.plot(truth, read, color="0.75", lw=1)
-        left.annotate(f"{modulus:g} MPa", (truth[-1], read[-1]), fontsize=7, color="0.4")
+        left.annotate(
+            f"{modulus:g} MPa", (truth[-1], read[-1]), (3, 0), textcoords="offset points", fontsize=8, va="center"
+        )
     mean, covariance = curves.means(found.posterior.mean_MPa), curves.covariance(found.posterior.mean_MPa, [0], [0])
     left.errorbar(truth, mean[0, 0], np.sqrt(covariance.diagonal()), color="C0", label="predicted, model calibration")
     for mark, calibration in zip("os", CALIBRATIONS, strict=True):
         left.plot(truth, printed("hertz", calibration), mark, label=f"printed, {calibration}")
     left.plot(truth, truth, ":", color="0.5")
     left.set(xlabel="R of the tip (mm)", ylabel="R of the mean estimate (mm)", title="Table 3 read by Hertz")
-    left.legend(fontsize=7)
+    left.set_xlim(None, 1.18 * truth[-1])
+    left.legend()
     for name, posterior in {**found.by_column, "both": found.posterior}.items():
         grid = posterior.modulus_MPa
         middle.plot(grid, posterior.weight / np.gradient(np.log(grid)), label=name)
     middle.set(xscale="log", xlabel="μ (MPa)", ylabel="density in log μ", title="posterior from the Hertz columns")
-    middle.legend(fontsize=8)
+    middle.legend(title="columns")
     low, high = found.posterior.interval()
-    right.axvspan(low, high, color="C2", alpha=0.2)
+    right.axvspan(low, high, color="C2", alpha=0.2, label="posterior, 90 %")
+    names = []
     for i, (key, modulus) in enumerate(found.wanted_MPa.items()):
+        names.append(key.replace(" (", "\n(") + ("" if np.isfinite(modulus) else ": none"))
         if np.isfinite(modulus):
-            right.plot(modulus, -i, "ko")
-        right.text(0.021, -i + 0.2, key + ("" if np.isfinite(modulus) else ": none"), fontsize=6.5)
-    right.set(xscale="log", xlim=(0.02, 0.3), xlabel="μ (MPa)", yticks=[], title="μ that each other number wants")
+            right.plot(modulus, i, "ko")
+    right.set(xscale="log", xlim=(0.02, 0.3), xlabel="μ (MPa)", title="μ that other numbers want")
+    right.set_yticks(range(len(names)), names, fontsize=8)
+    right.set_ylim(len(names) - 0.4, -0.6)
+    right.legend()
     for side, ticks in ((middle, (0.03, 0.05, 0.1, 0.2, 0.4)), (right, (0.02, 0.05, 0.1, 0.2))):
-        side.set_xticks(ticks, labels=[f"{tick:g}" for tick in ticks])
-        side.minorticks_off()
+        plain_ticks(side.xaxis, ticks)
     save(drawn, folder, "table_3_modulus")
 
 

@@ -18,7 +18,7 @@ from pathlib import Path
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
-from _published import figure, options, save
+from _published import figure, options, plain_ticks, save
 
 from bayestouch.published import TABLE_1, number
 from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM
@@ -178,7 +178,7 @@ def print_residuals(found: Findings) -> None:
 
 def picture(folder: Path, found: Findings, fits: dict[str, SimulatedFits]) -> None:
     """The squeeze seen in the columns, the residual before and after, and Table 1's sensing radius."""
-    drawn, (left, middle, right) = figure(3)
+    drawn, (left, middle, right) = figure(3, figsize=(13.0, 4.2))
     base = found.effects[LINEAR_NAME]
     modulus, squeeze = base.modulus_MPa[0], base.squeeze_mm
     fine = np.linspace(0.0, 9.0, 100)
@@ -188,7 +188,7 @@ def picture(folder: Path, found: Findings, fits: dict[str, SimulatedFits]) -> No
         left.plot(TRUTH, seen, mark, label=f"Table 3, {calibration}")
     left.set(xlabel="R of the tip (mm)", ylabel="half-width below that of Hertz (mm)", ylim=(0, None))
     left.set_title("what the authors' model squeezes")
-    left.legend(fontsize=8)
+    left.legend()
     middle.axhline(0, color="0.7")
     styles = {"as printed": ":", "rigid core, exact": "--", "authors' squeeze": "-"}
     residuals = (table_3()[1] - TRUTH, found.rigid_core.residual[1], base.residual[1])
@@ -196,7 +196,7 @@ def picture(folder: Path, found: Findings, fits: dict[str, SimulatedFits]) -> No
         for i, calibration in enumerate(CALIBRATIONS):
             middle.plot(TRUTH, residual[i], f"C{i}{style}", marker="os"[i], ms=4, label=f"{name}, {calibration}")
     middle.set(xlabel="R of the tip (mm)", ylabel="printed minus predicted R (mm)", title="frictionless columns")
-    middle.legend(fontsize=7)
+    middle.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
     for name in fits:
         if "9.9" in name or name == FINITE:
             right.plot(MODULI_MPA, fits[name].elements[:, 1], "o-", ms=3, label=name)
@@ -204,9 +204,8 @@ def picture(folder: Path, found: Findings, fits: dict[str, SimulatedFits]) -> No
     right.axhspan(printed_radius - 0.08, printed_radius + 0.08, color="0.85", label="Table 1")
     right.axvspan(*base.modulus_MPa[1:], color="C2", alpha=0.15, label="μ of Table 3")
     right.set(xscale="log", xlabel="μ (MPa)", ylabel="mean r_s that edges fit (mm)", title="elements built at 9.9 mm")
-    right.set_xticks((0.05, 0.1, 0.2), labels=("0.05", "0.1", "0.2"))
-    right.minorticks_off()
-    right.legend(fontsize=7)
+    plain_ticks(right.xaxis, (0.05, 0.1, 0.2))
+    right.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=2)
     save(drawn, folder, "table_3_residual")
 
 

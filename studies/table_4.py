@@ -107,7 +107,7 @@ def rows(found: list[PaperRun]) -> list[Beside]:
 def picture(folder: Path, out: list[Beside]) -> None:
     """Bars, printed and simulated."""
     by_key = {row.key: row for row in out}
-    drawn, axes = figure(3, figsize=(12.5, 3.8))
+    drawn, axes = figure(3, figsize=(12.5, 3.6))
     for side, (name, (_, label)) in zip(axes, NAMES.items(), strict=True):
         ticks = []
         for i, (calibration, part) in enumerate((c, p) for c in CALIBRATIONS for p in PARTS):
@@ -115,11 +115,11 @@ def picture(folder: Path, out: list[Beside]) -> None:
             reach = None if np.isnan(row.low) else np.abs([[row.ours - row.low], [row.high - row.ours]])
             side.bar(i - 0.2, row.paper.value, 0.38, color="C1", label=None if i else "printed")
             side.bar(i + 0.2, row.ours, 0.38, yerr=reach, capsize=2, color="C0", label=None if i else "simulated")
-            ticks.append(f"{part}\n{calibration}")
+            ticks.append(f"{part}\n{calibration if part == PARTS[1] else ''}")
         side.set(ylabel=f"sd of the error of {label}")
-        side.set_xticks(range(len(ticks)), ticks, fontsize=7)
-    axes[0].legend(fontsize=8)
-    drawn.suptitle("Table 4: errors over all samples, of averages by location, and of samples about them", fontsize=11)
+        side.set_xticks(range(len(ticks)), ticks, fontsize=9)
+    axes[0].legend()
+    drawn.suptitle("Table 4: errors over all samples, of averages by location, and of samples about them")
     save(drawn, folder, "table_4")
 
 

@@ -13,6 +13,7 @@ from bayestouch.progress import Progress
 from bayestouch.results import Calibration
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from pandas import DataFrame
 
 __all__ = ["Comparison", "compare"]
@@ -48,6 +49,18 @@ class Comparison:
         import pandas as pd
 
         return pd.DataFrame(self.numbers["parameters"])
+
+    def plot_parameter(self, name: str, axes: Axes | None = None) -> Axes:
+        """A parameter of both by element, less the mean of both; 90 % intervals.
+
+        Raises
+        ------
+        InputError
+            There is no parameter of this name that both have by element.
+        """
+        from bayestouch.comparison.plots import plot_parameter
+
+        return plot_parameter(self.numbers["parameters"], name, axes)
 
 
 def compare(

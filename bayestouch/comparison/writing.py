@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+from bayestouch.comparison.plots import by_parameter, draw_parameter
 from bayestouch.reporting.files import PAGE, write_numbers, write_pictures, write_text
 from bayestouch.reporting.page import new_environment
-from bayestouch.reporting.pictures import BLUE, RED, Picture, canvas, drawing, element_ticks, legend_below, rendered
+from bayestouch.reporting.pictures import Picture, canvas, drawing, element_ticks, legend_below, rendered
 
 NUMBERS = "comparison.json"
 
@@ -27,29 +26,20 @@ def write_comparison(numbers: dict[str, Any], folder: Path) -> None:
 
 def difference_picture(numbers: dict[str, Any]) -> Picture | None:
     """Parameters by element of both, with 90 % intervals; None where they have none in common."""
-    rows = [row for row in numbers["parameters"] if row["element"] is not None]
-    names = list(dict.fromkeys(row["parameter"] for row in rows))
-    if not names:
+    by_element = by_parameter(numbers["parameters"])
+    if not by_element:
         return None
     with drawing():
-        figure, axes = canvas(1.9 * len(names) + 0.4, len(names), 1, sharex=True)
-        for ax, name in zip(axes[:, 0], names, strict=True):
-            these = [row for row in rows if row["parameter"] == name]
-            middle = np.array([(row["first_mean"] + row["second_mean"]) / 2 for row in these])
-            at = np.arange(len(these))
-            for side, colour, marker, shift in (("first", BLUE, "o", -0.12), ("second", RED, "s", 0.12)):
-                mean = np.array([row[f"{side}_mean"] for row in these])
-                # 1.645: central 90 % of a normal
-                ends = 1.645 * np.array([row[f"{side}_sd"] for row in these])
-                ax.errorbar(at + shift, mean - middle, ends, fmt=marker, ms=4, color=colour, label=side)
-            unit = f"\n({these[0]['unit']})" if these[0]["unit"] else ""
-            ax.set_ylabel(f"{these[0]['symbol']} − mean of both{unit}", fontsize=8)
-            ax.grid(axis="y")
-        element_ticks(axes[-1, 0], len(these))
+        figure, axes = canvas(1.9 * len(by_element) + 0.4, len(by_element), 1, sharex=True)
+        for ax, rows in zip(axes[:, 0], by_element.values(), strict=True):
+            draw_parameter(ax, rows)
+        element_ticks(axes[-1, 0], len(rows))
         axes[-1, 0].set_xlabel("element")
         legend_below(axes[-1, 0], 2)
         content = rendered(figure)
-    worst = max(rows, key=lambda row: abs(row["difference_in_sd"] or 0.0))
+    worst = max(
+        (row for rows in by_element.values() for row in rows), key=lambda row: abs(row["difference_in_sd"] or 0.0)
+    )
     return Picture(
         "elements",
         "parameters",

@@ -7,12 +7,16 @@ import html
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.diagnosis.numbers import all_numbers
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.results import Calibration
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,8 +76,47 @@ class Diagnosis:
         with new_folder(Path(folder)) as new:
             write_diagnosis(self, new)
 
+    def to_dataframe(self) -> DataFrame:
+        """Effects that were found, a row for each of their parameters.
+
+        Columns ``effect``, ``stage``, ``parameter``, ``mean``, ``sd``, ``unit``, and of the effect ``elpd_gain`` with
+        ``elpd_gain_se`` (held-out log density) and ``explained_fraction``.
+        """
+        from bayestouch.diagnosis.plots import effect_table
+
+        return effect_table(self.numbers)
+
+    def to_arviz(self) -> Any:
+        """Draws of the calibration after, effects' parameters among them."""
+        return self.calibration_after.to_arviz()
+
+    def plot_errors(self, axes: Axes | None = None) -> Axes:
+        """Rms residual of held-out touches by element in percent of its peak, before and after.
+
+        Raises
+        ------
+        InputError
+            No touches were held out.
+        """
+        from bayestouch.diagnosis.plots import plot_errors
+
+        return plot_errors(self.traced, axes)
+
+    def plot_candidates(self, number: int = 1, axes: Axes | None = None) -> Axes:
+        """What each effect that was tried explains of what can be explained, in one round (from 1) of the search.
+
+        Raises
+        ------
+        InputError
+            There was no such round.
+        """
+        from bayestouch.diagnosis.plots import plot_candidates
+
+        return plot_candidates(self.traced, number, axes)
+
     def __str__(self) -> str:
         return "\n".join(sentences(self.numbers))
 
     def _repr_html_(self) -> str:
-        return "".join(f"<p>{html.escape(line)}</p>" for line in sentences(self.numbers))
+        verdict, *lines = (html.escape(line) for line in sentences(self.numbers))
+        return f"<p><strong>{verdict}</strong></p>" + "".join(f"<p>{line}</p>" for line in lines)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.dataset import DataSet
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
 
 __all__ = ["Report", "report"]
 
@@ -45,6 +49,20 @@ class Report:
         from bayestouch.posterior import load_touches
 
         return load_touches(self.path / "posterior.nc")
+
+    def to_dataframe(self) -> DataFrame:
+        """The key numbers: a row for each ``quantity`` with ``value``, ``unit`` and a ``detail`` in words."""
+        import pandas as pd
+
+        return pd.DataFrame(self.numbers["answer"]["key_numbers"])
+
+    def to_arviz(self) -> Any:
+        """Draws of the touches, see `bayestouch.TouchPosteriors.to_arviz`."""
+        return self.posteriors.to_arviz()
+
+    def plot_estimates(self, name: str, axes: Axes | None = None) -> Axes:
+        """Posterior mean and 90 % interval of every touch over its reference."""
+        return self.posteriors.plot_estimates(name, axes)
 
     def _repr_html_(self) -> str:
         from html import escape

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from bayestouch.simulation.effects import SIMULATED_EFFECTS, SimulatedEffect, ap
 from bayestouch.simulation.finger import BuiltFinger
 from bayestouch.simulation.pad import BuiltPad
 from bayestouch.simulation.recording import Built
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 __all__ = [
     "SIMULATED_EFFECTS",
@@ -50,6 +53,16 @@ class SimulatedDataSet:
 
     dataset: DataSet
     truth: Mapping[str, Any]
+
+    def to_dataframe(self) -> DataFrame:
+        """Both tables of the data set, see `bayestouch.DataSet.to_dataframe`."""
+        return self.dataset.to_dataframe()
+
+    def _repr_html_(self) -> str:
+        from bayestouch.checking import check
+
+        effects = ", ".join(f"{name} {size:g}" for name, size in self.truth["effects"].items()) or "none"
+        return f"{check(self.dataset)._repr_html_()}<p>Simulated, seed {self.truth['seed']}; effects: {effects}.</p>"
 
 
 def save_simulated(

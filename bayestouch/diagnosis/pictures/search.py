@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.reporting.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 def search_picture(traced: Traced) -> Picture:
@@ -15,13 +21,8 @@ def search_picture(traced: Traced) -> Picture:
     names = [tried.effect.name for tried in rounds[0].tried]
     with drawing():
         figure, axes = canvas(0.9 + 0.2 * len(names), 1, len(rounds), sharey=True)
-        for k, (axis, each) in enumerate(zip(axes[0], rounds, strict=True)):
-            tried = {one.effect.name: one for one in each.tried}
-            values = [_share(tried.get(name)) for name in names]
-            colours = [_colour(each, name, tried) for name in names]
-            axis.barh(np.arange(len(names)), values, color=colours, height=0.75)
-            axis.set(xlim=(0, 100), xlabel="explains (%)", title=f"round {k + 1}: {_outcome(each)}")
-            axis.set_yticks(np.arange(len(names)), names)
+        for number, (axis, each) in enumerate(zip(axes[0], rounds, strict=True), start=1):
+            draw_round(axis, number, each, names)
         axes[0][0].invert_yaxis()
         content = rendered(figure, "png")
     added = [each.added.effect.name for each in rounds if each.added is not None]
@@ -37,13 +38,23 @@ def search_picture(traced: Traced) -> Picture:
     )
 
 
+def draw_round(axes: Axes, number: int, each: Round, names: Sequence[str]) -> None:
+    """Bars of one round: blue was added, orange cannot be told from it."""
+    tried = {one.effect.name: one for one in each.tried}
+    place = np.arange(len(names))
+    colours = [_colour(each, name) for name in names]
+    axes.barh(place, [_share(tried.get(name)) for name in names], color=colours, height=0.75)
+    axes.set(xlim=(0, 100), xlabel="explains (%)", title=f"round {number}: {_outcome(each)}")
+    axes.set_yticks(place, names)
+
+
 def _share(tried: Tried | None) -> float:
     if tried is None or not np.isfinite(tried.share) or (tried.noise is not None and not tried.gain > 0):
         return 0.0
     return 100 * tried.share
 
 
-def _colour(each: Round, name: str, tried: dict[str, Tried]) -> str:
+def _colour(each: Round, name: str) -> str:
     if each.added is None:
         return GREY
     if name == each.added.effect.name:
