@@ -67,8 +67,9 @@ def figure(columns: int = 1, rows: int = 1, **changes: Any) -> tuple[Any, Any]:
 
 
 def plain_ticks(axis: Any, ticks: Iterable[float]) -> None:
-    """Ticks of a logarithmic axis as plain numbers, and no others."""
-    at = [float(tick) for tick in ticks]
+    """Those of these ticks that are in view as the only ones of a logarithmic axis, and as plain numbers."""
+    low, high = axis.get_view_interval()
+    at = [float(tick) for tick in ticks if low <= tick <= high]
     axis.set_ticks(at, labels=[f"{tick:g}" for tick in at])
     axis.set_ticks([], minor=True)
 

@@ -49,9 +49,8 @@ LABELS = {
 PAD_VALUES = {"spacing_mm": (4.0, 5.5, 6.75, 8.5), "thickness_mm": (4.0, 6.0, 8.0, 10.0)}
 STRAIN = ("depth_mm", "thickness_mm")
 #: Places of the indenters in the picture: 3.9 and 12.3 mm.
-# Ticks of standard deviations; as many as fit are drawn.
-SD_TICKS_MM = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
 DRAWN = (1, 2)
+SD_TICKS_MM = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20)
 MISFIT = MISFIT_PERCENT["model"]
 
 
@@ -133,15 +132,9 @@ def draw_effort(side: Any, efforts: dict[str, Effort]) -> None:
         side.axhline(effort.floor, color=f"C{colour}", ls=":")
         side.plot(effort.enough(), min(1.1 * effort.floor, effort.sd[0]), "k*", ms=10)
     side.set_xscale("log")
-    ticks = [tick for tick in (1, 10, 20, 50, 100, 200, 1000) if effort.count[0] / 1.5 < tick < 1.5 * effort.count[-1]]
-    plain_ticks(side.xaxis, ticks)
+    side.set_xlim(effort.count[0] / 1.2, 1.2 * effort.count[-1])
+    plain_ticks(side.xaxis, (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
     side.legend()
-
-
-def sd_ticks(side: Any) -> None:
-    """Plain numbers on a logarithmic axis of standard deviations."""
-    low, high = side.get_ylim()
-    plain_ticks(side.yaxis, [tick for tick in SD_TICKS_MM if low < tick < high])
 
 
 def picture(folder: Path, found: Answers) -> None:
@@ -163,7 +156,7 @@ def picture(folder: Path, found: Answers) -> None:
         if vary == "noise_percent":
             side.set_xscale("log")
             plain_ticks(side.xaxis, (0.1, 0.3, 1, 3))
-        sd_ticks(side)
+        plain_ticks(side.yaxis, SD_TICKS_MM)
     sides[0].legend(title="above an element;\ncircles: between two", title_fontsize=8)
     sides[0].set_title("dashed: noise that stays the same as a strain")
     draw_effort(sides[4], {name_of(n): effort for n, effort in found.calibration.items()})
@@ -171,7 +164,7 @@ def picture(folder: Path, found: Answers) -> None:
     sides[4].set_title("dotted: calibration without error;\nstar: within 10 % of it")
     draw_effort(sides[5], found.averaging)
     sides[5].set(xlabel="samples averaged", ylabel="rms sd of R (mm)", yscale="log")
-    sd_ticks(sides[5])
+    plain_ticks(sides[5].yaxis, SD_TICKS_MM)
     sides[5].set_title("dotted: what no averaging removes;\nstar: within 10 % of it")
     save(drawn, folder, "design_questions")
 

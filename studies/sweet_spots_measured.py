@@ -223,10 +223,7 @@ def picture(folder: Path, found: PadResult) -> None:
         axes[0].plot(x[order], found.spots.sd[order], "C1-", label="predicted sd")
         axes[0].plot(x, size, "C0.", label="|error| seen")
         axes[0].set(xlabel="x (mm)", ylabel="error of the location (mm)", title="with the empirical map", yscale="log")
-        low, high = axes[0].get_ylim()
-        plain_ticks(
-            axes[0].yaxis, [t for t in (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5) if low < t < high]
-        )
+        plain_ticks(axes[0].yaxis, (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5))
         axes[1].plot(x[order], found.predicted_bias[order, 0], "C1-", label="predicted bias")
         axes[1].plot(x, found.kernel_error[:, 0], "C0.", label="error seen")
         axes[1].set(xlabel="x (mm)", ylabel="error of the location (mm)", title="read with the kernel alone")
@@ -241,7 +238,7 @@ def picture(folder: Path, found: PadResult) -> None:
     axes[2].set(
         xlabel="bias predicted by the map (mm)",
         ylabel="error seen (mm)",
-        title="read with the kernel alone, inside the elements",
+        title="kernel alone, inside the elements",
     )
     figures.suptitle(f"{found.name} (red or grey: elements)")
     save(figures, folder, f"sweet_spots_{found.name}")
