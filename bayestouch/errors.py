@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -53,6 +54,17 @@ class InputError(ValueError):
 
 def _rebuild(message: str, file: str | None, row: int | None, column: str | None) -> InputError:
     return InputError(message, file=file, row=row, column=column)
+
+
+@contextmanager
+def about(file: str | Path | None) -> Iterator[None]:
+    """Errors that come from within and name no file name this one; the folder of a data set, say."""
+    try:
+        yield
+    except InputError as error:
+        if file is None or error.file is not None:
+            raise
+        raise InputError(error.message, file=file, row=error.row, column=error.column) from error
 
 
 def shown(value: object, length: int = 40) -> str:

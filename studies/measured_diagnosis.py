@@ -25,12 +25,14 @@ from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.pad import held_out_pad
 from bayestouch.diagnosis.quantities import Quantity
-from bayestouch.diagnosis.where import bin_ends, where_it_is
+from bayestouch.diagnosis.where import where_it_is
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 MARK = "<!-- made by studies/measured_diagnosis.py -->"
 #: What a small run takes: of these cases, runs of so many touches, one in so many.
 RUN, SMALL = 6, {"baro-line": 1, "fluid-oil-1.5": 4}
+#: Readings of a bin of the picture, at least.
+FEWEST = 5
 
 
 def one_rest_reading(dataset: DataSet) -> DataSet:
@@ -179,15 +181,16 @@ def print_found(found: Found) -> None:
 
 
 def rms_along(quantity: Quantity, held: HeldOut, bins: int = 12) -> tuple[np.ndarray, np.ndarray]:
-    """Middle and rms residual (percent of peak) of bins along a quantity."""
+    """Middle and rms residual (percent of peak) of bins of one width, where there are enough readings, by quantity."""
     values, residual = quantity.values, 100 * held.residual
     some = np.isfinite(values) & np.isfinite(residual)
-    ends = bin_ends(values[some], bins)
+    ends = np.linspace(values[some].min(), values[some].max(), bins + 1)
     place = np.clip(np.searchsorted(ends, values[some], side="right") - 1, 0, len(ends) - 2)
     count = np.bincount(place, minlength=len(ends) - 1)
     square = np.bincount(place, weights=residual[some] ** 2, minlength=len(count))
     middle = np.bincount(place, weights=values[some], minlength=len(count))
-    return middle[count > 0] / count[count > 0], np.sqrt(square[count > 0] / count[count > 0])
+    enough = count >= FEWEST
+    return middle[enough] / count[enough], np.sqrt(square[enough] / count[enough])
 
 
 def draw(all_found: list[Found], folder: Path) -> None:

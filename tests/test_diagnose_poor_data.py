@@ -114,8 +114,8 @@ def test_too_few_touches_to_tell() -> None:
     "change, complaint",
     [
         (without("load"), "no calibration touch has a measured load"),
-        (without("angle_deg"), "no touch has a known indenter, location and reading"),
-        (without("indenter_radius_mm"), "no touch has a known indenter, location and reading"),
+        (without("angle_deg"), "no touch that presses has a known indenter, location and reading"),
+        (without("indenter_radius_mm"), "no touch that presses has a known indenter, location and reading"),
         (few(3), "no calibration touch comes within"),
     ],
 )
@@ -126,6 +126,7 @@ def test_what_cannot_be_diagnosed_is_one_line(
     assert main(["diagnose", str(tmp_path / "data"), "-o", str(tmp_path / "out")]) == 2
     err = capsys.readouterr().err
     assert complaint in err and err.strip().count("\n") == 0
+    assert err.startswith(f"bayestouch: {tmp_path / 'data'}")  # which data, where several are gone through
     assert not (tmp_path / "out").exists()
 
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from bayestouch.dataset import DataSet
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, about
 from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration
@@ -79,8 +79,10 @@ def calibrate(
             raise InputError("a model with effects is an option of fingers; this sensor is a pad")
         from bayestouch.diagnosis.stated_fit import calibrate_with_effects
 
-        return calibrate_with_effects(dataset, model, draws=draws, seed=seed, progress=progress)
-    dataset = with_calibration(dataset)
+        with about(dataset.path):
+            return calibrate_with_effects(dataset, model, draws=draws, seed=seed, progress=progress)
+    with about(dataset.path):
+        dataset = with_calibration(dataset)
     if isinstance(dataset.sensor.body, Finger):
         if kernel is not None:
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
@@ -88,15 +90,16 @@ def calibrate(
 
         if e_map not in (None, "model", "empirical"):
             raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
-        return calibrate_finger(
-            dataset,
-            contact=contact or "layer",
-            e_map=e_map or "model",
-            stated=priors,
-            draws=draws,
-            seed=seed,
-            progress=progress,
-        )
+        with about(dataset.path):
+            return calibrate_finger(
+                dataset,
+                contact=contact or "layer",
+                e_map=e_map or "model",
+                stated=priors,
+                draws=draws,
+                seed=seed,
+                progress=progress,
+            )
     assert isinstance(dataset.sensor.body, Pad)
     if contact is not None or e_map is not None or priors:
         raise InputError(
@@ -104,4 +107,5 @@ def calibrate(
         )
     from bayestouch.calibration.pad import calibrate_pad
 
-    return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)
+    with about(dataset.path):
+        return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, about
 from bayestouch.progress import Progress
 
 if TYPE_CHECKING:
@@ -68,11 +68,13 @@ def diagnose(
         if kernel is not None:
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
         contact = contact or "layer"
-        traced = trace_finger(dataset, contact=contact, draws=draws, sample=sample, seed=seed, progress=progress)
+        with about(dataset.path):
+            traced = trace_finger(dataset, contact=contact, draws=draws, sample=sample, seed=seed, progress=progress)
         return Diagnosis.of(traced, {"contact": contact, **options})
     from bayestouch.diagnosis.pad import trace_pad
 
     if contact is not None:
         raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")
-    traced = trace_pad(dataset, kernel=kernel, draws=draws, sample=sample, seed=seed, progress=progress)
+    with about(dataset.path):
+        traced = trace_pad(dataset, kernel=kernel, draws=draws, sample=sample, seed=seed, progress=progress)
     return Diagnosis.of(traced, {"kernel": kernel, **options})

@@ -24,7 +24,10 @@ BoolArray = NDArray[np.bool_]
 # Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
 TOO_FEW = "too few touches to hold any out: errors are not estimated"
-NOTHING_KNOWN = "no touch has a known indenter, location and reading: there is nothing to fit"
+NOTHING_KNOWN = (
+    "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
+    "indenter_radius_mm (on a finger) and the location for some touches at least"
+)
 # Blocks in time that the touches of a pad are parted into.
 BLOCKS = 40
 

@@ -23,6 +23,8 @@ from bayestouch.progress import Progress
 
 FloatArray = NDArray[np.float64]
 
+# Shares of a round's time: until all are scored, until the leading ones are refitted; then the correction.
+SCORED, REFITTED = 0.25, 0.8
 # Candidates that are refitted in a round, and rounds that add something.
 LEADING, MOST_EFFECTS = 5, 4
 # An effect is real if chance makes one like it among all that were tried less often than this ...
@@ -63,16 +65,20 @@ def search(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | Non
 def _greedy(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None) -> tuple[Round, ...]:
     rounds: list[Round] = []
     while True:
-        current = one_round(fitted, effects)
+        current = one_round(fitted, effects, _part(progress, len(rounds)))
         if len(rounds) == MOST_EFFECTS and current.added is not None:
             current = replace(current, added=None)
-        if progress is not None:
-            progress((len(rounds) + 1) / (len(rounds) + 2))
         if current.added is None or current.added.fitted is None:
             return (*rounds, current)
         fitted, dropped = _needed(settled(current.added.fitted), current)
         effects = tuple(each for each in effects if each.name not in dropped)
         rounds.append(replace(current, dropped=dropped))
+
+
+def _part(progress: Progress | None, done: int) -> Progress:
+    """Progress within a round: how many there will be is not known, so each takes a smaller part of what is left."""
+    start, end = done / (done + 1), (done + 1) / (done + 2)
+    return lambda share: None if progress is None else progress(start + (end - start) * share)
 
 
 def _standing(rounds: tuple[Round, ...]) -> int:
@@ -120,16 +126,21 @@ def settled(fitted: Fitted) -> Fitted:
     return fit(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
-def one_round(fitted: Fitted, effects: tuple[Effect, ...]) -> Round:
+def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress) -> Round:
     """Score all effects, refit the leading ones, and choose."""
     scored = score_effects(fitted, effects)
+    progress(SCORED)
     noise = tuple(e for e in effects if isinstance(e, NoiseEffect) and e.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
     before, least = density(fitted), _least(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
-    refitted = {c.effect.name: refit(fitted, c, before, ERRORS, least) for c in leading}
+    refitted = {}
+    for number, c in enumerate(leading, start=1):
+        refitted[c.effect.name] = refit(fitted, c, before, ERRORS, least)
+        progress(SCORED + (REFITTED - SCORED) * number / len(leading))
     correction = correct(fitted)
+    progress(1.0)
     correction_gain, correction_se = 0.0, 0.0
     if correction is not None:
         after = held_out_density(correction.linear, folds(fitted))

@@ -55,9 +55,13 @@ def _corner_library() -> Any:
     """The module `corner`. It loads arviz where that is installed, which fails where the home folder cannot be written
     to; it is then loaded without."""
     import sys
+    import warnings
 
     try:
-        import corner
+        with warnings.catch_warnings():
+            # what arviz says of its next version, once a day, is nothing to readers of a report
+            warnings.simplefilter("ignore", FutureWarning)
+            import corner
     except OSError:
         sys.modules["arviz"] = None  # type: ignore[assignment]  # the import system's way to say: not there
         try:

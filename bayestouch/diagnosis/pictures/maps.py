@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from bayestouch.reporting.pictures import DIVERGING, element_ticks
 FloatArray = NDArray[np.float64]
 
 BINS = 24
+# of a label below a panel of a third of the page
+LETTERS = 28
 
 
 def binned(quantity: Quantity, residual: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -58,6 +61,8 @@ def draw_map(axes: Any, quantity: Quantity, residual: FloatArray, limit: float) 
         ends, np.arange(m + 1) - 0.5, 100 * mean, cmap=DIVERGING, vmin=-limit, vmax=limit, rasterized=True
     )
     unit = "touches" if quantity.unit == "touch" else quantity.unit
-    axes.set_xlabel(f"{quantity.name} ({unit})" if unit else quantity.name)
+    # three of them stand side by side: a long name, and the unit below it
+    axes.set_xlabel(fill(quantity.name, LETTERS) + (f"\n({unit})" if unit else ""))
+    axes.locator_params("x", nbins=4)
     element_ticks(axes, m, "y")
     return mesh
