@@ -7,12 +7,14 @@ the base parameters have absorbed what they can, over the noise of an averaged t
 
     python studies/error_rates.py                              a handful of small fingers, within a minute
     python studies/error_rates.py -o FOLDER [--fingers 10]     the study: some 1000 diagnoses, for hours
+        --small         of fingers with 8 elements and a third of the touches: within an hour or so
         --light         reads the held-out touches of fingers at one size only, for the errors of R and for coverage
         --minutes 30    begins no case after so long
         --tables        runs nothing: shows the results that there are
         --docs PAGE     writes them as a page of the documentation
 
-Every result is appended to FOLDER/results.jsonl, and cases that are in it are not run again: a stopped run goes on.
+Every result is appended to FOLDER/results.jsonl, and cases that are in it are not run again: a stopped run goes on, and
+small fingers and whole ones may share a folder.
 Cases come finger by finger, those of a finger in random order, so that a part of the run is a smaller study.
 """
 
@@ -32,7 +34,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -46,8 +48,9 @@ from independent.finger import SMALL, Design  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
 SIZES = (0.5, 1.0, 2.0, 5.0)
-# The size at which a light run, too, reads the held-out touches.
+# The size at which a light run, too, reads the held-out touches, as it does those of fingers without effects.
 READ_SIZE = 2.0
+DESIGNS = {"whole": Design(), "small": SMALL}
 PLAIN_PER_FINGER, PAIR_SIZE = 4, 1.5
 PAIRS = (
     ("crosstalk", "baseline_drift"),
@@ -60,16 +63,17 @@ PAIRS = (
 
 @dataclass(frozen=True)
 class Case:
-    """One data set: effects by key with their sizes, and the seed of finger, touches and noise."""
+    """One data set: effects by key with their sizes, the seed of finger, touches and noise, and which fingers."""
 
     kind: str
     effects: tuple[tuple[str, float], ...]
     seed: int
+    design: str = "whole"
 
     @property
     def key(self) -> str:
         """Name under which its result is kept."""
-        return json.dumps([self.kind, self.effects, self.seed])
+        return json.dumps([self.kind, self.effects, self.seed, self.design])
 
     @property
     def names(self) -> list[str]:
@@ -77,8 +81,8 @@ class Case:
         return [EFFECTS[key].name for key, _ in self.effects]
 
 
-def cases(fingers: int) -> Iterator[Case]:
-    """All cases, finger by finger and shuffled within; forms of an effect take turns."""
+def cases(fingers: int, design: str) -> Iterator[Case]:
+    """All cases of a design, finger by finger and shuffled within; forms of an effect take turns."""
     names = list(dict.fromkeys(effect.name for effect in LISTED))
 
     def form(name: str, finger: int) -> str:
@@ -91,17 +95,17 @@ def cases(fingers: int) -> Iterator[Case]:
         own += [Case("pair", tuple((form(name, finger), PAIR_SIZE) for name in pair), finger) for pair in PAIRS]
         own += [Case("unlisted", ((effect.key, size),), finger) for effect in UNLISTED for size in SIZES[1:3]]
         random.Random(finger).shuffle(own)
-        yield from own
+        yield from (replace(case, design=design) for case in own)
 
 
 def small_cases() -> Iterator[Case]:
     """One of each kind, on small fingers."""
-    yield Case("none", (), 1)
-    yield Case("one", (("crosstalk: unequal, second neighbours", 2.0),), 1)
-    yield Case("unlisted", (("far_lobe: ", 2.0),), 1)
+    yield Case("none", (), 1, "small")
+    yield Case("one", (("crosstalk: unequal, second neighbours", 2.0),), 1, "small")
+    yield Case("unlisted", (("far_lobe: ", 2.0),), 1, "small")
 
 
-def run(case: Case, design: Design, light: bool, begin_before: float) -> dict[str, Any] | None:
+def run(case: Case, light: bool, begin_before: float) -> dict[str, Any] | None:
     """Simulate and diagnose one case; None where the time to begin (s since the epoch) is over."""
     if time.time() > begin_before:
         return None
@@ -110,13 +114,13 @@ def run(case: Case, design: Design, light: bool, begin_before: float) -> dict[st
     record: dict[str, Any] = {**asdict(case), "key": case.key, "names": case.names}
     with tempfile.TemporaryDirectory() as folder:
         try:
-            simulated = simulate(design, [(EFFECTS[key], size) for key, size in case.effects], case.seed)
+            simulated = simulate(DESIGNS[case.design], [(EFFECTS[key], size) for key, size in case.effects], case.seed)
         except OutOfReach as reason:
             return {**record, "out_of_reach": str(reason)}
         dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))
         start, cpu = time.perf_counter(), time.process_time()
         try:
-            sample = not light or any(size == READ_SIZE for _, size in case.effects)
+            sample = not light or all(size == READ_SIZE for _, size in case.effects)
             diagnosis = bayestouch.diagnose(dataset, sample=sample, seed=0)
         except Exception as error:  # a study of thousands of runs counts failures, it does not stop at one
             return {**record, "error": f"{type(error).__name__}: {error}"}
@@ -125,9 +129,7 @@ def run(case: Case, design: Design, light: bool, begin_before: float) -> dict[st
     return record | {"diagnosis": diagnosis.to_dict()}
 
 
-def results(
-    folder: Path, wanted: list[Case], design: Design, processes: int, light: bool, begin_before: float
-) -> list[dict[str, Any]]:
+def results(folder: Path, wanted: list[Case], processes: int, light: bool, begin_before: float) -> list[dict[str, Any]]:
     """Results of the `wanted` cases, from the cache where they are there; as many as there is time for."""
     folder.mkdir(parents=True, exist_ok=True)
     cache = folder / "results.jsonl"
@@ -137,7 +139,7 @@ def results(
     # spawn: a fork of a process with threads can hang
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, mp_context=context) as pool, cache.open("a", encoding="utf-8") as file:
-        jobs = [pool.submit(run, case, design, light, begin_before) for case in missing]
+        jobs = [pool.submit(run, case, light, begin_before) for case in missing]
         for future in tqdm(as_completed(jobs), total=len(missing), disable=None):
             record = future.result()
             if record is None:
@@ -153,6 +155,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, help="folder of results and figures; without it a handful is run")
     parser.add_argument("--fingers", type=int, default=10)
+    parser.add_argument("--small", action="store_true", help="of fingers with 8 elements and a third of the touches")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--light", action="store_true", help=f"read held-out touches only at size {READ_SIZE:g}")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no case after so long")
@@ -161,16 +164,15 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     options = parser.parse_args(arguments)
     if options.output is None:
         with tempfile.TemporaryDirectory() as folder:
-            records = results(Path(folder), list(small_cases()), SMALL, options.processes, True, float("inf"))
+            records = results(Path(folder), list(small_cases()), options.processes, True, float("inf"))
         print_tables(records)
         return records
-    if options.tables:
-        lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
-        records = [json.loads(line) for line in lines]
-    else:
+    if not options.tables:
         until = time.time() + 60 * options.minutes
-        wanted = list(cases(options.fingers))
-        records = results(options.output, wanted, Design(), options.processes, options.light, until)
+        wanted = list(cases(options.fingers, "small" if options.small else "whole"))
+        results(options.output, wanted, options.processes, options.light, until)
+    lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
+    records = [json.loads(line) for line in lines]
     print_tables(records)
     from _error_rate_figures import save_figures
 
