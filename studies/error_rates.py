@@ -42,7 +42,8 @@ from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _error_rate_tables import page, print_tables  # noqa: E402
+from _error_rate_figures import save_figures  # noqa: E402
+from _error_rate_tables import by_design, page, print_tables  # noqa: E402
 from independent.dataset import EFFECTS, LISTED, UNLISTED, forms, simulate, write  # noqa: E402
 from independent.finger import SMALL, Design  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
@@ -173,12 +174,14 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
         results(options.output, wanted, options.processes, options.light, until)
     lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
     records = [json.loads(line) for line in lines]
-    print_tables(records)
-    from _error_rate_figures import save_figures
-
-    save_figures(records, options.output)
+    several = by_design(records)
+    for design, some in several.items():
+        print(f"\n{design} fingers: ", end="")
+        print_tables(some)
+        save_figures(some, options.output, prefix=f"{design}_")
     if options.docs is not None:
-        save_figures(records, options.docs.parent / "figures", prefix="error_rates_", names=("detection", "confusion"))
+        some = next(iter(several.values()))
+        save_figures(some, options.docs.parent / "figures", prefix="error_rates_", names=("detection", "confusion"))
         options.docs.write_text(page(records), encoding="utf-8")
     return records
 
