@@ -20,8 +20,12 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import multiprocessing
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _published import figure, options, save
@@ -42,6 +46,14 @@ from bayestouch.splits import with_calibration
 KERNELS = ("layer", "half-space", "gaussian")
 RING_PITCHES = 1.25, 2.0
 LEVELS = np.linspace(0.05, 0.95, 19)
+DATA_SETS = ("baro-line", "array8-soft", "fluid-oil-1.5")
+# Every model of a pad, and what `calibrate` chooses by itself.
+WAYS: dict[str, dict[str, Any]] = {
+    **{name: {"kernel": name, "empirical": False} for name in KERNELS},
+    **{f"{name} with map": {"kernel": name, "empirical": True} for name in KERNELS},
+    "map alone": {"kernel": "constant", "empirical": True},
+    "chosen": {},
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,13 +114,11 @@ def kernel_errors(dataset: DataSet) -> dict[str, tuple[PadModel, float, float]]:
     return out
 
 
-def calibrations(dataset: DataSet) -> dict[str, Calibration]:
-    """Every model of the pad, calibrated, and the one that `calibrate` chooses."""
-    out = {name: calibrate_pad(dataset, kernel=name, empirical=False) for name in KERNELS}
-    out |= {f"{name} with map": calibrate_pad(dataset, kernel=name, empirical=True) for name in KERNELS}
-    out["map alone"] = calibrate_pad(dataset, kernel="constant", empirical=True)
-    out["chosen"] = calibrate_pad(dataset)
-    return out
+def read(folder: Path, name: str, label: str) -> tuple[Calibration, TouchPosteriors]:
+    """A data set calibrated in one of the ways of `WAYS`, and its touches read with that."""
+    dataset = load(folder, name)
+    calibration = calibrate_pad(dataset, **WAYS[label])
+    return calibration, infer_pad(dataset.touches, calibration)
 
 
 def inside_array(location: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -156,9 +166,10 @@ def _median_and_rms(distance: np.ndarray) -> tuple[float, float]:
     return float(np.median(distance)), float(np.sqrt(np.mean(distance**2)))
 
 
-def print_data_set(folder: Path, name: str, pictures: Path | None) -> None:
+def print_data_set(
+    name: str, dataset: DataSet, made: dict[str, tuple[Calibration, TouchPosteriors]], pictures: Path | None
+) -> None:
     """Tables of one data set."""
-    dataset = load(folder, name)
     print(f"\n{name}")
     models = kernel_errors(dataset)
     for kernel, (model, reading, in_ring) in models.items():
@@ -168,16 +179,14 @@ def print_data_set(folder: Path, name: str, pictures: Path | None) -> None:
         )
         print(f"  {kernel:20s} reading {reading:6.2f} %   ring {in_ring:5.2f} %   ({values})")
     print(f"  {'':22s} reading   ring  inside med   rms    all med   rms    90 %  places")
-    made = calibrations(dataset)
-    position = element_positions(made["layer"])
-    for label, calibration in made.items():
-        posterior = infer_pad(dataset.touches, calibration)
+    position = element_positions(made["layer"][0])
+    for label, (calibration, posterior) in made.items():
         s = scores(dataset, calibration, posterior, position)
         print(
             f"  {label:22s} {s.reading:6.2f} {s.ring:6.2f} {s.inside[0]:10.3f} {s.inside[1]:6.3f} "
             f"{s.everywhere[0]:9.3f} {s.everywhere[1]:6.3f} {s.coverage:7.3f} {s.places:6d}"
         )
-    chosen = made["chosen"]
+    chosen, posterior = made["chosen"]
     print(f"  chosen: {chosen.settings['kernel']}, empirical map: {chosen.settings['empirical_map']}")
     for key in ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share"):
         if key in chosen.statistics:
@@ -232,8 +241,12 @@ def main(small: bool = False, pictures: Path | None = None) -> None:
     if not (folder / "measured").is_dir():
         print("no measured data: set $BAYESTOUCH_SHARED, or put the folder `shared` beside the checkout")
         return
-    for name in ("baro-line",) if small else ("baro-line", "array8-soft", "fluid-oil-1.5"):
-        print_data_set(folder, name, pictures)
+    names = DATA_SETS[:1] if small else DATA_SETS
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
+        jobs = {each: pool.submit(read, folder, *each) for each in product(names, WAYS)}
+        for name in names:
+            made = {label: jobs[name, label].result() for label in WAYS}
+            print_data_set(name, load(folder, name), made, pictures)
 
 
 if __name__ == "__main__":
