@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
+from study_modules import study
 
 from bayestouch.averages import TouchMeans
 from bayestouch.body.emap import empirical_e_matrix
@@ -34,7 +32,6 @@ from bayestouch.noise import Noise
 from bayestouch.parameters import LogNormal
 from bayestouch.sensor import Finger, Rubber, Sensor
 
-STUDY = Path(__file__).parent.parent / "studies" / "empirical_calibration.py"
 RADII = (9.4, 12.7)
 
 
@@ -459,15 +456,6 @@ def test_arrays_make_the_same_calibration() -> None:
     np.testing.assert_array_equal(one.chain.predict(*pose), two.chain.predict(*pose))
 
 
-def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("empirical_calibration_study", STUDY)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
 def practice(shared_folder: Path, name: str) -> Path:
     folder = shared_folder / "practice" / name
     if not folder.is_dir():
@@ -476,7 +464,7 @@ def practice(shared_folder: Path, name: str) -> Path:
 
 
 def test_a_finger_without_effect_is_read_no_worse(shared_folder: Path) -> None:
-    module = study()
+    module = study("empirical_calibration")
     finger = module.calibrated(practice(shared_folder, "finger-a"))
     difference, error = module.change(finger, "Bayesian")
     assert difference < 3 * error
@@ -491,7 +479,7 @@ def test_a_finger_without_effect_is_read_no_worse(shared_folder: Path) -> None:
 
 
 def test_a_finger_with_a_far_lobe_is_read_better(shared_folder: Path) -> None:
-    module = study()
+    module = study("empirical_calibration")
     finger = module.calibrated(practice(shared_folder, "finger-e"))
     model, least, bayes = (module.error(module.squared_errors(finger, name)) for name in module.CALIBRATIONS)
     # 1.26, 0.79 and 0.77 % of the peak, of which noise is 0.74 %

@@ -5,29 +5,21 @@ Limits are the aims for these data, not what was found; what was found stands be
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from study_modules import study
 
 from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.inference.pad import infer_pad
 from bayestouch.posterior import load
 
-STUDY = Path(__file__).parent.parent / "studies" / "measured_pads.py"
-
 
 @pytest.fixture(scope="module")
-def study() -> ModuleType:
-    spec = importlib.util.spec_from_file_location("measured_pads", STUDY)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+def pads() -> ModuleType:
+    return study("measured_pads")
 
 
 @pytest.fixture(scope="module")
@@ -38,10 +30,10 @@ def measured(shared_folder: Path) -> Path:
 
 
 @pytest.mark.parametrize("name", ["baro-line", "array8-soft"])
-def test_layer_predicts_the_negative_ring_best(study: ModuleType, measured: Path, name: str) -> None:
+def test_layer_predicts_the_negative_ring_best(pads: ModuleType, measured: Path, name: str) -> None:
     # Ring errors found, percent of peak: layer 0.36 and 0.66, at its base 0.60 and 0.84, Gaussian 0.71 and 0.97,
     # half-space 1.07 and 1.13.
-    errors = study.kernel_errors(study.load(measured, name))
+    errors = pads.kernel_errors(pads.load(measured, name))
     ring = {kernel: in_ring for kernel, (_, _, in_ring) in errors.items()}
     reading = {kernel: everywhere for kernel, (_, everywhere, _) in errors.items()}
     assert ring["layer"] < ring["layer, at its base"] < ring["gaussian"] < ring["half-space"]
@@ -49,13 +41,13 @@ def test_layer_predicts_the_negative_ring_best(study: ModuleType, measured: Path
     assert reading["layer"] < 1.05 * min(reading.values())
 
 
-def test_baro_line(study: ModuleType, measured: Path, tmp_path: Path) -> None:
-    dataset = study.load(measured, "baro-line")
+def test_baro_line(pads: ModuleType, measured: Path, tmp_path: Path) -> None:
+    dataset = pads.load(measured, "baro-line")
     calibration = calibrate_pad(dataset)
     assert calibration.settings["samples"] == "first"
     assert any("creep" in note for note in calibration.notes)
     posterior = infer_pad(dataset.touches, calibration)
-    scores = study.scores(dataset, calibration, posterior, study.element_positions(calibration))
+    scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.everywhere[1] < 0.3  # aim; 0.09 found
     assert scores.inside[1] < 0.05  # 0.014 found
     # 4 binomial standard errors of 30 touches; 0.87 found.
@@ -65,14 +57,14 @@ def test_baro_line(study: ModuleType, measured: Path, tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.posterior["x"], posterior.posterior["x"])
 
 
-def test_array8_inside_the_array(study: ModuleType, measured: Path) -> None:
-    dataset = study.load(measured, "array8-soft")
+def test_array8_inside_the_array(pads: ModuleType, measured: Path) -> None:
+    dataset = pads.load(measured, "array8-soft")
     calibration = calibrate_pad(dataset, kernel="gaussian", empirical=True)
-    position = study.element_positions(calibration)
+    position = pads.element_positions(calibration)
     touches = dataset.touches
-    inside = study.inside_array(np.stack([touches.x_mm, touches.y_mm], axis=1), position)
+    inside = pads.inside_array(np.stack([touches.x_mm, touches.y_mm], axis=1), position)
     posterior = infer_pad(touches.select(inside), calibration, draws=400)
-    _, error = study.errors(posterior)
+    _, error = pads.errors(posterior)
     distance = np.sqrt((error**2).sum(axis=1))
     assert np.median(distance) < 0.07  # aim; 0.05 found
     assert np.sqrt(np.mean(distance**2)) < 0.25  # aim; 0.09 found
@@ -82,26 +74,26 @@ def test_array8_inside_the_array(study: ModuleType, measured: Path) -> None:
 
 
 @pytest.mark.slow
-def test_array8_as_chosen(study: ModuleType, measured: Path) -> None:
-    dataset = study.load(measured, "array8-soft")
+def test_array8_as_chosen(pads: ModuleType, measured: Path) -> None:
+    dataset = pads.load(measured, "array8-soft")
     calibration = calibrate_pad(dataset)
     assert calibration.settings["empirical_map"] == "yes"
     assert calibration.settings["kernel"] == "layer"
     posterior = infer_pad(dataset.touches, calibration)
-    scores = study.scores(dataset, calibration, posterior, study.element_positions(calibration))
+    scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.inside[0] < 0.07 and scores.inside[1] < 0.25
     assert abs(scores.coverage - 0.9) < 4 * np.sqrt(0.09 / 1400)  # 0.89 found
     assert (posterior.sample_stats["ess_bulk"] >= 400).mean() > 0.95
 
 
-def test_fluid_by_the_map_alone(study: ModuleType, measured: Path) -> None:
-    dataset = study.load(measured, "fluid-oil-1.5")
+def test_fluid_by_the_map_alone(pads: ModuleType, measured: Path) -> None:
+    dataset = pads.load(measured, "fluid-oil-1.5")
     calibration = calibrate_pad(dataset, kernel="constant", empirical=True)
     statistics = calibration.statistics
     # Readings are far from linear in the load: they go with its logarithm (an exponent towards 0), 6.2 % against 0.8 %.
     assert statistics["load_exponent"] < 0.2
     assert statistics["error_percent_peak_power"] < 0.3 * statistics["error_percent_peak_linear"]
     posterior = infer_pad(dataset.touches, calibration, draws=400)
-    scores = study.scores(dataset, calibration, posterior, study.element_positions(calibration))
+    scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.everywhere[1] < 6.0  # of a channel of 80 mm; 4.3 found
     assert 0.85 < scores.coverage < 0.99  # errors of the load's law go together: binomial errors do not hold; 0.93

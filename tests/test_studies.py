@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
-import sys
 from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
 
 import numpy as np
 import pytest
+from study_modules import study
 
 from bayestouch import published
 from bayestouch.reliability import Beside
 
-STUDIES = Path(__file__).parents[1] / "studies"
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).parents[2] / "shared"))
 
 
@@ -26,19 +23,6 @@ def look() -> Iterator[None]:
 
     with matplotlib.rc_context():
         yield
-
-
-def study(name: str) -> ModuleType:
-    """A study as a module, by its path below studies/ without the ending."""
-    if str(STUDIES) not in sys.path:  # studies import each other and small modules of their own
-        sys.path.append(str(STUDIES))
-    spec = importlib.util.spec_from_file_location(name.replace("/", "_"), STUDIES / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
 
 
 def is_drawn(path: Path) -> bool:
