@@ -6,7 +6,7 @@ Draw all parameters from their priors, simulate the calibration touches, calibra
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,6 +22,7 @@ from bayestouch.calibration.finger_noise import public_noise
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.calibration.finger_sampling import sample_fit
 from bayestouch.calibration.finger_touches import KnownTouches
+from bayestouch.cluster import on_cluster
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.parameters import LogNormal, Prior
@@ -100,31 +101,36 @@ class CalibrationDesign:
         return cls(finger, priors, priors.flat(finger, known), known, touches, contact, draws, seed)
 
 
-def check_calibration(design: CalibrationDesign, simulations: int, progress: Progress | None) -> RankStatistics:
+def check_calibration(
+    design: CalibrationDesign, simulations: int, progress: Progress | None, scheduler: str | None = None
+) -> RankStatistics:
     """Ranks of every parameter, of the first and the last touch's true load, and of the log density.
 
     The log density of the posterior is a function of parameters and data: its rank finds what marginal ranks may
     hide (Modrák et al. 2023, doi:10.1214/23-BA1404).
     """
-    pieces: list[Ranked] = []
-    for piece in _in_order(partial(simulate_and_rank, design), range(simulations)):
-        pieces.append(piece)
+    found: dict[int, Ranked] = {}
+    for number, piece in _numbered(design, range(simulations), scheduler):
+        found[number] = piece
         if progress is not None:
-            progress(len(pieces) / simulations)
+            progress(len(found) / simulations)
+    pieces = [found[number] for number in range(simulations)]
     ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in pieces[0]}
     return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in pieces[0]})
 
 
-def _in_order(simulate: Callable[[int], Ranked], numbers: range) -> Iterator[Ranked]:
-    """Results of all simulations, in order, on all cores where there are enough of them."""
+def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
+    """Results of all simulations: of a cluster, or of all cores where there are enough simulations for them."""
     from concurrent.futures import ProcessPoolExecutor
 
     workers = os.cpu_count() or 1
-    if workers == 1 or len(numbers) < WORTH_PROCESSES:
-        yield from map(simulate, numbers)
-        return
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(simulate, numbers, chunksize=4)
+    if scheduler is not None:
+        yield from on_cluster(scheduler, simulate_and_rank, design, zip(numbers, numbers, strict=True))
+    elif workers == 1 or len(numbers) < WORTH_PROCESSES:
+        yield from ((number, simulate_and_rank(design, number)) for number in numbers)
+    else:
+        with ProcessPoolExecutor(workers) as pool:
+            yield from zip(numbers, pool.map(partial(simulate_and_rank, design), numbers, chunksize=4), strict=True)
 
 
 def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:

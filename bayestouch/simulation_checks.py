@@ -40,6 +40,7 @@ def sbc(
     contact: str = "layer",
     draws: int | None = None,
     seed: int = 0,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> RankStatistics:
     """Simulation-based calibration of the posteriors on a finger: of touches, or of the calibration itself.
@@ -67,6 +68,8 @@ def sbc(
         Posterior draws of each simulation: 1024 of a touch, 400 of a calibration.
     seed : int
         Seed of everything.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster that does the simulations (calibrations only).
     progress : callable, optional
         Called with the fraction done.
 
@@ -90,9 +93,9 @@ def sbc(
         from bayestouch.calibration_checks import CalibrationDesign, check_calibration
 
         design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed)
-        return check_calibration(design, simulations, progress)
-    if priors or contact != "layer":
-        raise InputError("priors and contact are options of a data set's calibration; this one has its own")
+        return check_calibration(design, simulations, progress, scheduler)
+    if priors or contact != "layer" or scheduler is not None:
+        raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
     if not isinstance(of.sensor.body, Finger):
         raise InputError("simulation-based calibration is offered for fingers")
     return _check_touches(of, simulations, samples, plug_in, method, draws or 1024, seed, progress)

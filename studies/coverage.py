@@ -6,7 +6,7 @@ and plugged in. One noisy sample a touch hides the calibration's error, averages
 finger follows the model exactly, which no calibration knows: that the default prior leaves room for what the model
 misses makes intervals of averages a little too wide here. A third way, told that nothing is missed, shows by how much.
 
-    python studies/coverage.py [fingers] [touches a finger]
+    python studies/coverage.py [fingers] [touches a finger] [--scheduler ADDRESS]
 """
 
 from __future__ import annotations
@@ -15,10 +15,11 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
+import argparse
 from dataclasses import replace
 
 import numpy as np
+from _shared_out import finished
 from _simulated import true_chain
 
 import bayestouch
@@ -40,9 +41,10 @@ MARGIN_DEG, TYPICAL_LOADS = 20.0, 3.0
 Hits = dict[int, dict[str, dict[str, np.ndarray]]]
 
 
-def coverage(fingers: int, touches: int) -> Hits:
+def coverage(fingers: int, touches: int, scheduler: str | None = None) -> Hits:
     """Whether 90 % intervals hold the truth, for all touches of all fingers."""
-    parts = [one_finger(seed, touches) for seed in range(fingers)]
+    found = dict(finished(one_finger, touches, range(fingers), scheduler=scheduler))
+    parts = [found[seed] for seed in range(fingers)]
     return {
         samples: {
             way: {name: np.concatenate([part[samples][way][name] for part in parts]) for name in NAMES} for way in WAYS
@@ -51,7 +53,7 @@ def coverage(fingers: int, touches: int) -> Hits:
     }
 
 
-def one_finger(seed: int, touches: int) -> Hits:
+def one_finger(touches: int, seed: int) -> Hits:
     """Build, calibrate, touch and read a finger."""
     # the rubber of each is another, within the stated tolerance, which is the prior of the calibration
     rng = np.random.default_rng([1, seed])
@@ -110,9 +112,9 @@ def inside(
     return out
 
 
-def main(fingers: int = 20, touches: int = 100) -> Hits:
+def main(fingers: int = 20, touches: int = 100, scheduler: str | None = None) -> Hits:
     """Print the coverage; returns the hits."""
-    found = coverage(fingers, touches)
+    found = coverage(fingers, touches, scheduler)
     print(f"Coverage of 90 % intervals, {fingers} fingers with {touches} touches each, %")
     print(f"{'samples a touch':18s}{'calibration':28s}" + "".join(f"{name:>10s}" for name in NAMES))
     for samples, ways in found.items():
@@ -133,4 +135,9 @@ def by_finger(hits: np.ndarray, fingers: int) -> np.ndarray:
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("fingers", type=int, nargs="?", default=20)
+    parser.add_argument("touches", type=int, nargs="?", default=100)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
+    options = parser.parse_args()
+    main(options.fingers, options.touches, options.scheduler)

@@ -10,6 +10,7 @@ the base parameters have absorbed what they can, over the noise of an averaged t
         --small         of fingers with 8 elements and a third of the touches: within an hour or so
         --light         reads the held-out touches of fingers at one size only, for the errors of R and for coverage
         --minutes 30    begins no case after so long
+        --scheduler A   leaves the cases to the workers of a Dask cluster
         --tables        runs nothing: shows the results that there are
         --docs PAGE     writes them as a page of the documentation
 
@@ -27,13 +28,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import json
-import multiprocessing
 import random
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -44,6 +43,7 @@ sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tes
 
 from _error_rate_figures import save_figures  # noqa: E402
 from _error_rate_tables import by_design, page, print_tables  # noqa: E402
+from _shared_out import finished  # noqa: E402
 from independent.dataset import EFFECTS, LISTED, UNLISTED, forms, simulate, write  # noqa: E402
 from independent.finger import SMALL, Design  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
@@ -106,8 +106,9 @@ def small_cases() -> Iterator[Case]:
     yield Case("unlisted", (("far_lobe: ", 2.0),), 1, "small")
 
 
-def run(case: Case, light: bool, begin_before: float) -> dict[str, Any] | None:
+def run(shared: tuple[bool, float], case: Case) -> dict[str, Any] | None:
     """Simulate and diagnose one case; None where the time to begin (s since the epoch) is over."""
+    light, begin_before = shared
     if time.time() > begin_before:
         return None
     import bayestouch
@@ -130,19 +131,23 @@ def run(case: Case, light: bool, begin_before: float) -> dict[str, Any] | None:
     return record | {"diagnosis": diagnosis.to_dict()}
 
 
-def results(folder: Path, wanted: list[Case], processes: int, light: bool, begin_before: float) -> list[dict[str, Any]]:
+def results(
+    folder: Path,
+    wanted: list[Case],
+    processes: int,
+    light: bool,
+    begin_before: float,
+    scheduler: str | None = None,
+) -> list[dict[str, Any]]:
     """Results of the `wanted` cases, from the cache where they are there; as many as there is time for."""
     folder.mkdir(parents=True, exist_ok=True)
     cache = folder / "results.jsonl"
     lines = cache.read_text(encoding="utf-8").splitlines() if cache.exists() else []
     known = {record["key"]: record for record in map(json.loads, lines)}
     missing = [case for case in wanted if case.key not in known]
-    # spawn: a fork of a process with threads can hang
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, mp_context=context) as pool, cache.open("a", encoding="utf-8") as file:
-        jobs = [pool.submit(run, case, light, begin_before) for case in missing]
-        for future in tqdm(as_completed(jobs), total=len(missing), disable=None):
-            record = future.result()
+    done = finished(run, (light, begin_before), missing, processes=processes, scheduler=scheduler)
+    with cache.open("a", encoding="utf-8") as file:
+        for _, record in tqdm(done, total=len(missing), disable=None):
             if record is None:
                 continue
             known[record["key"]] = record
@@ -158,6 +163,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     parser.add_argument("--fingers", type=int, default=10)
     parser.add_argument("--small", action="store_true", help="of fingers with 8 elements and a third of the touches")
     parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     parser.add_argument("--light", action="store_true", help=f"read held-out touches only at size {READ_SIZE:g}")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="begin no case after so long")
     parser.add_argument("--tables", action="store_true", help="run nothing: only show the results that there are")
@@ -165,13 +171,14 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     options = parser.parse_args(arguments)
     if options.output is None:
         with tempfile.TemporaryDirectory() as folder:
-            records = results(Path(folder), list(small_cases()), options.processes, True, float("inf"))
+            wanted, scheduler = list(small_cases()), options.scheduler
+            records = results(Path(folder), wanted, options.processes, True, float("inf"), scheduler)
         print_tables(records)
         return records
     if not options.tables:
         until = time.time() + 60 * options.minutes
         wanted = list(cases(options.fingers, "small" if options.small else "whole"))
-        results(options.output, wanted, options.processes, options.light, until)
+        results(options.output, wanted, options.processes, options.light, until, options.scheduler)
     lines = (options.output / "results.jsonl").read_text(encoding="utf-8").splitlines()
     records = [json.loads(line) for line in lines]
     several = by_design(records)

@@ -5,7 +5,7 @@ two wires are swapped, the force sensor is off by a factor), and tables of touch
 happened, and with the check that `infer` makes by default. For each fault: how often it is found and rightly named,
 and the coverage of the 90 % intervals of R, θ_c and P. Tables without a fault give the rate of false alarms.
 
-    python studies/faulty_sensors.py [--fingers 20] [--results FILE] [--docs]
+    python studies/faulty_sensors.py [--fingers 20] [--results FILE] [--docs] [--processes 1 | --scheduler ADDRESS]
 
 With ``--results`` a run goes on from the fingers that the file holds, so that the whole may be run in pieces. With
 ``--docs`` nothing is run: the table in ``docs/robustness.md`` is made from the file.
@@ -25,6 +25,7 @@ from pathlib import Path
 
 import numpy as np
 from _page import put_into_page
+from _shared_out import finished
 
 import bayestouch
 from bayestouch.contact import composite_radius
@@ -156,7 +157,7 @@ def read(table: Touches, calibration: Calibration, check: bool, seed: int) -> To
     )
 
 
-def one_finger(seed: int) -> list[tuple[str, Row]]:
+def one_finger(shared: None, seed: int) -> list[tuple[str, Row]]:
     """Every fault once and as many sound tables as there are radii, on one finger."""
     simulated = simulate(design(), seed=seed)
     calibration = bayestouch.calibrate(simulated.dataset, draws=400, seed=seed)
@@ -181,16 +182,18 @@ def one_finger(seed: int) -> list[tuple[str, Row]]:
     return rows
 
 
-def main(fingers: int = 20, results: Path | None = None) -> dict[str, dict[str, object]]:
+def main(
+    fingers: int = 20, results: Path | None = None, *, processes: int = 1, scheduler: str | None = None
+) -> dict[str, dict[str, object]]:
     """Print the table; returns its rows by fault."""
     done: dict[str, list[tuple[str, Row]]] = {}
     if results is not None and results.exists():
         done = json.loads(results.read_text())
-    for seed in range(fingers):
-        if str(seed) not in done:
-            done[str(seed)] = one_finger(seed)
-            if results is not None:
-                results.write_text(json.dumps(done))
+    missing = [seed for seed in range(fingers) if str(seed) not in done]
+    for place, rows in finished(one_finger, None, missing, processes=processes, scheduler=scheduler):
+        done[str(missing[place])] = rows
+        if results is not None:
+            results.write_text(json.dumps(done))
     summary = summarised(done)
     print(as_markdown(summary))
     return summary
@@ -235,8 +238,10 @@ if __name__ == "__main__":
     parser.add_argument("--fingers", type=int, default=20)
     parser.add_argument("--results", type=Path)
     parser.add_argument("--docs", action="store_true")
+    parser.add_argument("--processes", type=int, default=1)
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     options = parser.parse_args()
     if options.docs:
         put_into_page("faulty_sensors.py", as_markdown(summarised(json.loads(options.results.read_text()))))
     else:
-        main(options.fingers, options.results)
+        main(options.fingers, options.results, processes=options.processes, scheduler=options.scheduler)

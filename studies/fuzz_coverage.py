@@ -25,7 +25,7 @@ except ImportError:
 with atheris.instrument_imports(include=["bayestouch", "tomllib"]):
     import tomllib  # noqa: F401
 
-    from _fuzzing import COUNTS, MEMORY, SECONDS, outcome
+    from _fuzzing import COUNTS, FOLDER, MEMORY, SECONDS, outcome
     from fuzz_readers import readers
 
 
@@ -35,7 +35,7 @@ EVERY = 500
 
 def main(reader: str, results: Path, options: list[str]) -> None:
     """Fuzz the first reader whose name holds `reader`."""
-    folder = Path(tempfile.mkdtemp())
+    folder = Path(tempfile.mkdtemp(dir=FOLDER))
     name, (suffix, inputs, read) = next(item for item in readers(folder).items() if reader in item[0])
     corpus, path = folder / "corpus", folder / f"input{suffix}"
     corpus.mkdir()

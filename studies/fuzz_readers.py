@@ -41,6 +41,8 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     from bayestouch.indenter_text import indenter_from_text
     from bayestouch.posterior import load
     from bayestouch.prior_text import prior_from_text
+    from bayestouch.reporting.diagnosed import saved_diagnosis
+    from bayestouch.reporting.page import before_after
     from bayestouch.sensor_toml import read_sensor, sensor_to_toml
     from bayestouch.touch_table import read_touches
 
@@ -80,6 +82,14 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     def read_table(path: Path) -> None:
         read_touches(path, data.sensor)
 
+    diagnosis = bayestouch.diagnose(data, sample=False, draws=8)
+    (folder / "diagnosis").mkdir()
+    diagnosis.save(folder / "diagnosis")
+
+    def read_json(path: Path) -> None:
+        (folder / "diagnosis" / "diagnosis.json").write_bytes(path.read_bytes())
+        before_after(saved_diagnosis(folder / "diagnosis", data).numbers)
+
     return {
         "touch table, CSV": (".csv", bytes_of("csv/touches.csv", "csv/calibration.csv"), read_table),
         "touch table, Parquet": (".parquet", bytes_of("parquet/touches.parquet"), read_table),
@@ -88,6 +98,7 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
         "calibration, netCDF": (".nc", bytes_of("calibration.nc"), load),
         "posterior, netCDF": (".nc", bytes_of("posterior.nc"), load),
         "priors, text": (".txt", texts, read_text),
+        "diagnosis.json": (".json", bytes_of("diagnosis/diagnosis.json"), read_json),
     }  # fmt: skip
 
 

@@ -31,10 +31,10 @@ from typing import Any
 import numpy as np
 
 import bayestouch
-from bayestouch import cli
+from bayestouch import cli, cluster
 from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.errors import InputError
-from bayestouch.inference import cluster, finger_draws, run
+from bayestouch.inference import finger_draws, run
 from bayestouch.simulation import FingerDesign
 from bayestouch.touch_table import write_touches
 from bayestouch.touches import touches_from

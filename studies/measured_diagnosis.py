@@ -69,7 +69,7 @@ class Found:
     kernel_alone: float
 
 
-def diagnosed(case: Case, small: bool) -> Found:
+def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     """Diagnose one data set."""
     dataset = bayestouch.load_dataset(SHARED / "measured" / case.folder)
     if small:
@@ -77,7 +77,7 @@ def diagnosed(case: Case, small: bool) -> Found:
         dataset = replace(dataset, touches=dataset.touches.select((place // RUN) % SMALL[case.folder] == 0))
     dataset = case.change(dataset)
     kernel = "gaussian" if small else case.kernel
-    diagnosis = bayestouch.diagnose(dataset, kernel=kernel, sample=not small)
+    diagnosis = bayestouch.diagnose(dataset, kernel=kernel, sample=not small, scheduler=scheduler)
     data, before = diagnosis.traced.data, diagnosis.traced.before
     observed, table = data.observations(data.training), data.table.select(data.training)
     name = str(before.calibration.settings["kernel"])
@@ -213,7 +213,11 @@ def draw(all_found: list[Found], folder: Path) -> None:
 
 
 def main(
-    small: bool = False, folder: Path | None = None, only: str | None = None, page: Path | None = None
+    small: bool = False,
+    folder: Path | None = None,
+    only: str | None = None,
+    page: Path | None = None,
+    scheduler: str | None = None,
 ) -> list[Found]:
     """Run, print, draw, and write the table into a page where one is given."""
     if not (SHARED / "measured").is_dir():
@@ -222,7 +226,7 @@ def main(
     cases = [case for case in CASES if only in (None, case.name) and (not small or case.name in SMALL)]
     found = []
     for case in cases:
-        one = diagnosed(case, small)
+        one = diagnosed(case, small, scheduler)
         found.append(one)
         print_found(one)
         if folder is not None and not small:
@@ -247,5 +251,6 @@ if __name__ == "__main__":
     parser.add_argument("--small", action="store_true", help="seconds in place of minutes")
     parser.add_argument("--only", choices=[case.name for case in CASES])
     parser.add_argument("--page", type=Path, help="Markdown page whose table is to be made anew")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     chosen = parser.parse_args()
-    main(chosen.small, chosen.folder, chosen.only, chosen.page)
+    main(chosen.small, chosen.folder, chosen.only, chosen.page, chosen.scheduler)

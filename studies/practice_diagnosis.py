@@ -3,7 +3,7 @@
 Each finger is diagnosed as the command line does it. The exam's touches, with tips of other radii, are then read with
 the calibration before and the one after; what was built in, from the truth, stands beside it.
 
-    python studies/practice_diagnosis.py [-o FOLDER] [finger-a finger-b ...]
+    python studies/practice_diagnosis.py [-o FOLDER] [--scheduler ADDRESS] [finger-a finger-b ...]
 """
 
 from __future__ import annotations
@@ -31,10 +31,11 @@ SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", ROOT.parent / "shared"))
 SCORES = ("R_bias", "R_rms", "R_coverage", "theta_rms", "theta_coverage", "P_rms", "P_coverage")
 
 
-def diagnose(dataset: Path, output: Path) -> tuple[dict[str, Any], float]:
+def diagnose(dataset: Path, output: Path, scheduler: str | None) -> tuple[dict[str, Any], float]:
     """Run ``bayestouch diagnose``; returns diagnosis.json and the seconds it took."""
     start = time.perf_counter()
     command = [sys.executable, "-m", "bayestouch", "diagnose", str(dataset), "-o", str(output), "--quiet"]
+    command += [] if scheduler is None else ["--scheduler", scheduler]
     subprocess.run(command, check=True)
     return json.loads((output / "diagnosis.json").read_text(encoding="utf-8")), time.perf_counter() - start
 
@@ -88,6 +89,7 @@ def main(arguments: list[str] | None = None) -> dict[str, dict[str, Any]]:
     """Diagnose and examine; print the tables; returns both by finger."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, default=Path("build/practice_diagnosis"))
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     parser.add_argument("fingers", nargs="*")
     options = parser.parse_args(arguments)
     practice = SHARED / "practice"
@@ -97,7 +99,7 @@ def main(arguments: list[str] | None = None) -> dict[str, dict[str, Any]]:
     results: dict[str, dict[str, Any]] = {}
     for name in options.fingers or sorted(path.name for path in practice.glob("finger-*")):
         output, truth = options.output / name, practice / "truth" / name
-        diagnosis, seconds = diagnose(practice / name, output)
+        diagnosis, seconds = diagnose(practice / name, output, options.scheduler)
         built = json.loads((truth / "truth.json").read_text(encoding="utf-8"))["effects"]
         print_finger(name, diagnosis, built, seconds)
         print("  exam" + " " * 18 + "".join(f"{score:>16s}" for score in SCORES))

@@ -4,7 +4,7 @@ All parameters are drawn from their priors, calibration touches simulated and ca
 five parameters of each element, σ, μ, the force sensor's noise, two true loads and the log density. The statistic and
 its threshold are those of `bayestouch.ranks.RankStatistics`.
 
-    python studies/sbc_calibration.py [FOLDER] [--small] [--no-pictures]
+    python studies/sbc_calibration.py [FOLDER] [--small] [--no-pictures] [--scheduler ADDRESS]
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -37,10 +38,12 @@ DESIGN = FingerDesign(
 SMALL = replace(DESIGN, n_elements=2, calibration_span_deg=24.0, contact="hertz")
 
 
-def main(simulations: int = 500, design: FingerDesign = DESIGN, folder: Path | None = None) -> RankStatistics:
+def main(
+    simulations: int = 500, design: FingerDesign = DESIGN, folder: Path | None = None, scheduler: str | None = None
+) -> RankStatistics:
     """Print p-values and coverage; returns the ranks."""
     dataset = bayestouch.simulate(design, seed=1).dataset
-    result = bayestouch.sbc(dataset, simulations=simulations, contact=design.contact, seed=1)
+    result = bayestouch.sbc(dataset, simulations=simulations, contact=design.contact, seed=1, scheduler=scheduler)
     verdict = "uniform" if result.passes(0.01) else "NOT uniform"
     print(f"{simulations} calibrations, {len(result.ranks)} quantities: {verdict} at 1 %")
     print(f"(each p-value is to be {result.threshold(0.01):.2g} at least)")
@@ -51,5 +54,6 @@ def main(simulations: int = 500, design: FingerDesign = DESIGN, folder: Path | N
 
 
 if __name__ == "__main__":
-    small, pictures = options(__doc__)
-    main(60, SMALL, pictures) if small else main(folder=pictures)
+    scheduler, others = scheduler_of(sys.argv[1:])
+    small, pictures = options(__doc__, others)
+    main(60, SMALL, pictures, scheduler) if small else main(folder=pictures, scheduler=scheduler)

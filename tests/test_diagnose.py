@@ -73,6 +73,18 @@ def test_the_effect_is_found_and_removes_the_error(written: Path) -> None:
     assert numbers["after"]["R_rms_mm"] < numbers["before"]["R_rms_mm"]
 
 
+@pytest.mark.filterwarnings("default")  # what Dask warns of, such as a port that is taken, is not ours
+def test_a_cluster_writes_the_same_files(written: Path, crossed: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="distributed is not installed")
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        scheduler = ["--scheduler", cluster.scheduler_address]
+        assert main(["diagnose", str(crossed), "-o", str(tmp_path / "shared"), "--quiet", *scheduler]) == 0
+    files = [path.relative_to(written) for path in written.rglob("*") if path.is_file()]
+    assert len(files) > 5
+    for file in files:
+        assert (tmp_path / "shared" / file).read_bytes() == (written / file).read_bytes(), file
+
+
 def test_calibrations_are_read_by_infer(written: Path, crossed: Path) -> None:
     after = bayestouch.load(written / "calibration_after.nc")
     before = bayestouch.load(written / "calibration_before.nc")

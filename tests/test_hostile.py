@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import mmap
 import re
 import struct
@@ -22,6 +23,8 @@ from bayestouch import hdf5_heaps
 from bayestouch.dataset import load_dataset
 from bayestouch.errors import InputError
 from bayestouch.posterior import load
+from bayestouch.reporting.diagnosed import saved_diagnosis
+from bayestouch.reporting.diagnosis_file import read_diagnosis
 
 PACKAGE = Path(bayestouch.__file__).parent
 
@@ -278,3 +281,64 @@ def test_a_model_file_from_anyone_is_refused_in_one_line(tmp_path: Path, text: s
     with pytest.raises(InputError) as caught:
         read_model(path)
     assert "\n" not in str(caught.value) and str(caught.value).startswith(str(path))
+
+
+def diagnosis_file(folder: Path, **changes: object) -> Path:
+    """What a report needs of a diagnosis, as `diagnose` writes it, with changes."""
+    errors = {"prediction_error_percent_peak": 1.2, "lack_of_fit": None}
+    effect = {
+        "name": "crosstalk",
+        "summary": "leak",
+        "parameters": {"share": {"mean": 0.1, "sd": None, "unit": ""}},
+        "indistinguishable_from": [],
+    }
+    numbers = {
+        "verdict": "explained",
+        "data": {"elements": 2, "held_out_touches": 3},
+        "before": errors,
+        "after": errors,
+        "noise_floor_percent_peak": 0.7,
+        "effects": [effect],
+        "candidates": [],
+        "unexplained": {"fraction": 0.0, "where": "nowhere"},
+        "correction": None,
+        "measure": None,
+        "figures": [],
+    }
+    (folder / "diagnosis.json").write_text(json.dumps(numbers | changes), encoding="utf-8")
+    return folder
+
+
+FIGURE = dict.fromkeys(("section", "title", "caption", "alt"), "") | {"format": "svg"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"verdict": "<script>"}, "at 'verdict'"),
+        ({"verdict": ["explained"]}, "at 'verdict'"),
+        ({"before": {}}, "with 'prediction_error_percent_peak' at 'before'"),
+        ({"after": {"prediction_error_percent_peak": "1"}}, "a number or null"),
+        ({"noise_floor_percent_peak": float("nan")}, "no JSON"),
+        ({"noise_floor_percent_peak": 10**400}, "a number or null"),
+        ({"unexplained": {"fraction": True, "where": ""}}, "a number at 'unexplained.fraction'"),
+        ({"effects": [None]}, "an object at 'effects[0]'"),
+        ({"measure": {"advice": 3}}, "text at 'measure.advice'"),
+        ({"notes": "\ud800"}, "no JSON"),  # half of a character, which no file in UTF-8 can hold
+        ({"figures": [FIGURE | {"name": "/../../x"}]}, "a figure's name of letters"),
+        ({"figures": [FIGURE | {"name": "absent"}]}, "no such file"),
+        ({"data": {"elements": 99, "held_out_touches": 1}}, "a diagnosis of a sensor with"),
+    ],
+)
+def test_a_diagnosis_that_no_diagnose_wrote_is_refused(tmp_path: Path, changes: dict[str, object], said: str) -> None:
+    data = load_dataset(put(tmp_path, GOOD))
+    assert "explained" in saved_diagnosis(diagnosis_file(tmp_path), data).numbers["verdict"]
+    with pytest.raises(InputError, match=re.escape(said)) as caught:
+        saved_diagnosis(diagnosis_file(tmp_path, **changes), data)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_diagnosis_nested_without_end_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "diagnosis.json").write_text("[" * 1_000_000, encoding="utf-8")
+    with pytest.raises(InputError, match="no JSON"):
+        read_diagnosis(tmp_path / "diagnosis.json")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import CONTACTS, KERNELS, seeded, spoken
+from bayestouch.commands.options import CONTACTS, KERNELS, clustered, seeded, spoken
 from bayestouch.commands.output import check_folder, say
 from bayestouch.progress import progress_bar
 
@@ -17,9 +17,17 @@ from bayestouch.progress import progress_bar
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
 @click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
 @seeded
+@clustered
 @spoken
 def diagnose(
-    dataset: Path, output: Path, contact: str | None, kernel: str | None, seed: int, quiet: bool, as_json: bool
+    dataset: Path,
+    output: Path,
+    contact: str | None,
+    kernel: str | None,
+    seed: int,
+    scheduler: str | None,
+    quiet: bool,
+    as_json: bool,
 ) -> None:
     """Find what the model misses, trace it to an effect, add that, and report before and after.
 
@@ -35,7 +43,12 @@ def diagnose(
     data = bayestouch.load_dataset(dataset)
     with progress_bar("diagnose", quiet) as advance:
         diagnosis = bayestouch.diagnose(
-            data, contact=contact, kernel=kernel, seed=seed, progress=lambda part: advance(0.95 * part)
+            data,
+            contact=contact,
+            kernel=kernel,
+            seed=seed,
+            scheduler=scheduler,
+            progress=lambda part: advance(0.95 * part),
         )
         diagnosis.save(output)
         advance(1.0)

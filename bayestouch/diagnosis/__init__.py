@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.errors import InputError, about
 from bayestouch.progress import Progress
@@ -22,6 +22,7 @@ def diagnose(
     draws: int = 1000,
     sample: bool = True,
     seed: int = 0,
+    scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
     """Find what a calibrated sensor's model misses, trace it to an effect and add that.
@@ -42,6 +43,9 @@ def diagnose(
         coverage. Without, these are None; everything else is the same.
     seed : int
         Seed of every random number.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster that refits the leading candidates of each round instead of this
+        process, such as ``tcp://10.0.0.5:8786``. The result is the same.
     progress : callable, optional
         Called with the fraction done.
 
@@ -54,7 +58,7 @@ def diagnose(
     ------
     InputError
         The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have; or an option
-        does not fit the body.
+        does not fit the body, or the cluster cannot be reached.
     """
     from bayestouch.diagnosis.result import Diagnosis
     from bayestouch.sensor import Finger
@@ -62,6 +66,7 @@ def diagnose(
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
     options = {"draws": draws, "sample": sample, "seed": seed}
+    how: dict[str, Any] = {**options, "scheduler": scheduler, "progress": progress}
     if isinstance(dataset.sensor.body, Finger):
         from bayestouch.diagnosis.finger import trace_finger
 
@@ -69,12 +74,12 @@ def diagnose(
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
         contact = contact or "layer"
         with about(dataset.path):
-            traced = trace_finger(dataset, contact=contact, draws=draws, sample=sample, seed=seed, progress=progress)
+            traced = trace_finger(dataset, contact=contact, **how)
         return Diagnosis.of(traced, {"contact": contact, **options})
     from bayestouch.diagnosis.pad import trace_pad
 
     if contact is not None:
         raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")
     with about(dataset.path):
-        traced = trace_pad(dataset, kernel=kernel, draws=draws, sample=sample, seed=seed, progress=progress)
+        traced = trace_pad(dataset, kernel=kernel, **how)
     return Diagnosis.of(traced, {"kernel": kernel, **options})

@@ -18,13 +18,21 @@ from bayestouch.progress import Progress
 
 
 def trace_finger(
-    dataset: DataSet, *, contact: str, draws: int, sample: bool, seed: int, progress: Progress | None
+    dataset: DataSet,
+    *,
+    contact: str,
+    draws: int,
+    sample: bool,
+    seed: int,
+    progress: Progress | None,
+    scheduler: str | None,
 ) -> Traced:
     """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
     data = DiagnosisData.of(dataset)
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact)
     setting = data.setting(contact, fitted.model.reference_load)
-    return follow(data, fitted, catalogue(setting), _FingerStands(data, setting, draws, sample, seed), progress)
+    stands = _FingerStands(data, setting, draws, sample, seed)
+    return follow(data, fitted, catalogue(setting), stands, progress, scheduler)
 
 
 class _FingerStands:

@@ -40,7 +40,12 @@ class Stands(Protocol):
 
 
 def follow(
-    data: DiagnosisData, fitted: Fitted, effects: tuple[Effect, ...], stand: Stands, progress: Progress | None
+    data: DiagnosisData,
+    fitted: Fitted,
+    effects: tuple[Effect, ...],
+    stand: Stands,
+    progress: Progress | None,
+    scheduler: str | None,
 ) -> Traced:
     """Search from a fit without effects, and compare before and after.
 
@@ -56,10 +61,12 @@ def follow(
         Of the body.
     progress : callable, optional
         Called with the fraction done.
+    scheduler : str, optional
+        As of `bayestouch.diagnose`.
     """
     advance = progress or (lambda fraction: None)
     advance(START)
-    rounds = search(fitted, effects, lambda share: advance(START + (SEARCHED - START) * share))
+    rounds = search(fitted, effects, lambda share: advance(START + (SEARCHED - START) * share), scheduler)
     advance(SEARCHED)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-_VERDICTS = {
+#: By the word for it in ``diagnosis.json``.
+VERDICTS = {
     "adequate": "Adequate: the model predicts held-out touches as well as the noise allows.",
     "explained": "Explained: with what was found the model predicts held-out touches as well as the noise allows.",
     "partly explained": "Partly explained: an effect was found, and structure remains that no effect explains.",
@@ -15,7 +16,7 @@ _VERDICTS = {
 
 def sentences(numbers: Mapping[str, Any]) -> list[str]:
     """Verdict, effects, what is left, and errors before and after; a line each."""
-    out = [_VERDICTS[numbers["verdict"]]]
+    out = [VERDICTS[numbers["verdict"]]]
     for effect in numbers["effects"]:
         values = ", ".join(_value(name, each) for name, each in effect["parameters"].items())
         line = f"Found {effect['name']} ({effect['summary']}): {values}."

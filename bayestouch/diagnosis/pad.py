@@ -38,7 +38,14 @@ MOST_TOUCHES = 1000
 
 
 def trace_pad(
-    dataset: DataSet, *, kernel: str | None, draws: int, sample: bool, seed: int, progress: Progress | None
+    dataset: DataSet,
+    *,
+    kernel: str | None,
+    draws: int,
+    sample: bool,
+    seed: int,
+    progress: Progress | None,
+    scheduler: str | None,
 ) -> Traced:
     """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
     data = _thinned(DiagnosisData.of(dataset), seed)
@@ -46,7 +53,7 @@ def trace_pad(
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
     stands = _PadStands(data, setting, kernel, draws, sample, seed)
-    return follow(data, fitted, _not_of_place(setting), stands, progress)
+    return follow(data, fitted, _not_of_place(setting), stands, progress, scheduler)
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:

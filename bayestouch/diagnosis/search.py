@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
 from bayestouch.affected.predictive import held_out_density
+from bayestouch.cluster import in_order
 from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit, without
 from bayestouch.diagnosis.noise_fit import with_noise
@@ -46,9 +47,11 @@ NEARLY = 0.9
 VISIBLE = 0.2
 
 
-def search(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None) -> tuple[Round, ...]:
-    """Rounds of the search, the last of which adds nothing."""
-    rounds = _greedy(fitted, effects, progress)
+def search(
+    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None, scheduler: str | None = None
+) -> tuple[Round, ...]:
+    """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`."""
+    rounds = _greedy(fitted, effects, progress, scheduler)
     kept = _standing(rounds)
     if kept == len(rounds) - 1:
         return rounds
@@ -57,15 +60,17 @@ def search(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | Non
     alone = {each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself}
     if not alone:
         return (*rounds[:kept], replace(fallen, added=None, dropped=()))
-    again = _greedy(fallen.before, tuple(each for each in effects if each.name in alone), None)
+    again = _greedy(fallen.before, tuple(each for each in effects if each.name in alone), None, scheduler)
     others = tuple(each for each in fallen.tried if each.effect.name not in alone)
     return (*rounds[:kept], replace(again[0], tried=(*again[0].tried, *others)), *again[1:])
 
 
-def _greedy(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None) -> tuple[Round, ...]:
+def _greedy(
+    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
+) -> tuple[Round, ...]:
     rounds: list[Round] = []
     while True:
-        current = one_round(fitted, effects, _part(progress, len(rounds)))
+        current = one_round(fitted, effects, _part(progress, len(rounds)), scheduler)
         if len(rounds) == MOST_EFFECTS and current.added is not None:
             current = replace(current, added=None)
         if current.added is None or current.added.fitted is None:
@@ -126,7 +131,9 @@ def settled(fitted: Fitted) -> Fitted:
     return fit(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
-def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress) -> Round:
+def one_round(
+    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
+) -> Round:
     """Score all effects, refit the leading ones, and choose."""
     scored = score_effects(fitted, effects)
     progress(SCORED)
@@ -135,10 +142,11 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress) -
     trials = sum(each.trials for each in scored) + len(scattered)
     before, least = density(fitted), _least(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
-    refitted = {}
-    for number, c in enumerate(leading, start=1):
-        refitted[c.effect.name] = refit(fitted, c, before, ERRORS, least)
-        progress(SCORED + (REFITTED - SCORED) * number / len(leading))
+    part = (REFITTED - SCORED) / max(len(leading), 1)
+    again = in_order(
+        scheduler, _refit, (fitted, before, least), leading, lambda number: progress(SCORED + part * number)
+    )
+    refitted = {each.effect.name: each for each in again}
     correction = correct(fitted)
     progress(1.0)
     correction_gain, correction_se = 0.0, 0.0
@@ -169,6 +177,11 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress) -
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
+
+
+def _refit(shared: tuple[Fitted, FloatArray, float], candidate: Candidate) -> Tried:
+    fitted, before, least = shared
+    return refit(fitted, candidate, before, ERRORS, least)
 
 
 def _n_readings(fitted: Fitted) -> int:

@@ -7,13 +7,21 @@ from pathlib import Path
 from bayestouch.errors import InputError
 from bayestouch.indenter_priors import IndenterPrior
 from bayestouch.inference.options import Kept, Options
-from bayestouch.inference.run import Hands, TouchRun, fingerprint, own_hands, read_in_memory, read_to_file
+from bayestouch.inference.run import (
+    Hands,
+    TouchRun,
+    fingerprint,
+    hands_of_cluster,
+    own_hands,
+    read_in_memory,
+    read_to_file,
+)
 from bayestouch.posterior import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger
 from bayestouch.survey import survey
-from bayestouch.touch_source import InMemory, Scattered, source_of
+from bayestouch.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.touches import Touches
 
 __all__ = ["Kept", "Options", "infer", "infer_to_file"]
@@ -113,20 +121,19 @@ def infer_to_file(
     path = Path(output)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
-    run, mark = _run(touches, calibration, options)
+    run, source = _run(touches, calibration, options)
+    mark = fingerprint(source, calibration, options)
     read_to_file(run, options.kept, _hands(workers, scheduler), path, mark, progress)
 
 
 def _hands(workers: int | None, scheduler: str | None) -> Hands:
     if scheduler is None:
         return own_hands(workers)
-    from bayestouch.inference.cluster import hands_of_cluster
-
     return hands_of_cluster(scheduler)
 
 
-def _run(touches: Touches | str | Path, calibration: Calibration, options: Options) -> tuple[TouchRun, str]:
-    """Touches ready to be read, and the fingerprint of the result."""
+def _run(touches: Touches | str | Path, calibration: Calibration, options: Options) -> tuple[TouchRun, TouchSource]:
+    """Touches ready to be read, and where they come from."""
     source = InMemory(touches) if isinstance(touches, Touches) else source_of(touches, calibration.sensor)
     options.check(source, calibration)
     try:
@@ -136,11 +143,10 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
         found = survey(source)
     if not found.n_touches:
         raise InputError("no row of the table is in contact: there is nothing to infer")
-    mark = fingerprint(source, calibration, options)
     if isinstance(calibration.sensor.body, Finger):
         from bayestouch.inference.finger import finger_run
 
-        return finger_run(source, found, calibration, options), mark
+        return finger_run(source, found, calibration, options), source
     from bayestouch.inference.pad import pad_run
 
-    return pad_run(source, found, calibration, options), mark
+    return pad_run(source, found, calibration, options), source

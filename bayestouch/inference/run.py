@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import bayestouch
+from bayestouch.cluster import on_cluster
 from bayestouch.growing_file import GrowingFile
 from bayestouch.inference.options import Kept, Options
 from bayestouch.partial import Partial, fingerprint_of, partial_folder
@@ -121,6 +122,23 @@ def own_hands(workers: int | None) -> Hands:
             yield first, keep(reader.read(block, first, workers, within), kept)
 
     return hands
+
+
+def hands_of_cluster(address: str) -> Hands:
+    """Read blocks on the Dask cluster whose scheduler is at `address`; raises as `bayestouch.cluster.on_cluster`."""
+
+    def hands(
+        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        numbered = ((first, (first, block)) for first, block in blocks)
+        return on_cluster(address, _read_there, (reader, kept), numbered)
+
+    return hands
+
+
+def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
+    (reader, kept), (first, block) = shared, piece
+    return keep(reader.read(block, first, 1, None), kept)
 
 
 def read_in_memory(run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None) -> TouchPosteriors:

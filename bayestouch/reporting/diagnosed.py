@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
 from bayestouch.reporting.pictures import Format, Picture
 from bayestouch.sensor import Finger
 
-_NEEDED = ("verdict", "before", "after", "effects", "candidates", "unexplained", "data")
 #: Figures of a diagnosis that a report shows; the others are in the diagnosis' own folder.
 _SHOWN = 3
 
@@ -60,31 +59,24 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
     Raises
     ------
     InputError
-        The folder holds no diagnosis, or one of another sensor.
+        The folder holds no diagnosis, one that is damaged, or one of another sensor.
     """
     from bayestouch.diagnosis.outcome import sentences
 
     file = folder / "diagnosis.json"
-    try:
-        numbers = json.loads(file.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(f"cannot be read: {error.strerror or error}", file=file) from error
-    except ValueError:
-        raise InputError("expected the diagnosis.json of `bayestouch diagnose`, got no JSON", file=file) from None
-    if not isinstance(numbers, dict) or any(key not in numbers for key in _NEEDED):
-        raise InputError("expected the diagnosis.json of `bayestouch diagnose`", file=file)
+    numbers = read_diagnosis(file)
     found, wanted = numbers["data"].get("elements"), dataset.sensor.n_elements
     if found != wanted:
         raise InputError(f"expected a diagnosis of a sensor with {wanted} elements, got {found}", file=file)
-    pictures = tuple(_read(folder, each) for each in numbers.pop("figures", ())[:_SHOWN])
+    pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
     said = {"sentences": sentences(numbers), "made": f"read from {folder.name}/{file.name}"}
     return Diagnosed({**numbers, **said}, _of_report(pictures))
 
 
 def _read(folder: Path, described: dict[str, str]) -> Picture:
-    content = (folder / "figures" / Path(described["file"]).name).read_bytes()
     names = ("name", "section", "title", "caption", "alt")
     form: Format = "png" if described["format"] == "png" else "svg"
+    content = read_figure(folder, described["name"], form)
     return Picture(**{name: described[name] for name in names}, content=content, format=form)
 
 
