@@ -24,7 +24,7 @@ from bayestouch.simulation import FingerDesign
 from bayestouch.touches import Touches, touches_from
 
 DRAWS = 512
-SIZES = (128, 512, 2048)
+SIZES = (512, 2048, 8192)
 #: Share of its time that a block may spend on anything but its touches.
 OVERHEAD = 0.05
 
@@ -50,7 +50,7 @@ def seconds(touches: Touches, calibration: bayestouch.Calibration, scheduler: st
     return best
 
 
-def main(n: int = 8192, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dict[str, float]:
+def main(n: int = 32_768, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dict[str, float]:
     """Print the table; returns speed-up, overhead of a block (s) and time of a touch (s)."""
     import distributed
 
@@ -96,7 +96,7 @@ def main(n: int = 8192, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dic
 
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("touches", type=int, nargs="?", default=8192)
+    parser.add_argument("touches", type=int, nargs="?", default=32_768)
     parser.add_argument("--repeats", type=int, default=2)
     chosen = parser.parse_args()
     main(chosen.touches, chosen.repeats)
