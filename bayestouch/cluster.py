@@ -89,6 +89,7 @@ def in_order(
     """
     if not pieces:
         return []
+    numbered: Iterator[tuple[int, Any]]
     if address is None:
         numbered = ((number, work(shared, piece)) for number, piece in enumerate(pieces))
     else:

@@ -18,6 +18,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from _published import options, save
+from _shared_out import scheduler_of
 
 import bayestouch
 from bayestouch.ranks import RankStatistics

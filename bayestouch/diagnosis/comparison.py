@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.predictive import held_out_density
+from bayestouch.cluster import in_order
 from bayestouch.diagnosis.candidates import Candidate, refine_drift
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.effects.effect import Effect
@@ -49,6 +52,24 @@ def paired(difference: FloatArray) -> tuple[float, float]:
     """Sum of differences over touches, and its standard error."""
     n = len(difference)
     return float(difference.sum()), float(np.sqrt(n * difference.var(ddof=1))) if n > 1 else float("nan")
+
+
+def refit_all(
+    fitted: Fitted,
+    candidates: Sequence[Candidate],
+    before: FloatArray,
+    errors: float,
+    least: float,
+    scheduler: str | None,
+    progress: Callable[[int], None],
+) -> list[Tried]:
+    """`refit` of each candidate, by the cluster at `scheduler` if one is given; tells how many are done."""
+    return in_order(scheduler, _refit_one, (fitted, before, errors, least), candidates, progress)
+
+
+def _refit_one(shared: tuple[Fitted, FloatArray, float, float], candidate: Candidate) -> Tried:
+    fitted, before, errors, least = shared
+    return refit(fitted, candidate, before, errors, least)
 
 
 def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: float, least: float) -> Tried:

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
 from bayestouch.affected.predictive import held_out_density
-from bayestouch.cluster import in_order
 from bayestouch.diagnosis.candidates import Candidate, score_effects
-from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit, without
+from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.placed import correct
@@ -131,9 +130,7 @@ def settled(fitted: Fitted) -> Fitted:
     return fit(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
-def one_round(
-    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
-) -> Round:
+def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None) -> Round:
     """Score all effects, refit the leading ones, and choose."""
     scored = score_effects(fitted, effects)
     progress(SCORED)
@@ -143,8 +140,8 @@ def one_round(
     before, least = density(fitted), _least(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
     part = (REFITTED - SCORED) / max(len(leading), 1)
-    again = in_order(
-        scheduler, _refit, (fitted, before, least), leading, lambda number: progress(SCORED + part * number)
+    again = refit_all(
+        fitted, leading, before, ERRORS, least, scheduler, lambda number: progress(SCORED + part * number)
     )
     refitted = {each.effect.name: each for each in again}
     correction = correct(fitted)
@@ -177,11 +174,6 @@ def one_round(
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
-
-
-def _refit(shared: tuple[Fitted, FloatArray, float], candidate: Candidate) -> Tried:
-    fitted, before, least = shared
-    return refit(fitted, candidate, before, ERRORS, least)
 
 
 def _n_readings(fitted: Fitted) -> int:
