@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,6 +25,8 @@ BINS = 20
 # Draws a rank is taken among: few enough to be independent when thinned from some hundred.
 RANKED = 99
 COLUMNS = 5
+# of a label, as many as fit below a narrow panel
+LETTERS = 24
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,7 +110,8 @@ class RankStatistics:
         axes, ranks = new_axes(axes), self.ranks[name]
         axes.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
         axes.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1).tolist(), color="#0072b2")
-        axes.set(xlabel=f"rank of the true {name}", ylabel="simulations", title=f"p = {self.p_value[name]:.2g}")
+        axes.set(xlabel=fill(f"rank of the true {name}", LETTERS), ylabel="simulations")
+        axes.set_title(f"p = {self.p_value[name]:.2g}")
         return axes
 
     def plot(self) -> Figure:

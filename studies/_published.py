@@ -27,7 +27,7 @@ LOOK: dict[str, Any] = {
 }
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, GREY)
 # Enough for lines with their smooth edges; a third of the bytes of true colour.
-COLOURS = 128
+COLOURS = 96
 
 
 def print_beside(rows: Iterable[Beside]) -> None:

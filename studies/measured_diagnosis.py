@@ -181,16 +181,17 @@ def print_found(found: Found) -> None:
 
 
 def rms_along(quantity: Quantity, held: HeldOut, bins: int = 12) -> tuple[np.ndarray, np.ndarray]:
-    """Middle and rms residual (percent of peak) of bins of one width, where there are enough readings, by quantity."""
-    values, residual = quantity.values, 100 * held.residual
+    """Middle and rms residual (percent of peak) of bins along a quantity, as wide as it takes for enough readings."""
+    values, residual = np.broadcast_arrays(quantity.values, 100 * held.residual)
     some = np.isfinite(values) & np.isfinite(residual)
-    ends = np.linspace(values[some].min(), values[some].max(), bins + 1)
-    place = np.clip(np.searchsorted(ends, values[some], side="right") - 1, 0, len(ends) - 2)
-    count = np.bincount(place, minlength=len(ends) - 1)
-    square = np.bincount(place, weights=residual[some] ** 2, minlength=len(count))
-    middle = np.bincount(place, weights=values[some], minlength=len(count))
-    enough = count >= FEWEST
-    return middle[enough] / count[enough], np.sqrt(square[enough] / count[enough])
+    order = np.argsort(values[some], kind="stable")
+    value, square = values[some][order], residual[some][order] ** 2
+    starts = [0]
+    for k in range(1, len(value) - FEWEST + 1):
+        if k - starts[-1] >= FEWEST and value[k] - value[starts[-1]] > np.ptp(value) / bins:
+            starts.append(k)
+    count = np.diff([*starts, len(value)])
+    return np.add.reduceat(value, starts) / count, np.sqrt(np.add.reduceat(square, starts) / count)
 
 
 def draw(all_found: list[Found], folder: Path) -> None:

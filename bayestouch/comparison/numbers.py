@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.json_values import strict
+from bayestouch.reporting.calibration_tables import in_words
 from bayestouch.reporting.text import listed, number, plural
 from bayestouch.results import Calibration
 
@@ -81,7 +82,7 @@ def _moments(draws: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _statistics(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
     return [
-        {"quantity": name.replace("_", " "), "first": value, "second": second.statistics[name]}
+        {"quantity": in_words(name), "first": value, "second": second.statistics[name]}
         for name, value in first.statistics.items()
         if name in second.statistics
     ]

@@ -49,5 +49,5 @@ def draw_parameter(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
         ends = _NINETY * np.array([row[f"{side}_sd"] for row in rows])
         axes.errorbar(at + shift, mean - middle, ends, fmt=marker, ms=4, color=colour, label=side)
     unit = f"\n({rows[0]['unit']})" if rows[0]["unit"] else ""
-    axes.set_ylabel(f"{rows[0]['symbol']} − mean of both{unit}", fontsize=8)
+    axes.set_ylabel(f"{rows[0]['symbol']} − mean{unit}")
     axes.grid(axis="y")

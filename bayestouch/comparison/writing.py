@@ -8,7 +8,7 @@ from typing import Any
 from bayestouch.comparison.plots import by_parameter, draw_parameter
 from bayestouch.reporting.files import PAGE, write_numbers, write_pictures, write_text
 from bayestouch.reporting.page import new_environment
-from bayestouch.reporting.pictures import Picture, canvas, drawing, element_ticks, legend_below, rendered
+from bayestouch.reporting.pictures import Picture, canvas, drawing, element_ticks, rendered
 
 NUMBERS = "comparison.json"
 
@@ -35,7 +35,7 @@ def difference_picture(numbers: dict[str, Any]) -> Picture | None:
             draw_parameter(ax, rows)
         element_ticks(axes[-1, 0], len(rows))
         axes[-1, 0].set_xlabel("element")
-        legend_below(axes[-1, 0], 2)
+        figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper center", ncols=2)
         content = rendered(figure)
     worst = max(
         (row for rows in by_element.values() for row in rows), key=lambda row: abs(row["difference_in_sd"] or 0.0)

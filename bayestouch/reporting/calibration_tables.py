@@ -48,7 +48,7 @@ def about_calibration(evidence: Evidence, paper: PaperFits | None) -> dict[str, 
     statistics = {name: float(value) for name, value in calibration.statistics.items()}
     return {
         "touches": len(calibration.rows.touch),
-        "settings": [{"name": _words(name), "value": value} for name, value in calibration.settings.items()],
+        "settings": [{"name": in_words(name), "value": value} for name, value in calibration.settings.items()],
         "statistics": statistic_rows(statistics),
         "models": model_rows(statistics),
         "linearity": {name: statistics.get(name) for name in _LINEARITY},
@@ -59,7 +59,8 @@ def about_calibration(evidence: Evidence, paper: PaperFits | None) -> dict[str, 
     }
 
 
-def _words(name: str) -> str:
+def in_words(name: str) -> str:
+    """A calibration's statistic or setting, by its name, in words."""
     return _STATISTICS.get(name, name.replace("_", " "))
 
 
@@ -86,7 +87,7 @@ def _scores(statistics: Mapping[str, float]) -> list[str]:
 def statistic_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
     """Everything else that the calibration tells of itself."""
     told = {f"{start}{key.removeprefix(_SCORE)}" for key in _scores(statistics) for start in (_SCORE, _ERROR)}
-    return [{"name": _words(name), "value": value} for name, value in statistics.items() if name not in told]
+    return [{"name": in_words(name), "value": value} for name, value in statistics.items() if name not in told]
 
 
 def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
@@ -95,9 +96,9 @@ def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
     if name in known:
         parameter = known[name]
         return parameter.symbol, parameter.unit, str(parameter.prior), parameter.description
-    symbol, unit, meaning = _DERIVED.get(name, ("", "", _words(name)))
+    symbol, unit, meaning = _DERIVED.get(name, ("", "", in_words(name)))
     reading = calibration.sensor.reading_unit or "reading"
-    return symbol or _words(name), unit.format(unit=reading), "", meaning
+    return symbol or in_words(name), unit.format(unit=reading), "", meaning
 
 
 def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:

@@ -75,6 +75,6 @@ def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:
 
 
 def _made_up_for(line: str) -> dict[str, str]:
-    """What lacks, and what to do about it where the line says so."""
-    lacks, _, advice = line.partition("; ")
-    return {"what": lacks[:1].upper() + lacks[1:], "why": advice[:1].upper() + advice[1:]}
+    """What to do, and what lacks; what lacks alone where the line says no more."""
+    what, why = (each[:1].upper() + each[1:] for each in reversed(line.partition("; ")[::2]))
+    return {"what": what, "why": f"{why}."} if what else {"what": why, "why": ""}

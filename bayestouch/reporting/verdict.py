@@ -105,9 +105,11 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         parts.append("The search for effects found none: held-out touches are predicted as well as noise allows.")
         short = "Nothing that was looked for"
     else:
-        parts.append("No effect was searched for.")
+        parts.append("No effect was searched for: bayestouch diagnose does that.")
         short = "See what to measure next"
     steps = numbers["next"]
     if steps:
-        parts.append(f"Next: {steps[0]['what'][:1].lower()}{steps[0]['what'][1:]}.")
+        what = steps[0]["what"]
+        lacks = what.startswith(("No ", "Cannot "))
+        parts.append(f"{'Lacking' if lacks else 'Next'}: {what[:1].lower()}{what[1:]}.")
     return _row(question, short, " ".join(parts))

@@ -61,8 +61,10 @@ def draw_map(axes: Any, quantity: Quantity, residual: FloatArray, limit: float) 
         ends, np.arange(m + 1) - 0.5, 100 * mean, cmap=DIVERGING, vmin=-limit, vmax=limit, rasterized=True
     )
     unit = "touches" if quantity.unit == "touch" else quantity.unit
-    # three of them stand side by side: a long name, and the unit below it
-    axes.set_xlabel(fill(quantity.name, LETTERS) + (f"\n({unit})" if unit else ""))
+    label = f"{quantity.name} ({unit})" if unit else quantity.name
+    if len(label) > LETTERS:  # three of them stand side by side
+        label = fill(quantity.name, LETTERS) + (f"\n({unit})" if unit else "")
+    axes.set_xlabel(label)
     axes.locator_params("x", nbins=4)
     element_ticks(axes, m, "y")
     return mesh
