@@ -13,7 +13,7 @@ from bayestouch.affected.model import AffectedModel
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.whitening import Whitening
 from bayestouch.diagnosis.rounds import Round, Tried
-from bayestouch.diagnosis.search import ERRORS, SHARE
+from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
 from bayestouch.touches import Touches
 
@@ -68,7 +68,7 @@ def _undecided(each: Round) -> tuple[Tried, Tried] | None:
         others = [tried for tried in refitted if tried.effect.name in each.added.alike]
         return (each.added, others[0]) if others and each.added.fitted is not None else None
     # What is sure and yet explains little is no explanation that more touches could confirm.
-    near = [tried for tried in refitted if 0 < tried.gain < ERRORS * tried.gain_se and tried.share >= SHARE]
+    near = [tried for tried in refitted if is_near(tried)]
     return (near[0], near[1]) if len(near) > 1 else None
 
 

@@ -39,7 +39,7 @@ class Tried:
     share : float
         What it explains of what can be explained.
     fitted : Fitted or None
-        Model with it, where it was refitted.
+        Model with it, where it was refitted; kept for what was added, and for what cannot be told from that.
     difference : (t,) array or None
         Gain of each touch.
     signature : (t, m) array or None

@@ -40,7 +40,7 @@ SHARE = 0.3
 TOGETHER = 0.75
 # Candidates whose held-out density is within so many standard errors of the winner's cannot be told from it.
 ALIKE = 2.0
-# An effect with a course of its own goes before a random function of time that gains little more than it.
+# A cause goes before a random function of time that explains little more of the means than it.
 NEARLY = 0.9
 # A random function of time of which the model leaves less than this share is one of place.
 VISIBLE = 0.2
@@ -173,6 +173,9 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         added = replace(added, alike=_alike(added, tried))
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
+        # A fit with drifts holds a gigabyte: only those between which more touches are to decide are looked at again.
+        kept = {added.effect.name, *added.alike}
+        tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
 
 
@@ -203,6 +206,11 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
     return not isinstance(tried.effect, RandomEffect) or (tried.gain > correction_gain and tried.seen > VISIBLE)
 
 
+def is_near(tried: Tried) -> bool:
+    """Whether it may be real: it explains much, and is not sure."""
+    return 0 < tried.gain < ERRORS * tried.gain_se and tried.share >= SHARE
+
+
 def _share(tried: Tried, scored: Candidate, possible: float) -> float:
     gain = scored.gain
     if np.isfinite(tried.gain):
@@ -222,8 +230,10 @@ def _plainest(real: list[Tried]) -> Tried:
     plain = [each for each in real if each.noise is None and not isinstance(each.effect, RandomEffect)]
     as_good = [each for each in plain if each is best or _as_good(each, best)]
     if not as_good and isinstance(best.effect, RandomEffect):
-        # What a random function does beyond a cause that does nearly as much is for the next round.
-        return next((each for each in plain if each.gain > NEARLY * best.gain), best)
+        # What a random function does beyond a cause that does nearly as much is for the next round. It is held against
+        # what it explains: it gains density also by saying that it is uncertain.
+        most = max(plain, key=lambda each: each.of_means, default=best)
+        return most if most.of_means > NEARLY * best.of_means else best
     return min(as_good, key=_price) if as_good else best
 
 
