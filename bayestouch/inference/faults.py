@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.inference.fault_tests import TOLERANCE, Misfit, tested
+from bayestouch.inference.fault_tests import TOLERANCE, ColumnTests, Misfit, tested
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -26,6 +26,8 @@ LARGEST_SHARE = 1 / 3
 LARGEST_MISFIT, SLIGHT_MISFIT = 2.0, 1.2
 #: An element that follows the touches by less than this share of what it should is dead.
 DEAD_SHARE = 0.15
+#: Columns that are left out on trial, where a faulty element moves the touches themselves.
+MOST_TRIED = 8
 
 
 class FittedTouches(Protocol):
@@ -34,6 +36,11 @@ class FittedTouches(Protocol):
     @property
     def columns(self) -> FloatArray:
         """What each column read, (t, k)."""
+        ...
+
+    @property
+    def few(self) -> bool:
+        """Whether elements are so few that a faulty one takes the touches to another place, where others misfit."""
         ...
 
     def with_order(self, order: IntArray) -> FittedTouches:
@@ -158,9 +165,7 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
     out = np.zeros(k, dtype=bool)
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
     while not (tests := tested(fitted(out))).agree:
-        # where elements differ but none stands out, a large fault of one may hide in what it does to its neighbours
-        suspects = tests.faulty if tests.faulty.any() else ~out & (np.arange(k) < k - 1)
-        out[np.where(suspects, tests.drop, -1.0).argmax()] = True
+        out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
     for column in np.flatnonzero(out):
@@ -171,6 +176,18 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
         if tested(fitted(tried)).agree:
             out = tried
     return out
+
+
+def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
+    """The column to leave out next."""
+    k = len(out)
+    if fitted.few:
+        likely = np.argsort(np.where(out, -1.0, tests.drop))[::-1][: min(MOST_TRIED, int((~out).sum()))]
+        only = np.eye(k, dtype=bool)
+        return min(map(int, likely), key=lambda column: _root_mean_squares(fitted(out | only[column]))[0])
+    # where elements differ but none stands out, a large fault of one may hide in what it does to its neighbours
+    suspects = tests.faulty if tests.faulty.any() else ~out & (np.arange(k) < k - 1)
+    return int(np.where(suspects, tests.drop, -1.0).argmax())
 
 
 def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:

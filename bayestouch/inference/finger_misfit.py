@@ -60,6 +60,11 @@ class FingerMisfit:
         return np.concatenate([self.readings.readings, self.readings.load[:, None]], axis=1)
 
     @property
+    def few(self) -> bool:
+        """No: their neighbours hold a touch in its place."""
+        return False
+
+    @property
     def scale(self) -> FloatArray:
         """Peak reading of each element at the typical load, and that load; (m + 1,)."""
         angle = np.asarray(self.chain.angle)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -14,7 +14,11 @@ from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.baseline import Baseline
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.inference.fault_notes import fault_notes, fault_settings
+from bayestouch.inference.faults import SensorCheck
+from bayestouch.inference.finger_check import widened
 from bayestouch.inference.options import Kept, Options
+from bayestouch.inference.pad_check import check_pad, corrected_readings
 from bayestouch.inference.pad_components import components_of
 from bayestouch.inference.pad_effects import as_loads_vary, loads_as_read
 from bayestouch.inference.pad_lattice import Lattice, lattice_for
@@ -181,12 +185,15 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         "version": bayestouch.__version__,
     }
 
+    check: SensorCheck | None = None
+
     def averaged(piece: Touches) -> PadReadings:
         corrected = baseline.subtracted(piece)
         if effects is not None:
             corrected = effects.freed(corrected)
         readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
-        return readings if options.use_load else readings.without_load()
+        readings = readings if options.use_load else readings.without_load()
+        return readings if check is None else corrected_readings(readings, check)
 
     def pieces() -> Iterator[Touches]:
         # effects may depend on what was before a touch: they want the whole table
@@ -194,6 +201,11 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         return (piece for piece in every if piece.in_contact.any())
 
     notes = (*found.notes, baseline.note, *_notes(reader, found, options.use_load), *_effect_notes(effects))
+    if options.check_sensor and effects is None:
+        check = check_pad(averaged(found.sample), reader)  # and `averaged` follows what it finds from here on
+        reader = replace(reader, noise=widened(reader.noise, check.excess))
+        settings |= fault_settings(check)
+        notes = (*notes, *fault_notes(check, str(calibration.settings["load_unit"])))
     return TouchRun(
         PadBlocks(calibration, reader, draws, options.seed, settings, tuple(dict.fromkeys(notes)), effects),
         found.n_touches,
