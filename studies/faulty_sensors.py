@@ -19,7 +19,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import argparse
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -92,7 +92,7 @@ def _all_gains(sd: float) -> Break:
     return apply
 
 
-def _left_out(result: TouchPosteriors, element: int) -> bool:
+def left_out(result: TouchPosteriors, element: int) -> bool:
     """The element, and nothing else, was left out."""
     settings = result.settings
     other = "force_sensor" in settings or "element_order" in settings or "noise_widened" in settings
@@ -113,22 +113,22 @@ def _no_force(result: TouchPosteriors, element: int) -> bool:
     return "force_sensor" in result.settings and "elements_left_out" not in result.settings
 
 
-def _anything(result: TouchPosteriors, element: int) -> bool:
+def anything(result: TouchPosteriors, element: int) -> bool:
     return any(note.startswith("sensor check") for note in result.notes)
 
 
 FAULTS = (
-    Fault("dead (noise only)", _elements(lambda y, rng: 17.2 * rng.standard_normal(len(y))), _left_out),
-    Fault("stuck at 0", _elements(lambda y, rng: np.zeros(len(y))), _left_out),
-    Fault("stuck at a reading", _elements(lambda y, rng: np.full(len(y), rng.choice(y))), _left_out),
+    Fault("dead (noise only)", _elements(lambda y, rng: 17.2 * rng.standard_normal(len(y))), left_out),
+    Fault("stuck at 0", _elements(lambda y, rng: np.zeros(len(y))), left_out),
+    Fault("stuck at a reading", _elements(lambda y, rng: np.full(len(y), rng.choice(y))), left_out),
     Fault("neighbours swapped", _swap(1), _exchanged(1)),
     Fault("wires swapped", _swap(4), _exchanged(4)),
-    Fault("zero moved by 5 % of peak", _elements(lambda y, rng: y + 50.0), _left_out),
+    Fault("zero moved by 5 % of peak", _elements(lambda y, rng: y + 50.0), left_out),
     *(
-        Fault(f"gain x {factor:g}", _elements(lambda y, rng, factor=factor: y * factor), _left_out)
+        Fault(f"gain x {factor:g}", _elements(lambda y, rng, factor=factor: y * factor), left_out)
         for factor in (0.5, 0.8, 0.9, 0.95, 0.98, 1.02, 1.05, 1.1, 1.25, 2.0)
     ),
-    Fault("all gains, sd 5 %", _all_gains(0.05), _anything),
+    Fault("all gains, sd 5 %", _all_gains(0.05), anything),
     *(Fault(f"force x {factor:g}", _force(factor), _no_force) for factor in (0.7, 0.9, 0.98, 1.02, 1.1, 1.4)),
 )
 
@@ -171,14 +171,14 @@ def one_finger(shared: None, seed: int) -> list[tuple[str, Row]]:
         table = touches.select(np.isin(touches.touch, part))
         truth = {name: values[np.searchsorted(ids, part)] for name, values in true.items()}
         sound = read(table, calibration, True, seed)
-        noticed, covered = _anything(sound, 0), inside(sound, truth, outer).tolist()
+        noticed, covered = anything(sound, 0), inside(sound, truth, outer).tolist()
         rows.append(("none", (noticed, noticed, covered, covered)))
         for fault in FAULTS[number :: len(RADII)]:
             element = int(rng.integers(3, 9))  # under the touches, and so are its partners
             broken = fault.apply(table, element, rng)
             before, after = (read(broken, calibration, check, seed) for check in (False, True))
             covered = [inside(result, truth, outer).tolist() for result in (before, after)]
-            rows.append((fault.name, (_anything(after, element), fault.found(after, element), covered[0], covered[1])))
+            rows.append((fault.name, (anything(after, element), fault.found(after, element), covered[0], covered[1])))
     return rows
 
 
@@ -199,10 +199,12 @@ def main(
     return summary
 
 
-def summarised(done: dict[str, list[tuple[str, Row]]]) -> dict[str, dict[str, object]]:
+def summarised(
+    done: dict[str, list[tuple[str, Row]]], faults: Sequence[Fault] = FAULTS
+) -> dict[str, dict[str, object]]:
     """By fault: number of tables, shares noticed and rightly named, mean coverage in % before and after."""
     out: dict[str, dict[str, object]] = {}
-    for name in ("none", *(fault.name for fault in FAULTS)):
+    for name in ("none", *(fault.name for fault in faults)):
         rows = [row for finger in done.values() for fault, row in finger if fault == name]
         if rows:
             noticed, named, before, after = (np.array(column, dtype=float) for column in zip(*rows, strict=True))
@@ -216,14 +218,14 @@ def summarised(done: dict[str, list[tuple[str, Row]]]) -> dict[str, dict[str, ob
     return out
 
 
-def as_markdown(summary: dict[str, dict[str, object]]) -> str:
-    """The table."""
+def as_markdown(summary: dict[str, dict[str, object]], letters: str = "RθP") -> str:
+    """The table; coverage of quantities of these letters."""
     heads = (
         "fault",
         "tables",
         "noticed",
         "rightly named",
-        *(f"{n}, {c}" for c in ("no check", "check") for n in "RθP"),
+        *(f"{n}, {c}" for c in ("no check", "check") for n in letters),
     )
     lines = ["| " + " | ".join(heads) + " |", "|---|" + "--:|" * (len(heads) - 1)]
     for name, row in summary.items():

@@ -65,7 +65,7 @@ def infer(
         Use the force sensor's reading where there is one.
     check_sensor : bool
         Look for elements (dead, stuck, swapped, of another gain or zero) and a force sensor that no longer read as
-        calibrated, and go on without them; the notes say which (fingers only).
+        calibrated, and go on without them; the notes say which. Fingers, and pads of three elements and more.
     each_sample : bool
         A posterior for each sample in place of one for each touch's mean (fingers only).
     method : {"emcee", "importance"}

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.inference.faults import ColumnFault, SensorCheck
+from bayestouch.inference.fault_kinds import ColumnFault
+from bayestouch.inference.faults import SensorCheck
 
 
 def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:

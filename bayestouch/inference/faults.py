@@ -7,25 +7,23 @@ left agrees with itself; then each is tried again among the sound ones, so that 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.inference.fault_tests import TOLERANCE, ColumnTests, Misfit, tested
+from bayestouch.inference.fault_kinds import ColumnFault, named
+from bayestouch.inference.fault_tests import ColumnTests, Misfit, tested
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 BoolArray = NDArray[np.bool_]
-Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
 
 #: No more than this share of the elements is left out; beyond it the readings as a whole do not fit the calibration.
 LARGEST_SHARE = 1 / 3
 #: Elements that miss the model by more than this many times what noise and calibration explain widen the noise: the
 #: second where something was found to be at fault.
 LARGEST_MISFIT, SLIGHT_MISFIT = 2.0, 1.2
-#: An element that follows the touches by less than this share of what it should is dead.
-DEAD_SHARE = 0.15
 #: Columns that are left out on trial, where a faulty element moves the touches themselves.
 MOST_TRIED = 8
 
@@ -50,27 +48,6 @@ class FittedTouches(Protocol):
     def __call__(self, out: BoolArray) -> Misfit:
         """Fit without the columns `out`, a mask (k,)."""
         ...
-
-
-@dataclass(frozen=True)
-class ColumnFault:
-    """What is wrong with one column.
-
-    Attributes
-    ----------
-    column : int
-        Element, counted from 0; the number of elements for the force sensor.
-    kind : str
-        ``dead`` (does not follow the touches), ``stuck`` (one value), ``gain`` (reads `value` times what it should),
-        ``offset`` (reads `value` of its peak too much) or ``unlike`` (does not fit in another way).
-    value, sd : float
-        Of `kind`, with its standard deviation.
-    """
-
-    column: int
-    kind: Kind
-    value: float = np.nan
-    sd: float = np.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +107,7 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
         fitted, order = fitted.with_order(swap), order[swap]
         out[list(pair)] = False
     misfit, columns = fitted(out), fitted.columns
-    faults = tuple(_named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
+    faults = tuple(named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
     if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
         # no factor puts the force sensor right: more likely it is the elements, each in its own way
         return _as_a_whole(fitted)
@@ -154,7 +131,7 @@ def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
         misfit = turned(out)
         if _root_mean_squares(misfit)[1] < 0.5 * excess:
             columns = np.flatnonzero(out)
-            faults = tuple(_named(int(column), turned.columns[:, column], misfit) for column in columns)
+            faults = tuple(named(int(column), turned.columns[:, column], misfit) for column in columns)
             return SensorCheck(faults, other, 1.0, t)
     return SensorCheck((), order, excess, t)
 
@@ -164,7 +141,7 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
     k = fitted.columns.shape[1]
     out = np.zeros(k, dtype=bool)
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
-    while not (tests := tested(fitted(out))).agree:
+    while (tests := _trouble(fitted, out)) is not None:
         out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
@@ -173,9 +150,18 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
             break
         tried = out.copy()
         tried[column] = False
-        if tested(fitted(tried)).agree:
+        if _trouble(fitted, tried) is None:
             out = tried
     return out
+
+
+def _trouble(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
+    """Tests of the columns that are not `out`; None where nothing is wrong with them."""
+    misfit = fitted(out)
+    tests = tested(misfit)
+    # where a faulty element takes touches away from itself, nothing is left of it to be tested: all others misfit
+    hidden = fitted.few and _root_mean_squares(misfit)[0] > LARGEST_MISFIT
+    return None if tests.agree and not hidden else tests
 
 
 def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
@@ -201,8 +187,8 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
         for second in np.flatnonzero((out[:m] | untold) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
-            tests = tested(fitted.with_order(_exchanged(m, (int(first), int(second))))(kept))
-            if np.isfinite(tests.gain[first]) and tests.agree:
+            exchanged = fitted.with_order(_exchanged(m, (int(first), int(second))))
+            if np.isfinite(tested(exchanged(kept)).gain[first]) and _trouble(exchanged, kept) is None:
                 return int(first), int(second)
     return None
 
@@ -220,30 +206,3 @@ def _root_mean_squares(misfit: Misfit) -> tuple[float, float]:
     squares = np.where(told, score**2 / np.where(told, information, 1.0), 0.0)
     worst = squares.sum(axis=0) / np.maximum(told.sum(axis=0), 1)
     return float(np.sqrt(squares.sum() / max(int(told.sum()), 1))), float(np.sqrt(worst.max()))
-
-
-def _named(column: int, read: FloatArray, misfit: Misfit) -> ColumnFault:
-    """What is wrong with a column, from what the others say it should have read."""
-    there = np.isfinite(read)
-    y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]
-    scale = float(misfit.scale[column])
-    if len(y) > 1 and np.ptp(y) == 0:
-        return ColumnFault(column, "stuck", float(y[0]))
-    # A signal that is itself uncertain would draw the slope to zero: its variance is taken out of its square.
-    weight = 1 / (s_sd**2 + (0.02 * scale) ** 2)
-    square = float((weight * (s**2 - s_sd**2)).sum())
-    if square <= 0:
-        return ColumnFault(column, "unlike")
-    gain = float((weight * y * s).sum()) / square
-    rest = y - gain * s
-    sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
-    if abs(gain) < DEAD_SHARE and abs(gain) < max(3 * sd, DEAD_SHARE) and sd < DEAD_SHARE:
-        return ColumnFault(column, "dead", gain, sd)
-    missed = float(np.sqrt(np.median(weight * rest**2)))
-    offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
-    beside = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
-    if column < misfit.n_elements and abs(offset) > TOLERANCE and beside < min(1.0, 0.5 * missed):
-        return ColumnFault(column, "offset", offset, 0.02 / np.sqrt(len(y)))
-    if missed < 2.0 and sd < 0.5 * abs(gain - 1):
-        return ColumnFault(column, "gain", gain, sd)
-    return ColumnFault(column, "unlike")

@@ -1,0 +1,83 @@
+"""Faulty pads: what is broken is named, left out or put right, and the others go on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import bayestouch
+from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.simulation import PadDesign, simulate
+from bayestouch.touches import Touches
+
+ELEMENT = 2
+FloatArray = np.ndarray
+
+
+@pytest.fixture(scope="module")
+def sound() -> tuple[Calibration, Touches]:
+    data = simulate(PadDesign(calibration_step_mm=2.25, n_touches=60), seed=1).dataset
+    return bayestouch.calibrate(data, draws=100), data.touches
+
+
+def read(sound: tuple[Calibration, Touches], touches: Touches, **options: bool) -> TouchPosteriors:
+    return bayestouch.infer(touches, sound[0], draws=128, seed=1, **options)
+
+
+def broken(touches: Touches, change: Callable[[FloatArray], FloatArray]) -> Touches:
+    readings = touches.readings.copy()
+    readings[:, ELEMENT] = change(readings[:, ELEMENT])
+    return touches.with_(readings=readings)
+
+
+def said(result: TouchPosteriors) -> list[str]:
+    return [note for note in result.notes if note.startswith("sensor check")]
+
+
+def test_a_sound_pad_is_read_as_without_the_check(sound: tuple[Calibration, Touches]) -> None:
+    checked, plain = read(sound, sound[1]), read(sound, sound[1], check_sensor=False)
+    assert said(checked) == []
+    assert checked.settings["touches_checked"] == 60
+    for name, draws in plain.posterior.items():
+        np.testing.assert_array_equal(checked.posterior[name], draws)
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda y: np.random.default_rng(1).normal(0.0, 10.0, len(y)), "(dead)"),
+        (lambda y: np.full(len(y), y[7]), "(stuck)"),
+        (lambda y: 0.8 * y, "(its gain has changed)"),
+        (lambda y: 1.3 * y, "(its gain has changed)"),
+        (lambda y: y + 150.0, "(its zero has moved)"),
+    ],
+)
+def test_a_faulty_element_is_named_and_left_out(
+    sound: tuple[Calibration, Touches], change: Callable[[FloatArray], FloatArray], word: str
+) -> None:
+    result = read(sound, broken(sound[1], change))
+    assert len(said(result)) == 1
+    assert "e03" in said(result)[0] and word in said(result)[0]
+    assert result.settings["elements_left_out"] == "e03"
+    assert np.isnan(result.rows.observed[:, ELEMENT]).all()
+
+
+def test_swapped_wires_are_put_right(sound: tuple[Calibration, Touches]) -> None:
+    touches = sound[1]
+    swapped = touches.with_(readings=touches.readings[:, [0, 1, 3, 2, 4, 5, 6, 7]])
+    result, right = read(sound, swapped), read(sound, touches)
+    assert result.settings["element_order"] == "e01 e02 e04 e03 e05 e06 e07 e08"
+    for name, draws in right.posterior.items():
+        np.testing.assert_array_equal(result.posterior[name], draws)
+
+
+def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, Touches]) -> None:
+    touches = sound[1]
+    result = read(sound, touches.with_(load=1.2 * touches.load))
+    assert result.settings["force_sensor"] == "left out"
+    assert "elements_left_out" not in result.settings
+    low, high = result.interval("P")
+    # 60 touches, each inside with 90 %: four binomial standard errors, and loads that the whole pad shares beside
+    assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
