@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from test_finger_calibration import dataset, known_touches
-from test_studies import study
+from study_modules import study
 
 import bayestouch
 from bayestouch import cluster as cluster_module

@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from study_modules import study
 
 import bayestouch
 from bayestouch.results import Calibration, TouchPosteriors
@@ -81,3 +82,17 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
     low, high = result.interval("P")
     # 60 touches, each inside with 90 %: four binomial standard errors, and loads that the whole pad shares beside
     assert np.mean((low <= touches.averaged().load) & (touches.averaged().load <= high)) > 0.9 - 4 * np.sqrt(0.09 / 60)
+
+
+def test_study_of_faults_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One pad and two faults: found, and coverage comes back."""
+    module = study("faulty_pads")
+    monkeypatch.setattr(module, "TABLES", 2)
+    wanted = ("wires swapped", "force x 1.4")
+    monkeypatch.setattr(module, "OURS", tuple(fault for fault in module.OURS if fault.name in wanted))
+    rows = module.main(1)
+    for name in wanted:
+        assert rows[name]["named"] == 1
+        # 60 touches: two standard errors are 8 per cent
+        assert rows[name]["after"].min() > 80
+        assert rows[name]["before"].min() < rows[name]["after"].min() - 5
