@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from test_finger_calibration import dataset, known_touches
 from study_modules import study
+from test_finger_calibration import dataset, known_touches
 
 import bayestouch
 from bayestouch import cluster as cluster_module
