@@ -26,8 +26,8 @@ LOOK: dict[str, Any] = {
     "lines.linewidth": 1.4,
 }
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, GREY)
-# Enough for lines with their smooth edges; a third of the bytes of true colour.
-COLOURS = 96
+# Enough for lines with their smooth edges and a scale of colours, at a third of the bytes.
+COLOURS = 256
 
 
 def print_beside(rows: Iterable[Beside]) -> None:
@@ -85,7 +85,8 @@ def save(picture: Any, folder: Path, name: str) -> None:
     content = BytesIO()
     picture.savefig(content, format="png", dpi=120)
     plt.close(picture)
-    few = Image.open(content).convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+    # a few red points must stay red beside thousands of others
+    few = Image.open(content).convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     few.save(folder / f"{name}.png", optimize=True)
 
 

@@ -1,0 +1,46 @@
+"""The gallery shows the pictures of all studies, one by one, and says of each what it is."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from pathlib import Path
+
+from study_modules import STUDIES, study
+
+DOCS = STUDIES.parent / "docs"
+# These have pages of their own.
+ELSEWHERE = {"effects_gallery", "error_rates"}
+
+
+def test_every_study_that_saves_a_picture_is_in_the_gallery() -> None:
+    saving = {path.stem for path in STUDIES.glob("[!_]*.py") if re.search(r"\bsave\(|edge_figure\(", path.read_text())}
+    # these save calibrations
+    saving -= {"fuzz_readers", "interruptions", "gallery"}
+    assert set(study("gallery").PICTURES) == saving - ELSEWHERE
+
+
+def test_the_page_shows_each_picture_once_and_no_other() -> None:
+    pictures = Counter(name for names in study("gallery").PICTURES.values() for name in names)
+    page = (DOCS / "gallery.md").read_text("utf-8")
+    assert Counter(re.findall(r"!\[[^\]]+\]\(gallery/(\w[\w.-]*)\.png\)", page)) == pictures
+    assert {path.stem for path in (DOCS / "gallery").iterdir()} == set(pictures)
+    # what was improved is said of each
+    assert set(re.findall(r"^\| `([\w.-]+)` \|", page, re.MULTILINE)) >= set(pictures)
+
+
+def test_pictures_are_small() -> None:
+    assert max(path.stat().st_size for path in (DOCS / "gallery").iterdir()) < 100_000
+
+
+def test_a_picture_is_made_by_its_study(tmp_path: Path) -> None:
+    """Figure 2 takes a second, and comes out as it is in the gallery."""
+    from PIL import Image, ImageChops
+
+    gallery = study("gallery")
+    gallery.make("figure_2", tmp_path)
+    made, kept = (Image.open(folder / "figure_2.png").convert("L") for folder in (tmp_path, gallery.FOLDER))
+    assert made.size == kept.size
+    # fonts and matplotlib's versions may move a line by a point
+    different = sum(ImageChops.difference(made, kept).histogram()[64:])
+    assert different < 0.02 * made.width * made.height
