@@ -224,7 +224,7 @@ def draw(
         middle.plot(*position.T, "r+")
         middle.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     else:
-        middle.errorbar(location[:, 0], error[:, 0], posterior.sd("x"), fmt=".")
+        middle.errorbar(location[:, 0], error[:, 0], posterior.sd("x"), fmt=".", ms=4, elinewidth=0.6, alpha=0.6)
         middle.set(xlabel="x (mm)", ylabel="error and posterior sd (mm)")
     found = [(posterior.sample_stats["reference_level"] <= level).mean() for level in LEVELS]
     right.plot(LEVELS, found, "o-")
