@@ -1,8 +1,8 @@
 """Speed-up of a local Dask cluster of two workers over one, and what a block costs beyond its work.
 
-The same touches are read in blocks of several sizes by one worker and by two, and by this process alone. Overhead of
-a block: what a cluster of one worker takes longer than this process, by the number of blocks (transport, scheduling,
-writing). Times are the shortest of so many runs.
+The same touches are read in blocks of several sizes by one worker and by two, and by this process alone. Overhead:
+what a cluster of one worker takes longer than this process, by the number of blocks (transport, scheduling, writing).
+Times are the shortest of so many runs.
 
     python studies/benchmarks/cluster.py [touches] [--repeats 2]
 """
@@ -39,8 +39,11 @@ def prepared(n: int) -> tuple[Touches, bayestouch.Calibration]:
     return touches_from(np.arange(n), readings, load=load), calibration
 
 
-def seconds(touches: Touches, calibration: bayestouch.Calibration, scheduler: str | None, repeats: int) -> float:
-    """Shortest time of a run that keeps summaries."""
+def seconds(
+    touches: Touches, calibration: bayestouch.Calibration, scheduler: str | None, size: int, repeats: int
+) -> float:
+    """Shortest time of a run in blocks of a size that keeps summaries."""
+    run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = 1, size
     best = np.inf
     for _ in range(repeats):
         begun = time.perf_counter()
@@ -51,44 +54,45 @@ def seconds(touches: Touches, calibration: bayestouch.Calibration, scheduler: st
 
 
 def main(n: int = 32_768, repeats: int = 2, sizes: tuple[int, ...] = SIZES) -> dict[str, float]:
-    """Print the table; returns speed-up, overhead of a block (s) and time of a touch (s)."""
+    """Print the table; returns the largest speed-up, and times in s: of a block, of a run, of a touch."""
     import distributed
 
     touches, calibration = prepared(n)
     rows = []
     usual = run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT
-    try:
-        for size in sizes:
-            run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = 1, size
-            times = [seconds(touches, calibration, None, repeats)]
-            for workers in (1, 2):
-                with distributed.LocalCluster(
-                    n_workers=workers, threads_per_worker=1, dashboard_address=None
-                ) as cluster:
-                    seconds(touches.select(np.arange(2 * size)), calibration, cluster.scheduler_address, 1)  # imports
-                    times.append(seconds(touches, calibration, cluster.scheduler_address, repeats))
-            rows.append((size, *times))
-    finally:
-        run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = usual
     print(f"{n} touches, {DRAWS} draws each, importance, summaries kept, {os.cpu_count()} cores")
     print(
         f"{'block':>6s} {'here s':>8s} {'1 worker s':>11s} {'2 workers s':>12s} {'speed-up':>9s} {'overhead ms':>12s}"
     )
-    for size, here, one, two in rows:
-        overhead = (one - here) / -(-n // size)
-        print(f"{size:6d} {here:8.2f} {one:11.2f} {two:12.2f} {one / two:9.2f} {1e3 * overhead:12.1f}")
-    # The overhead of a block from the difference between many and few of them, the fixed cost of a run left out.
-    (small, _, slow, _), (large, best, quick, double) = rows[0], rows[-1]
-    blocks = -(-n // small) - -(-n // large)
+    try:
+        for size in sizes:
+            times = [seconds(touches, calibration, None, size, repeats)]
+            for workers in (1, 2):
+                with distributed.LocalCluster(
+                    n_workers=workers, threads_per_worker=1, dashboard_address=None
+                ) as cluster:
+                    address = cluster.scheduler_address
+                    seconds(touches.select(np.arange(min(n, 512))), calibration, address, 64, 1)  # imports
+                    times.append(seconds(touches, calibration, address, size, repeats))
+            rows.append((size, *times))
+            here, one, two = times
+            overhead = (one - here) / -(-n // size)
+            print(f"{size:6d} {here:8.2f} {one:11.2f} {two:12.2f} {one / two:9.2f} {1e3 * overhead:12.1f}", flush=True)
+    finally:
+        run_module.BLOCK_DRAWS, run_module.BLOCK_UNIT = usual
+    # What a cluster of one worker takes longer than this process: something for each block, and once for all.
+    size, here, one, two = np.array(rows).T
+    overhead, once = np.polyfit(np.ceil(n / size), one - here, 1)
     results = {
-        "speed-up": quick / double,
-        "overhead": max(0.0, (slow - rows[0][1]) - (quick - best)) / blocks,
-        "touch": best / n,
+        "speed-up": float(np.max(one / two)),
+        "overhead": max(0.0, float(overhead)),
+        "once": max(0.0, float(once)),
+        "touch": float(here.min()) / n,
     }
     needed = results["overhead"] / OVERHEAD / results["touch"]
     print(
-        f"a block costs {1e3 * results['overhead']:.1f} ms beyond its touches, "
-        f"a touch {1e3 * results['touch']:.3f} ms: "
+        f"a cluster costs {results['once']:.1f} s once and {1e3 * results['overhead']:.1f} ms a block beyond its "
+        f"touches, a touch {1e3 * results['touch']:.3f} ms: "
         f"{100 * OVERHEAD:.0f} % of overhead at {needed:.0f} touches a block"
     )
     return results
