@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from independent.dataset import EFFECTS, LISTED, simulate, write
 from independent.finger import SMALL, Design
@@ -16,6 +17,11 @@ from independent.sizes import OutOfReach
 from independent.unlisted import PLACED
 
 import bayestouch
+from bayestouch.affected.described import AffectedChain
+from bayestouch.contact import composite_radius
+from bayestouch.diagnosis.stated_fit import calibrate_with_effects
+from bayestouch.effects.stated import StatedModel
+from bayestouch.inference.finger_effects import EffectContext
 
 SEED = 4
 
@@ -45,6 +51,34 @@ def test_an_effect_is_named_and_removed(tmp_path: Path) -> None:
     before, after = (diagnosis[when]["lack_of_fit"] for when in ("before", "after"))
     assert before > 3
     assert after - 1 < 0.25 * (before - 1)
+
+
+def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_an_effect(tmp_path: Path) -> None:
+    """A correction takes a part of an effect on: the calibration holds what is left of it, and corrects after it.
+
+    Predictions of the touches by what `infer` reads with are those of the fit, to the precision of the saved table:
+    linear between locations half a degree apart, of functions of 5°.
+    """
+    wanted = [(EFFECTS["crosstalk: unequal, second neighbours"], 3.0), (EFFECTS["far_lobe: "], 3.0)]
+    dataset = bayestouch.load_dataset(write(simulate(SMALL, wanted, SEED), tmp_path / "finger"))
+    model = StatedModel("finger", "layer", (("crosstalk", {}),), correction=True)
+    calibration = calibrate_with_effects(dataset, model, draws=200, seed=0, progress=None)
+    affected, rows = AffectedChain.of(calibration), calibration.rows
+    assert affected.placed is not None
+    touch = composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), rows.load
+    t, m = rows.observed.shape
+    context = EffectContext(
+        affected=affected,
+        scale=np.ones((t, m)),
+        shift=np.zeros((t, m)),
+        extra=np.zeros((t, m, m)),
+        reads=np.ones(t),
+        slopes=np.zeros((0, 2, t, m)),
+        exact=True,
+    )
+    chain = affected.model.chain(affected.vector)
+    read = context.readings(chain.predict(*touch), *touch, np.arange(t))
+    assert np.abs(read - rows.predicted).max() < 0.1 * calibration.noise.tactile_sd.min()
 
 
 @pytest.mark.slow

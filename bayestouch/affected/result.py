@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,9 +56,15 @@ def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values
     return out + [AddedEffect(*each) for each in noise_effects]
 
 
+def moved_to(fitted: Fitted, added: Sequence[AddedEffect]) -> tuple[AddedEffect, ...]:
+    """The same effects with the values that another fit gives those of the chain: a correction takes part of them."""
+    found = {each.effect.name: each for each in added_effects(fitted, ()) if each.effect in fitted.model.effects}
+    return tuple(found.get(each.effect.name, each) for each in added)
+
+
 def calibration_of(
     fitted: Fitted,
-    added: list[AddedEffect],
+    added: Sequence[AddedEffect],
     *,
     sensor: Sensor,
     setting: Setting,
@@ -225,7 +231,7 @@ def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Ge
 
 def _public(
     fitted: Fitted,
-    added: list[AddedEffect],
+    added: Sequence[AddedEffect],
     vectors: FloatArray,
     missed: FloatArray,
     force_sd: float,

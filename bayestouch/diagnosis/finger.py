@@ -45,7 +45,7 @@ class _FingerStands:
     def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
         calibration = calibration_of(
             fitted,
-            list(added),
+            added,
             sensor=self.data.dataset.sensor,
             setting=self.setting,
             rest=self.data.rest,

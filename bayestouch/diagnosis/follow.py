@@ -8,7 +8,7 @@ from typing import Protocol
 
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.result import AddedEffect, added_effects
+from bayestouch.affected.result import AddedEffect, added_effects, moved_to
 from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
@@ -79,7 +79,7 @@ def follow(
     if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
         new = corrected_fit(final)
         if new is not None:
-            corrected = stand(new[0], added, new[1])
+            corrected = stand(new[0], moved_to(new[0], added), new[1])
     advance(1.0)
     return Traced(
         data=data,

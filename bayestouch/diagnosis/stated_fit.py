@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from bayestouch.affected.described import named_effects
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
-from bayestouch.affected.result import added_effects, calibration_of
+from bayestouch.affected.result import added_effects, calibration_of, moved_to
 from bayestouch.affected.start import base_fit
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects
@@ -57,6 +57,7 @@ def calibrate_with_effects(
             notes += ("a correction was asked for, but these touches show nothing to correct",)
         else:
             fitted, extra = corrected[0], table_of(*corrected).arrays()
+            added = list(moved_to(fitted, added))
     return calibration_of(
         fitted,
         added,

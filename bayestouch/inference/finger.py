@@ -74,7 +74,7 @@ class FingerBlocks:
             posterior=draws,
             sample_stats={name: value for name, value in drawn.items() if name not in draws},
             reference=_reference(means, chain),
-            rows=_rows(means, chain, self.task.noise, draws, readings.context, self.affected),
+            rows=_rows(means, chain, self.task.noise, draws, readings.context),
             settings=self.settings,
             notes=self.notes,
             tips=_tips(priors, log_probability),
@@ -153,10 +153,7 @@ def _model(
 
         empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
-    table = ReadingTable.of(elastic, *ends)
-    if affected is not None and affected.placed is not None:
-        table = table.corrected(affected.placed, elastic.shear_modulus_MPa)
-    return elastic, table, CalibrationCovariance(elastic, calibration.covariance)
+    return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
 
 
 def _reference(means: TouchMeans, chain: CalibratedFinger) -> dict[str, FloatArray]:
@@ -177,15 +174,12 @@ def _rows(
     noise: Noise,
     draws: dict[str, FloatArray],
     context: TouchContext | None,
-    affected: AffectedChain | None,
 ) -> TouchRows:
     centre = {name: draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P")}
     angle = np.radians(centre["theta_c"])
     predicted = chain.predict(centre["R"], angle, centre["P"])
-    if affected is not None and affected.placed is not None:
-        predicted = predicted + affected.placed.readings(centre["R"], angle, centre["P"])
     if context is not None:
-        predicted = np.asarray(context.readings(predicted, angle, centre["P"], np.arange(len(angle))))
+        predicted = np.asarray(context.readings(predicted, centre["R"], angle, centre["P"], np.arange(len(angle))))
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     return TouchRows(
         touch=means.touch,

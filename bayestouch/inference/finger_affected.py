@@ -140,10 +140,7 @@ def true_loads(
 def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectContext) -> FloatArray:
     """Readings of the touches at their modes, (t, m)."""
     touch = posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2]
-    signal = posterior.chain.predict(*touch)
-    if context.affected.placed is not None:
-        signal = signal + context.affected.placed.readings(*touch)
-    return np.asarray(context.readings(signal, mode[:, 1], mode[:, 2], np.arange(len(mode))))
+    return np.asarray(context.readings(posterior.chain.predict(*touch), *touch, np.arange(len(mode))))
 
 
 def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray) -> FloatArray:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.averages import TouchMeans
 from bayestouch.inference.fault_tests import FEWEST
 from bayestouch.inference.faults import SensorCheck, find_faults
@@ -21,41 +20,6 @@ FloatArray = NDArray[np.float64]
 
 #: Touches looked at, evenly spread over the table: twice as many would find changes of gain only a little smaller.
 MOST = 256
-
-
-@dataclass(frozen=True, eq=False)
-class CorrectedFinger:
-    """A calibrated finger with a correction by element and location."""
-
-    chain: CalibratedFinger
-    placed: PlacedTable
-
-    @property
-    def outer_radius_mm(self) -> float:
-        """``r_b`` in mm."""
-        return self.chain.outer_radius_mm
-
-    @property
-    def shear_modulus_MPa(self) -> float:
-        """μ in MPa."""
-        return self.chain.shear_modulus_MPa
-
-    @property
-    def angle(self) -> FloatArray:
-        """``θ_s`` of the elements, rad."""
-        return self.chain.angle
-
-    @property
-    def contact(self) -> str:
-        """Name of the contact model."""
-        return self.chain.contact
-
-    def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings (..., m), as `CalibratedFinger.predict`, with the correction."""
-        rows = self.chain.predict(radius_mm, angle, load)
-        touch = np.broadcast_arrays(*(np.asarray(each, dtype=np.float64) for each in (radius_mm, angle, load)))
-        added = self.placed.readings(*(each.ravel() for each in touch))
-        return np.asarray(rows + added.reshape(rows.shape))
 
 
 def check_finger(

@@ -23,7 +23,8 @@ class EffectContext:
     """Effects on the readings of t touches; a `TouchContext` of the reader.
 
     Readings are ``scale * static + shift``: effects that are the same in all samples act on the signal (`static`),
-    those that depend on when a touch was made multiply and add (creep, memory, drifts).
+    those that depend on when a touch was made multiply and add (creep, memory, drifts). A correction without a cause is
+    one of readings, as it was fitted: it comes after all effects.
 
     Attributes
     ----------
@@ -61,9 +62,9 @@ class EffectContext:
         )
 
     def readings(
-        self, signal: NDArray[np.floating], angle: FloatArray, load: FloatArray, touch: IntArray
+        self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (n, m) from signals that leave the body, under touches at `angle` (rad) with `load`, all (n,)."""
+        """Readings (n, m) from signals that leave the body, under touches (mm, rad, N/m), all (n,)."""
         out = signal
         if self._pointwise:
             model = self.affected.model
@@ -82,6 +83,8 @@ class EffectContext:
                 recording = replace(recording, signal=effect.signal(recording, values))
             out = recording.signal
         scaled = out * self.scale[touch] + self.shift[touch]
+        if self.affected.placed is not None:
+            scaled = scaled + self.affected.placed.readings(radius_mm, angle, load)
         return np.asarray(scaled, dtype=signal.dtype)
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:

@@ -56,9 +56,9 @@ class TouchContext(Protocol):
         ...
 
     def readings(
-        self, signal: NDArray[np.floating], angle: FloatArray, load: FloatArray, touch: IntArray
+        self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (n, m) from signals of the elastic finger under touches at `angle` (rad) with `load`, all (n,)."""
+        """Readings (n, m) from signals of the elastic finger under touches (mm, rad, N/m), all (n,)."""
         ...
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
@@ -180,7 +180,7 @@ class FingerPosterior:
         readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
         difference: NDArray[np.floating]
         if self.table is None:
-            difference = self.affected(self.chain.predict(radius, angle, load), angle, load, blocks) - readings
+            difference = self.affected(self.chain.predict(radius, angle, load), radius, angle, load, blocks) - readings
         else:
             kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
             rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
@@ -188,7 +188,7 @@ class FingerPosterior:
             rows = rows.reshape(*load.shape, -1)
             if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
                 rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
-            rows = self.affected(rows, angle, load, blocks)
+            rows = self.affected(rows, radius, angle, load, blocks)
             rows -= readings.astype(np.float32)
             difference, whitener = rows, whitener.astype(np.float32)
         if whitener.ndim == 2:
@@ -197,14 +197,14 @@ class FingerPosterior:
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
 
     def affected(
-        self, rows: NDArray[np.floating], angle: FloatArray, load: FloatArray, blocks: IntArray
+        self, rows: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
     ) -> NDArray[np.floating]:
-        """Signals (B, W, m) after the effects of the touches `blocks` (B,)."""
+        """Signals (B, W, m) after the effects of the touches `blocks` (B,), which have these coordinates (B, W)."""
         context = self.touches.context
         if context is None:
             return rows
         touch = np.repeat(blocks, load.shape[1])
-        flat = context.readings(rows.reshape(-1, rows.shape[-1]), angle.ravel(), load.ravel(), touch)
+        flat = context.readings(rows.reshape(-1, rows.shape[-1]), radius_mm.ravel(), angle.ravel(), load.ravel(), touch)
         return flat.reshape(rows.shape)
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:

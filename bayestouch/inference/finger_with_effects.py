@@ -12,7 +12,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.inference.fault_notes import fault_notes
 from bayestouch.inference.faults import SensorCheck
 from bayestouch.inference.finger_affected import observe, prepare
-from bayestouch.inference.finger_check import CorrectedFinger, check_finger, corrected_means, looked_at_again, widened
+from bayestouch.inference.finger_check import check_finger, corrected_means, looked_at_again, widened
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.finger_rows import FingerTouches, readings_of
 from bayestouch.inference.options import Options
@@ -60,11 +60,10 @@ def affected_touches(
     prepared = with_effects(readings_of(means, calibration, options.use_load))
     if not options.check_sensor:
         return FingerTouches(means, prepared), noise, check, notes
-    checked = chain if affected.placed is None else CorrectedFinger(chain, affected.placed)
     typical = float(calibration.settings["typical_load"])
 
     def check_of(readings: TouchReadings) -> SensorCheck:
-        return check_finger(readings, checked, table, noise, covariance, typical)
+        return check_finger(readings, chain, table, noise, covariance, typical)
 
     def again(first: SensorCheck) -> SensorCheck:
         return check_of(with_effects(readings_of(corrected_means(means, first), calibration, options.use_load)))

@@ -6,12 +6,11 @@ location θ_c alone. A row of the table holds all of them side by side, so that 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.chain.finger import FingerChain
 
 FloatArray = NDArray[np.float64]
@@ -71,17 +70,6 @@ class ReadingTable:
             shape=(rows.shape[0], rows.shape[1]),
             rows=rows.reshape(-1, chain.n_elements),
         )
-
-    def corrected(self, placed: PlacedTable, shear_modulus_MPa: float) -> ReadingTable:
-        """The table with a correction added, for a finger of this shear modulus."""
-        n_kappa, n_angles = self.shape
-        angle = np.degrees(self.angle_first + self.angle_step * np.arange(n_angles))
-        even, wide, _ = placed.at(angle)
-        kappa = np.expm1(self.kappa_first + self.kappa_step * np.arange(n_kappa)) * self.kappa_scale
-        # κ = P R/μ in mm², with P R in N mm/mm: P R in N is κ μ.
-        more = even + (kappa * shear_modulus_MPa)[:, None, None] * wide
-        rows = self.rows.reshape(n_kappa, n_angles, -1) + more
-        return replace(self, rows=rows.astype(np.float32).reshape(self.rows.shape))
 
     def __call__(self, kappa: FloatArray, angle: FloatArray) -> NDArray[np.float32]:
         """Readings per N/m, (n, m), for κ (mm²) and θ_c (rad), both (n,); beyond the table its edge is used."""
