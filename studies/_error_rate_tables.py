@@ -34,6 +34,8 @@ ones a day. Cases of a finger are run in random order, so that a part of a run i
     python studies/error_rates.py -o FOLDER --light --minutes 60 --docs docs/error_rates.md
 
 Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study.
+The lack of fit of 416 held-out readings of a small finger scatters by 0.07 of itself if nothing is missing, and what
+the fit leaves open adds a few hundredths (a drift more): the test of [](diagnosis.md) allows for both.
 
 {headlines}
 
@@ -102,7 +104,13 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
             lambda r: excess_cut(r) >= 0.5,
             "",
         ),
-        ("named first: held-out lack of fit after at most 1.1", sum(fit <= 1.1 for fit in fits), len(fits), ""),
+        count(
+            "named first: nothing is left that the test sees",
+            named,
+            lambda r: r["diagnosis"]["verdict"] == "explained",
+            "",
+        ),
+        ("... held-out lack of fit after at most 1.1", sum(fit <= 1.1 for fit in fits), len(fits), ""),
     ]
 
 
