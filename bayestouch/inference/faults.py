@@ -106,6 +106,7 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
         swap = _exchanged(k - 1, pair)
         fitted, order = fitted.with_order(swap), order[swap]
         out[list(pair)] = False
+        out = _readmitted(fitted, out)  # what paid for the wires
     misfit, columns = fitted(out), fitted.columns
     faults = tuple(named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
     if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
@@ -145,9 +146,12 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
         out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
+    return _readmitted(fitted, out) if out.sum() > 1 else out
+
+
+def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
+    """Columns (k,) to leave out, without those that agree with all others after all."""
     for column in np.flatnonzero(out):
-        if out.sum() == 1:
-            break
         tried = out.copy()
         tried[column] = False
         if _trouble(fitted, tried) is None:
