@@ -11,6 +11,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -210,7 +211,13 @@ def test_no_colours_and_no_bar_in_a_file(folder: Path, tmp_path: Path) -> None:
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="signals as on Unix")
 def test_control_c_ends_in_one_line_and_leaves_nothing(tmp_path: Path) -> None:
     with subprocess.Popen(
-        [*COMMAND, "report", "-o", "out"], cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [*COMMAND, "report", "-o", "out"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        # whoever runs the tests in the background may ignore the signal, and the command would inherit that
+        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
     ) as process:
         # the temporary folder appears when the work begins
         for _ in range(600):
