@@ -32,23 +32,24 @@ class PlacedTable:
     wide: FloatArray
     sd: FloatArray
 
-    def at(self, angle_deg: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """The three columns at locations (n,), each (n, m); zero outside the table."""
+    def sd_at(self, angle_deg: FloatArray) -> FloatArray:
+        """Standard deviation (n, m) of what is added under 1 N/m at locations (n,); zero outside the table."""
+        (sd,) = self._at(angle_deg, self.sd)
+        return sd
+
+    def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
+        """Tables (a, m) at locations (n,), each (n, m); zero outside."""
         step = self.angle_deg[1] - self.angle_deg[0]
         place = (np.asarray(angle_deg) - self.angle_deg[0]) / step
         inside = (place >= 0) & (place <= len(self.angle_deg) - 1)
         row = np.clip(np.floor(place), 0, len(self.angle_deg) - 2).astype(np.int64)
         share = np.where(inside, np.clip(place - row, 0, 1), 0.0)[:, None]
         kept = inside[:, None]
-        even, wide, sd = (
-            np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0)
-            for table in (self.even, self.wide, self.sd)
-        )
-        return even, wide, sd
+        return [np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0) for table in tables]
 
     def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Readings added (n, m) to touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
-        even, wide, _ = self.at(np.degrees(angle))
+        even, wide = self._at(np.degrees(angle), self.even, self.wide)
         return np.asarray(load[:, None] * (even + (load * radius_mm / 1000)[:, None] * wide))
 
     def arrays(self) -> dict[str, FloatArray]:

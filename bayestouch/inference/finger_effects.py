@@ -95,7 +95,7 @@ class EffectContext:
         total = self.extra + self._noise(signal)
         placed = self.affected.placed
         if placed is not None:
-            _, _, sd = placed.at(np.degrees(angle))
+            sd = placed.sd_at(np.degrees(angle))
             total = total + ((load[:, None] * sd) ** 2)[:, :, None] * np.eye(signal.shape[1])
         if self.exact:
             return total
