@@ -21,8 +21,7 @@ from pathlib import Path
 
 import numpy as np
 from _page import put_into_page
-from _shared_out import finished
-from faulty_sensors import FAULTS, Row, anything, as_markdown, summarised
+from faulty_sensors import FAULTS, Row, anything, as_markdown, summarised, tables_of
 
 import bayestouch
 from bayestouch.results import TouchPosteriors
@@ -72,15 +71,7 @@ def main(
     pads: int = 4, results: Path | None = None, *, processes: int = 1, scheduler: str | None = None
 ) -> dict[str, dict[str, object]]:
     """Print the table; returns its rows by fault."""
-    done: dict[str, list[tuple[str, Row]]] = {}
-    if results is not None and results.exists():
-        done = json.loads(results.read_text())
-    missing = [seed for seed in range(pads) if str(seed) not in done]
-    for place, rows in finished(one_pad, None, missing, processes=processes, scheduler=scheduler):
-        done[str(missing[place])] = rows
-        if results is not None:
-            results.write_text(json.dumps(done))
-    summary = summarised(done, OURS)
+    summary = summarised(tables_of(one_pad, pads, results, processes, scheduler), OURS)
     print(as_markdown(summary, "xyP"))
     return summary
 

@@ -186,17 +186,28 @@ def main(
     fingers: int = 20, results: Path | None = None, *, processes: int = 1, scheduler: str | None = None
 ) -> dict[str, dict[str, object]]:
     """Print the table; returns its rows by fault."""
+    summary = summarised(tables_of(one_finger, fingers, results, processes, scheduler))
+    print(as_markdown(summary))
+    return summary
+
+
+def tables_of(
+    one: Callable[[None, int], list[tuple[str, Row]]],
+    sensors: int,
+    results: Path | None,
+    processes: int,
+    scheduler: str | None,
+) -> dict[str, list[tuple[str, Row]]]:
+    """Rows of so many sensors by seed; those in the file `results` are not made again."""
     done: dict[str, list[tuple[str, Row]]] = {}
     if results is not None and results.exists():
         done = json.loads(results.read_text())
-    missing = [seed for seed in range(fingers) if str(seed) not in done]
-    for place, rows in finished(one_finger, None, missing, processes=processes, scheduler=scheduler):
+    missing = [seed for seed in range(sensors) if str(seed) not in done]
+    for place, rows in finished(one, None, missing, processes=processes, scheduler=scheduler):
         done[str(missing[place])] = rows
         if results is not None:
             results.write_text(json.dumps(done))
-    summary = summarised(done)
-    print(as_markdown(summary))
-    return summary
+    return done
 
 
 def summarised(
