@@ -32,6 +32,7 @@ import random
 import sys
 import tempfile
 import time
+import zlib
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -64,7 +65,7 @@ PAIRS = (
 
 @dataclass(frozen=True)
 class Case:
-    """One data set: effects by key with their sizes, the seed of finger, touches and noise, and which fingers."""
+    """One data set: effects by key with their sizes, the seed of finger and touches, and which fingers."""
 
     kind: str
     effects: tuple[tuple[str, float], ...]
@@ -75,6 +76,11 @@ class Case:
     def key(self) -> str:
         """Name under which its result is kept."""
         return json.dumps([self.kind, self.effects, self.seed, self.design])
+
+    @property
+    def noise(self) -> tuple[int, ...]:
+        """Seed of the noise: each case has its own, so that one finger's luck is not that of all its cases."""
+        return (zlib.crc32(self.key.encode()),)
 
     @property
     def names(self) -> list[str]:
@@ -116,7 +122,8 @@ def run(shared: tuple[bool, float], case: Case) -> dict[str, Any] | None:
     record: dict[str, Any] = {**asdict(case), "key": case.key, "names": case.names}
     with tempfile.TemporaryDirectory() as folder:
         try:
-            simulated = simulate(DESIGNS[case.design], [(EFFECTS[key], size) for key, size in case.effects], case.seed)
+            wanted = [(EFFECTS[key], size) for key, size in case.effects]
+            simulated = simulate(DESIGNS[case.design], wanted, case.seed, case.noise)
         except OutOfReach as reason:
             return {**record, "out_of_reach": str(reason)}
         dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))

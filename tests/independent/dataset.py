@@ -34,9 +34,13 @@ def forms(name: str) -> list[Effect]:
     return [effect for effect in EFFECTS.values() if effect.name == name]
 
 
-def simulate(design: Design, wanted: list[tuple[Effect, float]], seed: int) -> Simulated:
-    """A finger and its touches under effects of the `wanted` sizes; the same seed gives the same finger and noise."""
-    of_finger, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))
+def simulate(design: Design, wanted: list[tuple[Effect, float]], seed: int, noise: tuple[int, ...] = ()) -> Simulated:
+    """A finger and its touches under effects of the `wanted` sizes.
+
+    The same `seed` gives the same finger, touches and courses of effects, with `noise` besides the same noise, too.
+    """
+    of_finger, of_plan = (np.random.default_rng([seed, stream]) for stream in range(2))
+    of_noise = np.random.default_rng([seed, 2, *noise])
     plain = record(design, build(design, of_finger), of_plan)
     values = [(effect, value_of_size(plain, effect, each, seed)) for effect, each in wanted]
     recording = applied(plain, values, seed)
