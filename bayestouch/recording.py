@@ -26,18 +26,31 @@ class History:
     end_s: FloatArray
     readings: FloatArray
 
-    def leftover(self, start_s: FloatArray, fade_s: float) -> FloatArray:
-        """Sum of the earlier touches' readings, faded by ``exp(-t/fade_s)`` from their end to `start_s`; (n, m)."""
-        running = np.zeros_like(self.readings)
-        carried = np.zeros(self.readings.shape[1])
-        for k in range(len(self.end_s)):
-            if k:
-                carried = running[k - 1] * np.exp(-max(self.end_s[k] - self.end_s[k - 1], 0.0) / fade_s)
-            running[k] = carried + self.readings[k]
+    def leftover(self, start_s: FloatArray, fade_s: FloatArray) -> FloatArray:
+        """Sum of the earlier touches' readings, faded from their end to the start of others.
+
+        Parameters
+        ----------
+        start_s : (n,) array
+            Beginnings of touches.
+        fade_s : (f,) array
+            Times in which what is left falls to 1/e.
+
+        Returns
+        -------
+        (f, n, m) array
+        """
+        rates = 1 / fade_s[:, None]
+        kept = np.exp(-np.maximum(np.diff(self.end_s), 0.0)[:, None, None] * rates)
+        running = np.empty((len(self.end_s), len(fade_s), self.readings.shape[1]))
+        running[:1] = self.readings[:1, None]
+        for k in range(1, len(running)):
+            running[k] = running[k - 1] * kept[k - 1] + self.readings[k]
         last = np.searchsorted(self.end_s, start_s, side="left") - 1
         some = last >= 0
         wait = np.where(some, start_s - self.end_s[np.maximum(last, 0)], 0.0)
-        return np.where(some[:, None], running[np.maximum(last, 0)] * np.exp(-wait / fade_s)[:, None], 0.0)
+        left = np.swapaxes(running[np.maximum(last, 0)], 0, 1) * np.exp(-wait * rates)[:, :, None]
+        return np.asarray(np.where(some[:, None], left, 0.0))
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,12 +9,12 @@ is left of that when gains, depths, angles and the rubber have been fitted anew,
 
 from __future__ import annotations
 
+import argparse
 import inspect
 import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -146,7 +146,7 @@ def lines(effect: Effect) -> bytes:
     noise = sd * rng.standard_normal((len(time), 1))
     without, what = signal + noise, ""
     if isinstance(effect, NoiseEffect):
-        values = {"common_mode_noise": (0.05,), "signal_dependent_noise": (0.1, 1.0), "outliers": (0.1, 0.3)}[
+        values = {"common_mode_noise": (0.05, 1.0), "signal_dependent_noise": (0.1, 1.0), "outliers": (0.1, 0.3)}[
             effect.name
         ]
         if effect.name == "common_mode_noise":
@@ -278,4 +278,6 @@ def main(folder: Path = DOCS) -> None:
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:]))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("folder", type=Path, nargs="?", default=DOCS, help="where page and pictures go")
+    main(parser.parse_args().folder)

@@ -104,7 +104,7 @@ def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[Diagno
         "crosstalk": (0.05,),
         "gain_nonlinearity": (-0.2, 1.4),
         "creep": (-0.1, 0.1),
-        "memory": (0.02, 2.0),
+        "memory": (0.02, 2.0, 0.5),
         "load_nonlinearity": (0.5, 0.1),
     }
     effects = tuple(effect_classes()[name].suited(setting) for name in values)

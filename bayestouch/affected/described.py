@@ -36,7 +36,7 @@ class EffectList:
     effects : tuple of Effect
         In the order in which they were added.
     noise : mapping of str to float
-        What effects of the noise add: ``share``, ``power``, ``common``, ``common_touch``.
+        What effects of the noise add: the terms of `bayestouch.affected.whitening.NoiseModel`.
     """
 
     setting: Setting
@@ -62,8 +62,8 @@ class EffectList:
         """As JSON."""
         setting = asdict(self.setting)
         setting["element_place"] = [axis.tolist() for axis in self.setting.element_place]
-        names = [effect.name for effect in self.effects]
-        return json.dumps({"names": names, "noise": dict(self.noise), "setting": setting})
+        parameters = {effect.name: [each.name for each in effect.parameters] for effect in self.effects}
+        return json.dumps({"parameters": parameters, "noise": dict(self.noise), "setting": setting})
 
     @classmethod
     def from_text(cls, text: str) -> EffectList:
@@ -72,7 +72,8 @@ class EffectList:
         Raises
         ------
         InputError
-            An effect is not known here (an entry point may be missing), or the text is damaged.
+            An effect is not known here (an entry point may be missing) or has other parameters, or the text is
+            damaged.
         """
         try:
             content: dict[str, Any] = json.loads(text)
@@ -80,10 +81,18 @@ class EffectList:
             raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
             raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
             raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
-            setting, names, noise = Setting(**raw), [str(name) for name in content["names"]], dict(content["noise"])
+            setting, noise = Setting(**raw), dict(content["noise"])
+            parameters = {str(name): list(each) for name, each in content["parameters"].items()}
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
             raise InputError("expected the effects of a chain as JSON", column=KEY) from error
-        return cls(setting, named_effects(names, setting), noise)
+        effects = named_effects(list(parameters), setting)
+        for effect in effects:
+            names = [each.name for each in effect.parameters]
+            if parameters[effect.name] != names:
+                had = ", ".join(map(str, parameters[effect.name]))
+                reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
+                raise InputError(f"{reason}: made by another version, calibrate anew", column=KEY)
+        return cls(setting, effects, noise)
 
 
 def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:

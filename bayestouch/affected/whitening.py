@@ -14,6 +14,11 @@ from bayestouch.fit import whiten_rank_one
 FloatArray = NDArray[np.float64]
 
 
+def moved_together(peak: FloatArray, shared: float) -> FloatArray:
+    """What a shared error of size one does to readings of these peaks (m,): from own peak to mean peak."""
+    return np.asarray(peak ** (1 - shared) * float(peak.mean()) ** shared)
+
+
 @dataclass(frozen=True, eq=False)
 class NoiseModel:
     """Noise of one reading, with what effects of the noise add.
@@ -32,6 +37,8 @@ class NoiseModel:
         Noise that all elements share in one sample, over the peak.
     common_touch : float
         The same in all samples of a touch.
+    common_shared : float
+        Whether these are of each element's own peak (0) or of the mean peak (1), or between.
     effects : tuple of (name, values)
         Effects of the noise that are in it.
     """
@@ -43,6 +50,7 @@ class NoiseModel:
     power: float = 1.0
     common: float = 0.0
     common_touch: float = 0.0
+    common_shared: float = 0.0
     effects: tuple[tuple[str, Values], ...] = ()
 
     @property
@@ -53,6 +61,15 @@ class NoiseModel:
     def added(self, signal: FloatArray) -> FloatArray:
         """Variance of one reading that comes with the signal, shape of `signal` (..., m)."""
         return np.asarray((self.share * self.peak * np.abs(signal / self.peak) ** self.power) ** 2)
+
+    def added_terms(self) -> dict[str, float]:
+        """What effects of the noise add, by name."""
+        return {name: getattr(self, name) for name in ("share", "power", "common", "common_touch", "common_shared")}
+
+    @property
+    def together(self) -> FloatArray:
+        """What a shared error of size one does to each element's reading, (m,)."""
+        return moved_together(self.peak, self.common_shared)
 
     def with_(self, **changes: object) -> NoiseModel:
         """The same with other values."""
@@ -85,7 +102,7 @@ class Whitening:
         one = noise.sd**2 + noise.added(signal)
         variance = np.where(present, one / np.maximum(counts, 1), 1.0)
         reads = np.maximum(counts.max(axis=1), 1)
-        common = np.sqrt(noise.common**2 / reads + noise.common_touch**2)[:, None] * noise.peak
+        common = np.sqrt(noise.common**2 / reads + noise.common_touch**2)[:, None] * noise.together
         covariance = np.einsum("ti,ij->tij", variance, np.eye(variance.shape[1]))
         for direction in (by_load * noise.load_sd[:, None], common):
             seen = np.where(present, direction, 0.0)
@@ -94,7 +111,7 @@ class Whitening:
         root = root * present[:, :, None] * present[:, None, :]
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
-        shared = noise.common * noise.peak / np.sqrt(observed.weight)[:, None]
+        shared = noise.common * noise.together / np.sqrt(observed.weight)[:, None]
         return cls(np.asarray(root, dtype=np.float64), row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
 
     def touches(self, rows: FloatArray) -> FloatArray:

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from bayestouch.affected.fitting import Fitted, fit
 from bayestouch.affected.outliers import from_median, wrong_readings
 from bayestouch.affected.whitening import NoiseModel, Whitening
-from bayestouch.diagnosis.noise_search import NoiseCandidate
+from bayestouch.diagnosis.noise_search import NoiseCandidate, Scatter
+from bayestouch.effects.noise import CommonModeNoise
 
 FloatArray = NDArray[np.float64]
 
@@ -28,9 +29,12 @@ def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
         model = model.observing(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
-    elif name == "common_mode_noise":
-        own = np.maximum(noise.sd**2 - (values[0] * noise.peak) ** 2, 0.02 * noise.sd**2)
-        noise = noise.with_(sd=np.sqrt(own), common=values[0])
+    elif isinstance(found.effect, CommonModeNoise):
+        noise = noise.with_(common=values[0], common_shared=values[1])
+        scatter = Scatter.of(fitted)
+        assert scatter is not None
+        own = found.effect.own(scatter.z, scatter.sd, scatter.peak, values)
+        noise = noise.with_(sd=noise.sd * np.sqrt(own))
         noise = noise.with_(common_touch=_touch_size(fitted, noise))
     elif name == "signal_dependent_noise":
         noise = noise.with_(share=values[0], power=values[1])

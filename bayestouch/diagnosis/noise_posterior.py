@@ -36,7 +36,7 @@ def jackknife(fitted: Fitted, effect: NoiseEffect) -> Values:
         part = rescaled(scatter, rows)
 
         def log_likelihood(values: Values, part: Scatter = part) -> float:
-            return float((effect.log_density(part.z, part.signal, part.sd, values) * part.weight).sum())
+            return float(part.log_density(effect, values).sum())
 
         found.append(maximum(effect, log_likelihood)[0])
     values = np.array(found)

@@ -52,6 +52,8 @@ class Scatter:
         Predicted reading over the peak.
     sd : (m,) array
         Sd of one reading over the peak.
+    peak : (m,) array
+        Peak reading of each element, over the mean of them.
     weight : (n,) array
         Information of a sample: k samples hold k - 1 independent deviations.
     touch : (n,) int array
@@ -63,9 +65,14 @@ class Scatter:
     z: FloatArray
     signal: FloatArray
     sd: FloatArray
+    peak: FloatArray
     weight: FloatArray
     touch: IntArray
     half: IntArray
+
+    def log_density(self, effect: NoiseEffect, values: Values) -> FloatArray:
+        """Log density of each sample under an effect, weighted, (n,)."""
+        return effect.log_density(self.z, self.signal, self.sd, self.peak, values) * self.weight
 
     @classmethod
     def of(cls, fitted: Fitted) -> Scatter | None:
@@ -92,6 +99,7 @@ class Scatter:
             z=z / size,
             signal=predicted.touches[touch] / model.peak,
             sd=size * fitted.noise.sd / model.peak,
+            peak=model.peak / model.peak.mean(),
             weight=share,
             touch=touch,
             half=(touch // 8) % 2,
@@ -111,7 +119,7 @@ def _score(scatter: Scatter, effect: NoiseEffect, n_touches: int) -> NoiseCandid
     null = effect.without(effect.probes[0])
 
     def log_density(values: Values) -> FloatArray:
-        return effect.log_density(scatter.z, scatter.signal, scatter.sd, values) * scatter.weight
+        return scatter.log_density(effect, values)
 
     at_null = log_density(null)
     gain = np.zeros(n_touches)
@@ -142,7 +150,9 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
 
     start: Values = max(effect.probes, key=log_likelihood)
     inward = np.array([p.inward(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
-    steps = [0.3 * (abs(v) if v != 0 else 0.1) for v in inward]
+    # From an end of its range a value starts half way to the other: a simplex that is flat along an end stays there.
+    steps = np.where(inward == low, 0.5 * (high - low), np.where(inward == high, 0.5 * (low - high), 0.3 * inward))
+    steps = np.where(np.isfinite(steps) & (steps != 0), steps, 0.03)
     simplex = np.vstack([inward, inward + np.diag(steps)])
     options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 0.02, "maxfev": 120}
 

@@ -17,7 +17,9 @@ FloatArray = NDArray[np.float64]
 class NoiseEffect(Effect):
     """An effect on the distribution of one sample's readings; the prediction stays."""
 
-    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+    def log_density(
+        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> FloatArray:
         """Log density of each sample under the effect, up to a constant.
 
         Parameters
@@ -28,6 +30,8 @@ class NoiseEffect(Effect):
             Predicted reading over the peak.
         sd : (m,) array
             Sd of one reading over the peak.
+        peak : (m,) array
+            Peak reading of each element, over the mean of them.
         values : tuple of float
             Parameters of the effect.
 
@@ -42,6 +46,9 @@ class NoiseEffect(Effect):
 class CommonModeNoise(NoiseEffect):
     """An error that all elements share in each sample: hum on the supply, a jumping reference.
 
+    As `shared` goes from 0 to 1 its size goes from a share of each element's own peak (it comes before the gains) to
+    one of the mean peak, equal in all elements (it comes after them).
+
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on common-impedance coupling.
     """
 
@@ -49,6 +56,7 @@ class CommonModeNoise(NoiseEffect):
         EffectParameter(
             "sd", "", "sd of the shared error, over the peak reading", Normal(0.0, 0.05, 0.0), (0.005,), 0.0
         ),
+        EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
 
     name: ClassVar[str] = "common_mode_noise"
@@ -60,17 +68,39 @@ class CommonModeNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+    def log_density(
+        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> FloatArray:
         present = ~np.isnan(z)
-        z = np.where(present, z, 0.0)
-        # The sd that `z` was scaled with holds the shared part too: what is left is each element's own.
-        own = np.maximum(1 - (values[0] / sd) ** 2, 0.02)
-        u = np.where(present, values[0] / sd / np.sqrt(own), 0.0)
-        w = z / np.sqrt(own)
+        size = values[0] * peak ** -values[1] / sd
+        own = self.own(z, sd, peak, values)
+        u = np.where(present, size / np.sqrt(own), 0.0)
+        w = np.where(present, z, 0.0) / np.sqrt(own)
         length2 = (u * u).sum(axis=1)
         squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
         volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
         return np.asarray(-0.5 * (squares + volume))
+
+    def own(self, z: FloatArray, sd: FloatArray, peak: FloatArray, values: Values) -> FloatArray:
+        """Variance of each element's own noise over that of all its noise, (m,); arguments as in `log_density`.
+
+        The sd that `z` was scaled with holds the shared part too. What is left of the variance is the element's own,
+        but not less than what scatters about the shared error as all elements together show it: where the shared
+        part is most of the noise, the difference of two large numbers would not do.
+        """
+        direction = peak ** -values[1] / sd
+        present = ~np.isnan(z)
+        clean = np.where(present, z, 0.0)
+        count = present.astype(float)
+        covariance = clean.T @ clean / np.maximum(count.T @ count, 1)
+        share = direction / (direction**2).sum()
+        # With f the mean of the elements weighted by `share`, the variances of z - direction f are linear in the
+        # own ones.
+        together = covariance @ share
+        about = np.diag(covariance) - 2 * direction * together + direction**2 * float(share @ together)
+        matrix = np.diag(1 - 2 * direction * share) + np.outer(direction**2, share**2)
+        least = np.linalg.lstsq(matrix, about, rcond=None)[0]
+        return np.asarray(np.maximum(1 - (values[0] * direction) ** 2, np.clip(least, 0.005, 1.0)))
 
 
 @dataclass(frozen=True)
@@ -98,7 +128,9 @@ class SignalDependentNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+    def log_density(
+        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> FloatArray:
         share, power = values
         present = ~np.isnan(z)
         squares = (share * np.abs(signal) ** power / sd) ** 2
@@ -133,7 +165,9 @@ class Outliers(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, z: FloatArray, signal: FloatArray, sd: FloatArray, values: Values) -> FloatArray:
+    def log_density(
+        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> FloatArray:
         probability, size = values
         present = ~np.isnan(z)
         z = np.where(present, z, 0.0)

@@ -129,14 +129,20 @@ class Creep(Effect):
         return np.asarray(recording.signal * (1 + share * gained)[:, None])
 
 
+#: Nodes of a normal variable and their weights: what is of the fifth degree is integrated exactly.
+SPECTRUM_NODES = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])
+SPECTRUM_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
+
+
 @dataclass(frozen=True)
 class Memory(Effect):
     """A share of the touches before is still there: each leaves `share` of its reading when the next begins.
 
-    What is left fades exponentially, so that `share` of the last touch is there after the usual pause, less of those
-    before it, and less at the end of a touch than at its beginning.
+    What is left fades, so that `share` of the last touch is there after the usual pause, less of those before it, and
+    less at the end of a touch than at its beginning. Rubber has no one time of relaxation: the logarithms of the times
+    are normal about that of `time`, with `breadth` as their sd (three exponentials, by Gauss-Hermite quadrature).
 
-    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, recovery after creep.
+    Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra).
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -158,15 +164,18 @@ class Memory(Effect):
             (
                 EffectParameter("share", "", "share left after a pause", Normal(0.0, 0.1), (0.001,), 0.0),
                 EffectParameter("time", setting.time_unit, "time in which it fades", LogNormal(times[1], 0.8), times),
+                EffectParameter("breadth", "", "sd of the logarithm of that time", Uniform(0.0, 2.0), (0.5,)),
             ),
             pause,
         )
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, time = values
+        share, time, breadth = values
         if recording.history is None:
             return recording.signal
-        left = recording.history.leftover(recording.time_s - recording.held_s, time)
+        times = time * np.exp(breadth * SPECTRUM_NODES)
+        left = recording.history.leftover(recording.time_s - recording.held_s, times)
         # A time far below the pause leaves nothing, whatever the share.
-        fade = np.exp(np.minimum((self.pause_s - recording.held_s) / time, 50.0))
-        return np.asarray(recording.signal + share * fade[:, None] * left)
+        after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
+        fade = SPECTRUM_WEIGHTS[:, None] * np.exp(-recording.held_s / times[:, None])
+        return np.asarray(recording.signal + share / after_pause * np.einsum("fn,fnm->nm", fade, left))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.described import AffectedChain
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.observations import Observations, PlainRows
+from bayestouch.affected.whitening import moved_together
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.recording import Recording
 
@@ -116,7 +117,8 @@ class EffectContext:
         m = signal.shape[1]
         common = noise["common"] ** 2 / self.reads + noise["common_touch"] ** 2
         own = (noise["share"] * peak * np.abs(signal / peak) ** noise["power"]) ** 2 / self.reads[:, None]
-        return np.asarray(common[:, None, None] * np.outer(peak, peak) + own[:, :, None] * np.eye(m))
+        together = moved_together(peak, noise["common_shared"])
+        return np.asarray(common[:, None, None] * np.outer(together, together) + own[:, :, None] * np.eye(m))
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

@@ -1,0 +1,37 @@
+"""Effects of a chain as text: what was written is read again, and what another version wrote is refused."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from bayestouch.affected.described import EffectList
+from bayestouch.effects import effect_classes
+from bayestouch.effects.listing import FINGER, typical
+from bayestouch.errors import InputError
+
+
+def listed(*names: str) -> EffectList:
+    effects = tuple(typical(effect_classes()[name]) for name in names)
+    return EffectList(FINGER, effects, {"share": 0.0, "common": 0.1})  # type: ignore[arg-type]
+
+
+def test_text_holds_all() -> None:
+    before = listed("memory", "common_mode_noise", "baseline_drift")
+    after = EffectList.from_text(before.to_text())
+    assert [each.name for each in after.effects] == [each.name for each in before.effects]
+    assert after.noise == before.noise and after.to_text() == before.to_text()
+
+
+def test_effects_with_other_parameters_are_refused() -> None:
+    content = json.loads(listed("memory").to_text())
+    content["parameters"]["memory"] = ["share", "time"]
+    with pytest.raises(InputError, match="effect memory has the parameters share, time, breadth here and had"):
+        EffectList.from_text(json.dumps(content))
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"parameters": 3, "noise": {}, "setting": {}}'])
+def test_damage_is_told(text: str) -> None:
+    with pytest.raises(InputError, match="expected the effects of a chain as JSON"):
+        EffectList.from_text(text)
