@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
 from bayestouch.affected.model import AffectedModel
@@ -71,6 +72,11 @@ class Fitted:
             return np.zeros_like(self.model.known.means.readings)
         return np.asarray(np.tensordot(self.linear.weights(), self.linear.functions.raw, axes=1))
 
+    @property
+    def n_readings(self) -> int:
+        """Mean readings that are compared: touches times elements, less what is missing."""
+        return int((self.whitening.root != 0).any(axis=2).sum())
+
     def chi_square(self) -> float:
         """Sum of squares of the whitened means' residuals."""
         return float((self.linear.plain**2).sum())
@@ -121,7 +127,7 @@ def functions_of(
     raw = drift_columns(model, vector, drifts)
     if further is not None:
         raw = np.concatenate([raw, further])
-    return Functions.of(raw, whitening.touches(raw))
+    return Functions.of(raw, WhiteColumns.of(raw, whitening.root))
 
 
 def _compared(
@@ -165,6 +171,7 @@ def fit(
     *,
     whitening: Whitening | None = None,
     further: FloatArray | None = None,
+    enough: float = SETTLED,
 ) -> Fitted:
     """Maximum a posteriori by damped Gauss-Newton steps.
 
@@ -182,6 +189,8 @@ def fit(
         Whitening to keep, for fits that are to be compared; by default that at `start`.
     further : (k, t, m) array, optional
         Further random functions: what each of their weights, standard normal, adds to the mean readings.
+    enough : float
+        Gain of a step, in half sums of squares, after which no other is taken.
     """
     _, _, low, high = model.prior()
     margin = 1e-9 * np.where(np.isfinite(high - low), high - low, 1.0)
@@ -191,7 +200,7 @@ def fit(
     low, high = low + margin, high - margin
     functions = functions_of(model, vector, whitening, drifts, further)
     for _ in range(FOLLOWED):
-        vector, linear = _descended(model, vector, whitening, functions, low, high, margin)
+        vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
         # Functions of a gain drift follow the signal: little, unless that has moved far.
         now = functions_of(model, vector, whitening, drifts, further)
         if now is None or functions is None or _alike(now.raw, functions.raw):
@@ -215,6 +224,7 @@ def _descended(
     low: FloatArray,
     high: FloatArray,
     margin: FloatArray,
+    enough: float,
 ) -> tuple[FloatArray, Linearised]:
     """Vector of the least cost between bounds, by damped Gauss-Newton steps, and the model made linear around it."""
     linear = _linearised(model, vector, whitening, functions)
@@ -230,7 +240,7 @@ def _descended(
         else:
             break
         vector, linear = moved, _linearised(model, moved, whitening, functions)
-        if cost - linear.cost() < SETTLED:
+        if cost - linear.cost() < enough:
             break
     return vector, linear
 
@@ -242,13 +252,14 @@ def fit_from_both(
     drifts: tuple[Drift, ...] = (),
     *,
     whitening: Whitening | None = None,
+    enough: float = SETTLED,
 ) -> Fitted:
     """The better of two fits: from `start`, and from the finger as built where the first is still far from that."""
-    one = fit(model, start, noise, drifts, whitening=whitening)
+    one = fit(model, start, noise, drifts, whitening=whitening, enough=enough)
     home = model.homeward(one.vector)
     if home is None:
         return one
-    two = fit(model, home, noise, drifts, whitening=one.whitening)
+    two = fit(model, home, noise, drifts, whitening=one.whitening, enough=enough)
     return min(one, two, key=lambda each: each.linear.cost())
 
 

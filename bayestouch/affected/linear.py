@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
 
+from bayestouch.affected.columns import WhiteColumns
+
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
@@ -27,29 +29,28 @@ class Functions:
     ----------
     raw : (k, t, m) array
         In the unit of the readings.
-    white : (t m, k) array
-        Whitened.
+    white : WhiteColumns
+        Whitened, k columns.
     root : (k, k) array
         Cholesky factor of the weights' precision given the data and nothing else.
     """
 
     raw: FloatArray
-    white: FloatArray
+    white: WhiteColumns
     root: FloatArray
 
     @classmethod
-    def of(cls, raw: FloatArray, white: FloatArray) -> Functions:
-        """Functions from columns as they are (k, t, m) and whitened (k, t, m)."""
-        flat = np.ascontiguousarray(white.reshape(len(white), -1).T)
-        return cls(raw, flat, np.asarray(np.linalg.cholesky(flat.T @ flat + np.eye(flat.shape[1]))))
+    def of(cls, raw: FloatArray, white: WhiteColumns) -> Functions:
+        """Functions from columns as they are (k, t, m) and whitened."""
+        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(len(raw)))))
 
     def without(self, rows: FloatArray) -> FloatArray:
         """Rows (t m, q) times the precision of the data when the weights are integrated out."""
-        return np.asarray(rows - self.white @ self.weights(rows))
+        return np.asarray(rows - self.white.times(self.weights(rows)))
 
     def weights(self, rows: FloatArray) -> FloatArray:
         """Most probable weights (k, q) for whitened data (t m, q)."""
-        return np.asarray(cho_solve((self.root, True), self.white.T @ rows))
+        return np.asarray(cho_solve((self.root, True), self.white.transposed(rows)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,6 +202,7 @@ class Scorer:
         self.fitted = fitted
         self.plain = fitted.plain.ravel()
         self.root = np.linalg.cholesky(conditioned(fitted.hessian()))
+        self.integrated_jacobian = fitted.integrated(fitted.jacobian)
 
     def __call__(self, touches: FloatArray, samples: FloatArray | None = None) -> Score:
         """Score of whitened columns (q, t, m) and, where they differ within touches, (q, n, m)."""
@@ -215,6 +217,21 @@ class Scorer:
             gram = gram + within.T @ within
             if fitted.deviation_jacobian is not None:
                 cross = cross + fitted.deviation_jacobian.T @ within
+        return self._score(slope, gram, raw, cross)
+
+    def of_columns(self, columns: WhiteColumns) -> Score:
+        """Score of white columns that are the same in all samples of a touch."""
+        functions = self.fitted.functions
+        own = columns.gram()
+        gram = own
+        if functions is not None:
+            shared = functions.white.transposed(columns.dense())
+            gram = own - shared.T @ cho_solve((functions.root, True), shared)
+        slope = columns.transposed(self.plain[:, None])[:, 0]
+        cross = columns.transposed(self.integrated_jacobian).T
+        return self._score(slope, gram, np.diag(own).copy(), cross)
+
+    def _score(self, slope: FloatArray, gram: FloatArray, raw: FloatArray, cross: FloatArray) -> Score:
         absorbed = solve_triangular(self.root, cross, lower=True)
         return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
 

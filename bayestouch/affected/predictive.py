@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
 
+from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.linear import Linearised, conditioned
 
 FloatArray = NDArray[np.float64]
@@ -32,6 +33,7 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     t, m = model.residual.shape
     design, hessian = _whole(model)
     d = len(model.pull)
+    white = None if model.functions is None else model.functions.white
     gradient = design.T @ model.residual.ravel()
     gradient[:d] += model.precision * model.pull
     if model.deviation_jacobian is not None:
@@ -41,7 +43,8 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     for k in np.unique(fold):
         rows = np.flatnonzero(fold == k)
         flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
-        less, slope = hessian - flat.T @ flat, gradient - flat.T @ residual.ravel()
+        less = hessian - _products(flat[:, :d], None if white is None else white.of_touches(rows))
+        slope = gradient - flat.T @ residual.ravel()
         inside = np.flatnonzero(fold[model.touch] == k)
         within = None
         if model.deviation_jacobian is not None:
@@ -66,12 +69,22 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
 
 def _whole(model: Linearised) -> tuple[FloatArray, FloatArray]:
     """Columns of parameters and weights side by side (t m, d + k), and the precision of both."""
-    own = model.jacobian.T @ model.jacobian + np.diag(model.precision)
+    own = np.diag(model.precision)
     if model.deviation_jacobian is not None:
         own = own + model.deviation_jacobian.T @ model.deviation_jacobian
     if model.functions is None:
-        return model.jacobian, np.asarray(own)
+        return model.jacobian, np.asarray(own + _products(model.jacobian, None))
     white = model.functions.white
-    cross = model.jacobian.T @ white
-    lower = model.functions.root @ model.functions.root.T
-    return np.concatenate([model.jacobian, white], axis=1), np.block([[own, cross], [cross.T, lower]])
+    total = _products(model.jacobian, white)
+    total[: len(own), : len(own)] += own
+    total[len(own) :, len(own) :] += np.eye(white.count)
+    return np.concatenate([model.jacobian, white.dense()], axis=1), total
+
+
+def _products(jacobian: FloatArray, white: WhiteColumns | None) -> FloatArray:
+    """Products of the columns of parameters (n, d) and of weights with each other."""
+    own = jacobian.T @ jacobian
+    if white is None:
+        return np.asarray(own)
+    cross = white.transposed(jacobian)
+    return np.block([[own, cross.T], [cross, white.gram()]])

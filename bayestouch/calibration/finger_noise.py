@@ -212,13 +212,18 @@ def _element_log_density(
         share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
     if not len(left):
         return np.asarray(out)
-    variance = np.exp(2 * log_noise)[..., None] * share
-    a = 1 + by_load + push**2 / variance
-    b = by_both + push * left / variance
-    each = np.log(variance) + left**2 / variance + np.log(a) - b**2 / a
+    # The variance is exp(2 log s) times the share, so that sums over touches need the grid of the shares alone ...
+    log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
+    total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
+    # ... but for the load's error, which ties elements together.
+    weight = np.exp(-2 * log_noise)[..., None]
+    a = (1 + by_load) + weight * (push**2 / share)
+    b = by_both + weight * (push * left / share)
+    b *= b
+    b /= a
+    total = total + np.log(a, out=a).sum(axis=-1) - b.sum(axis=-1)
     # What the parameters took up: the fitted residuals are that much too small.
-    used = 0.5 * spent * np.log(variance).mean(axis=-1)
-    return np.asarray(out - 0.5 * each.sum(axis=-1) + used)
+    return np.asarray(out - 0.5 * total + 0.5 * spent * log_variance / len(left))
 
 
 def _moments(axes: list[FloatArray], mass: FloatArray) -> tuple[FloatArray, FloatArray]:

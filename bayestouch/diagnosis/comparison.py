@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted, fit, fit_from_both
+from bayestouch.affected.fitting import SETTLED, Fitted, fit, fit_from_both
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.predictive import held_out_density
 from bayestouch.cluster import in_order
@@ -23,6 +23,9 @@ IntArray = NDArray[np.int64]
 # what is held out.
 FOLDS, BLOCK = 8, 8
 PAD_BLOCKS = 30
+# A candidate is fitted until steps gain less than this share of what there is to explain; the one that is chosen is
+# fitted to the end.
+ROUGHLY = 3e-4
 
 
 def folds(fitted: Fitted) -> IntArray:
@@ -87,14 +90,16 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         Standard errors of what it gains within touches, and gain, from which it shows by itself.
     """
     effect = candidate.effect
+    excess = 0.5 * (fitted.chi_square() - fitted.n_readings)
+    enough = max(SETTLED, ROUGHLY * excess)
     if isinstance(effect, RandomEffect):
         values, _ = refine_drift(fitted, effect)
         drifts = (*fitted.drifts, (effect, values))
-        new = fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)
+        new = fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening, enough=enough)
     else:
         model = fitted.model.with_effects((*fitted.model.effects, effect))
         start = model.extended(fitted.vector, candidate.start)
-        new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening)
+        new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening, enough=enough)
         values = model.values(new.vector)[-1]
     difference = density(new) - before
     gain, error = paired(gained(difference))

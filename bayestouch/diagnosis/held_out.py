@@ -152,7 +152,7 @@ def design_of(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whiteni
     if linear.deviation_jacobian is not None:
         precision = precision + linear.deviation_jacobian.T @ linear.deviation_jacobian
     if linear.functions is not None:
-        cross = linear.jacobian.T @ linear.functions.white
+        cross = linear.functions.white.transposed(linear.jacobian).T
         precision = np.block([[precision, cross], [cross.T, linear.functions.root @ linear.functions.root.T]])
     scale = 1 / np.sqrt(np.diag(precision))
     root = np.linalg.cholesky(precision * np.outer(scale, scale) + 1e-10 * np.eye(len(scale)))

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
 from bayestouch.affected.pad_model import PadModel
@@ -129,7 +130,7 @@ def correct(fitted: Fitted) -> Correction | None:
     parts = placed.columns(*where)
     raw = np.concatenate([parts[name] for name in PARTS])
     part = np.repeat(np.arange(len(PARTS)), [len(parts[name]) for name in PARTS])
-    score = Scorer(fitted.linear)(fitted.whitening.touches(raw))
+    score = Scorer(fitted.linear).of_columns(WhiteColumns.of(raw, fitted.whitening.root))
     sizes, gain = _best_sizes(score, part)
     if gain <= 0 or not sizes.any():
         return None

@@ -150,7 +150,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
     if correction is not None:
         after = held_out_density(correction.linear, folds(fitted))
         correction_gain, correction_se = paired(gained(after - before))
-    excess = 0.5 * (fitted.chi_square() - _n_readings(fitted))
+    excess = 0.5 * (fitted.chi_square() - fitted.n_readings)
     possible = max(correction_gain, excess, least)
     tried = []
     for c in scored:
@@ -179,13 +179,9 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
 
 
-def _n_readings(fitted: Fitted) -> int:
-    return int((fitted.whitening.root != 0).any(axis=2).sum())
-
-
 def _least(fitted: Fitted) -> float:
     """Gain of the least effect that matters; with many readings less than that is seen."""
-    return min(0.5 * MATERIAL**2 * _n_readings(fitted), 50.0)
+    return min(0.5 * MATERIAL**2 * fitted.n_readings, 50.0)
 
 
 def _passes(z: float, trials: int) -> bool:

@@ -82,8 +82,7 @@ def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
     if held is not None:
         ratio, freedom = held.predictive_lack_of_fit, float(held.present.sum())
     else:
-        n = float((fitted.whitening.root != 0).any(axis=2).sum())
-        freedom = max(n - fitted.model.n_base, 1.0)
+        freedom = max(float(fitted.n_readings - fitted.model.n_base), 1.0)
         ratio = fitted.chi_square() / freedom
     return LackOfFit(ratio, freedom, pure, lack_of_fit_tail(ratio, freedom, pure), held is not None)
 
@@ -91,7 +90,7 @@ def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
 def _pure_freedom(fitted: Fitted) -> float:
     """Readings behind the noise: repeats, or without these the rows far from contact, about half of the readings."""
     freedom = float(np.nansum(fitted.model.known.means.pure_error_dof))
-    return freedom if freedom > 0 else 0.5 * float((fitted.whitening.root != 0).any(axis=2).sum())
+    return freedom if freedom > 0 else 0.5 * fitted.n_readings
 
 
 def verdict(n_effects: int, remaining: Remaining) -> Verdict:
