@@ -34,14 +34,12 @@ ones a day. Cases of a finger are run in random order, so that a part of a run i
     python studies/error_rates.py -o FOLDER --light --minutes 60 --docs docs/error_rates.md
 
 Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study;
-those of a finger share its touches and the noise of its readings, and are less sure by that. The third small finger is
-such a case: without any effect its held-out noise has a mean square of 1.23, once in 200 by chance, and so it has in
-all its cases.
+those of a finger share its touches, and are less sure by that. The noise of readings is drawn anew for each case.
 
 The lack of fit of 416 held-out readings of a small finger scatters by 0.07 of itself if nothing is missing, and what
-the fit leaves open adds a few hundredths (a drift more): the test of [](diagnosis.md) allows for both. In large effects
-the difference between an effect's own formula and the catalogue's is beyond the noise, too (unequal cross-talk from
-size 2 on, most others at 5); then the verdict is "partly explained", and a correction takes what is left.
+the fit leaves open adds a few hundredths (a drift more): the test of [](diagnosis.md) allows for both, and the rows
+"no effect" show what chance alone leaves above 1.1. In large effects the difference between an effect's own formula and
+the catalogue's is beyond the noise, too; then the verdict is "partly explained", and a correction takes what it can.
 
 {headlines}
 
@@ -61,7 +59,20 @@ SECTION = """## {Design} fingers
 | what | how often | interval | aim |
 |---|---|---|---|
 {rows}
+
+| touches held out, mean ± standard error (cases) | before | after | no effect |
+|---|---|---|---|
+{read}
 """
+
+#: Errors of readings: what, key.
+READ = (
+    ("R, bias (mm)", "R_bias_mm"),
+    ("R, rms (mm)", "R_rms_mm"),
+    ("θ_c, rms (degree)", "theta_rms_deg"),
+    ("P, rms (N/m)", "P_rms_N_per_m"),
+    ("R, coverage of 90 % intervals", "coverage_90"),
+)
 
 TABLES = """## Tables of the {design} fingers
 
@@ -83,7 +94,6 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
     plain, two, outside = (of_kind(records, kind) for kind in ("none", "pair", "unlisted"))
     large = at_least(records, 1.0)
     named = [record for record in large if said(record) == record["names"][0]]
-    fits = [record["diagnosis"]["after"]["lack_of_fit"] for record in named]
 
     def count(question: str, some: list[Record], hit: Callable[[Record], bool], aim: str) -> tuple[str, int, int, str]:
         return question, sum(map(hit, some)), len(some), aim
@@ -116,8 +126,44 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
             lambda r: r["diagnosis"]["verdict"] == "explained",
             "",
         ),
-        ("... held-out lack of fit after at most 1.1", sum(fit <= 1.1 for fit in fits), len(fits), ""),
+        *(
+            count(
+                f"... held-out lack of fit after at most 1.1, size {size:g}",
+                [record for record in named if record["effects"][0][1] == size],
+                fits,
+                "",
+            )
+            for size in sorted({record["effects"][0][1] for record in named})
+        ),
+        count("no effect: held-out lack of fit at most 1.1", plain, fits, ""),
     ]
+
+
+def fits(record: Record) -> bool:
+    """Whether the lack of fit after is what was aimed at."""
+    return float(record["diagnosis"]["after"]["lack_of_fit"]) <= 1.1
+
+
+def readings(records: list[Record]) -> str:
+    """Held-out errors of readings of touches before and after, beside those of fingers without effects.
+
+    Means over cases and their standard errors, where the true effect was named first and touches were read.
+    """
+    right = [record for record in at_least(records, 1.0) if said(record) == record["names"][0]]
+    plain = of_kind(records, "none")
+
+    def mean(some: list[Record], when: str, key: str) -> str:
+        known = [record["diagnosis"][when][key] for record in some]
+        values = np.array([value for value in known if value is not None])
+        if len(values) < 2:
+            return "-"
+        return f"{values.mean():.3g} ± {values.std(ddof=1) / np.sqrt(len(values)):.1g} ({len(values)})"
+
+    rows = [
+        f"| {what} | {mean(right, 'before', key)} | {mean(right, 'after', key)} | {mean(plain, 'after', key)} |"
+        for what, key in READ
+    ]
+    return "\n".join(rows)
 
 
 def by_design(records: list[Record]) -> dict[str, list[Record]]:
@@ -130,11 +176,12 @@ def page(records: list[Record]) -> str:
     """A page of the documentation."""
     headlines, tables = [], []
     for design, some in by_design(records).items():
+        done = [record for record in some if "diagnosis" in record]
         rows = [
             f"| {question} | {hits} of {n} | {interval(hits, n) if n else '-'} | {aim} |"
-            for question, hits, n, aim in headline([record for record in some if "diagnosis" in record])
+            for question, hits, n, aim in headline(done)
         ]
-        headlines.append(SECTION.format(Design=design.capitalize(), rows="\n".join(rows)))
+        headlines.append(SECTION.format(Design=design.capitalize(), rows="\n".join(rows), read=readings(done)))
         with StringIO() as text, redirect_stdout(text):
             print_tables(some)
             tables.append(TABLES.format(design=design, tables=text.getvalue().rstrip()))
@@ -274,9 +321,7 @@ def before_and_after(records: list[Record]) -> None:
             pair = [_median([record["diagnosis"][when].get(key) for record in here]) for when in ("before", "after")]
             cells.append(f"{pair[0]:.3g} -> {pair[1]:.3g}")
         print(f"{name:26s}" + "".join(f"{cell:>20s}" for cell in cells))
-    fits = [record["diagnosis"]["after"].get("lack_of_fit") for record in right]
-    fits = [fit for fit in fits if fit is not None]
-    print(f"lack of fit after at most 1.1: {sum(fit <= 1.1 for fit in fits)}/{len(fits)}")
+    print("lack of fit after at most 1.1:", rate(right, fits))
 
 
 def _median(values: list[float | None]) -> float:
