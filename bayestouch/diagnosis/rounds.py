@@ -86,6 +86,8 @@ class Round:
         What was added.
     dropped : tuple of str
         Effects of earlier rounds that are not needed beside what was added.
+    real : tuple of Tried
+        All that might have been added, with their fits; of a first round, while the search is under way.
     """
 
     before: Fitted
@@ -96,3 +98,4 @@ class Round:
     correction_se: float
     added: Tried | None
     dropped: tuple[str, ...] = ()
+    real: tuple[Tried, ...] = ()

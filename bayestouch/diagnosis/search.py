@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -38,6 +39,10 @@ SHARE = 0.3
 # ... and if it explains, with what is found after it, this much of that: a cause that is not in the catalogue lends
 # half of what it does to whatever is a little like it.
 TOGETHER = 0.75
+# A random function of time is not known between touches: less is asked of it.
+TOGETHER_RANDOM = 0.6
+# First effects that are tried in place of the one that led to no end within the noise.
+OTHER_STARTS = 2
 # Candidates whose held-out density is within so many standard errors of the winner's cannot be told from it.
 ALIKE = 2.0
 # A cause goes before a random function of time that explains little more of the means than it.
@@ -49,8 +54,32 @@ VISIBLE = 0.2
 def search(
     fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None, scheduler: str | None = None
 ) -> tuple[Round, ...]:
-    """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`."""
+    """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`.
+
+    Of two causes together, each lends what it does to a third that is a little like both. Where the best first guess
+    does not lead to a model within the noise, others that are real are tried in its place: one that does lead there,
+    with nothing that falls, is taken.
+    """
     rounds = _greedy(fitted, effects, progress, scheduler)
+    first, found = rounds[0], _stood(rounds, effects, scheduler)
+    if first.added is not None and not _within_noise(found):
+        for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
+            begun = replace(first, added=replace(other, alike=_alike(other, first.real)), dropped=())
+            again = _greedy(fitted, effects, None, scheduler, begun)
+            if _standing(again) == len(again) - 1 and _within_noise(again):
+                found = again
+                break
+    return (replace(found[0], real=()), *found[1:])
+
+
+def _within_noise(rounds: tuple[Round, ...]) -> bool:
+    """Whether the model of the last round leaves nothing that matters."""
+    left = rounds[-1].before
+    return left.chi_square() < (1 + MATERIAL) * left.n_readings
+
+
+def _stood(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: str | None) -> tuple[Round, ...]:
+    """Those rounds that stand, and one that adds nothing."""
     kept = _standing(rounds)
     if kept == len(rounds) - 1:
         return rounds
@@ -65,11 +94,19 @@ def search(
 
 
 def _greedy(
-    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
+    fitted: Fitted,
+    effects: tuple[Effect, ...],
+    progress: Progress | None,
+    scheduler: str | None,
+    begun: Round | None = None,
 ) -> tuple[Round, ...]:
+    """Rounds until one adds nothing; the first may be `begun`, with what it adds chosen."""
     rounds: list[Round] = []
     while True:
-        current = one_round(fitted, effects, _part(progress, len(rounds)), scheduler)
+        current = begun if begun is not None else one_round(fitted, effects, _part(progress, len(rounds)), scheduler)
+        begun = None
+        if rounds:
+            current = replace(current, real=())
         if len(rounds) == MOST_EFFECTS and current.added is not None:
             current = replace(current, added=None)
         if current.added is None or current.added.fitted is None:
@@ -99,7 +136,8 @@ def _stands(rounds: tuple[Round, ...]) -> bool:
     """Whether the first of these rounds stands, if nothing comes after the last."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
-    return added[0].by_itself or explained >= TOGETHER * rounds[0].best_share
+    asked = TOGETHER_RANDOM if isinstance(added[0].effect, RandomEffect) else TOGETHER
+    return added[0].by_itself or explained >= asked * rounds[0].best_share
 
 
 def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
@@ -176,7 +214,8 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         # A fit with drifts holds a gigabyte: only those between which more touches are to decide are looked at again.
         kept = {added.effect.name, *added.alike}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
-    return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added)
+    others = tuple(each for each in real if each.fitted is not None)
+    return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
 
 
 def _least(fitted: Fitted) -> float:
@@ -247,7 +286,7 @@ def _price(tried: Tried) -> float:
     return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))
 
 
-def _alike(added: Tried, tried: list[Tried]) -> tuple[str, ...]:
+def _alike(added: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
     """Names of refitted candidates that predict held-out touches as well, within the error of the difference."""
     out = []
     for each in tried:
