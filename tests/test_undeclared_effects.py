@@ -26,10 +26,10 @@ from bayestouch.inference.finger_effects import EffectContext
 SEED = 4
 
 
-def diagnosed(folder: Path, design: Design, wanted: list[tuple[str, float]]) -> dict[str, Any]:
+def diagnosed(folder: Path, design: Design, wanted: list[tuple[str, float]], seed: int = SEED) -> dict[str, Any]:
     """Diagnosis of a finger under effects of the `wanted` sizes; skips where no plausible value has that size."""
     try:
-        simulated = simulate(design, [(EFFECTS[key], size) for key, size in wanted], SEED)
+        simulated = simulate(design, [(EFFECTS[key], size) for key, size in wanted], seed)
     except OutOfReach as reason:
         pytest.skip(str(reason))
     path = write(simulated, folder / "finger")
@@ -51,6 +51,14 @@ def test_an_effect_is_named_and_removed(tmp_path: Path) -> None:
     before, after = (diagnosis[when]["lack_of_fit"] for when in ("before", "after"))
     assert before > 3
     assert after - 1 < 0.25 * (before - 1)
+
+
+def test_two_effects_are_not_called_by_a_third_that_is_a_little_like_both(tmp_path: Path) -> None:
+    """The best first guess is finite strain, which leads nowhere: the search begins anew from another."""
+    pair = ["proximity: Lorentzian", "gain_drift: exponential"]
+    diagnosis = diagnosed(tmp_path, SMALL, [(key, 1.5) for key in pair], seed=0)
+    assert {each["name"] for each in diagnosis["effects"]} == {EFFECTS[key].name for key in pair}
+    assert diagnosis["verdict"] == "explained"
 
 
 def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_an_effect(tmp_path: Path) -> None:
