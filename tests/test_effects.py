@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from test_studies import study
 
+from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.start import base_fit
+from bayestouch.chain.response import modes_needed
 from bayestouch.cli import main
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
@@ -159,3 +161,14 @@ def test_own_noise_is_found_under_a_larger_shared_error(shared: float) -> None:
         return float(effect.log_density(noise / total, noise, total / peak, peak, (size, kind)).sum())
 
     assert log_density(shared) > log_density(1 - shared) + 100
+
+
+def test_no_fit_takes_an_element_to_the_very_surface() -> None:
+    """There a table has as many waves as fill the memory; the prior's own bound is a thousandth of the rubber."""
+    found = suited("crosstalk")
+    assert found is not None
+    model = found[0].model
+    assert isinstance(model, FingerModel)
+    highest = model.prior()[3][model.layout.depth]
+    assert np.all(highest > model.finger.sensing_radius_mm)
+    assert modes_needed(float(highest.max()), model.finger.outer_radius_mm) < 1000

@@ -23,6 +23,8 @@ FloatArray = NDArray[np.float64]
 
 # Central difference of a signal through the effects, as a share of the peak.
 SIGNAL_STEP = 1e-4
+# How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
+NEAREST = 0.05
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,6 +77,11 @@ class FingerModel(AffectedModel):
         # Softer rubber, on which a flat would take a quarter of the circumference, has no linear contact.
         softest = np.log(self.largest_load / 1000 / (10 * self.finger.outer_radius_mm))
         low[self.layout.log_mu] = max(low[self.layout.log_mu], softest)
+        # Under the very surface an element sees waves without end, and its table grows with them: gigabytes at the
+        # prior's bound, where a step of a fit may try anything.
+        depth, outer = self.layout.depth, self.finger.outer_radius_mm
+        skin = np.minimum(NEAREST * (outer - self.finger.core_radius_mm), 0.5 * np.maximum(outer - mean[depth], 0.0))
+        high[depth] = np.minimum(high[depth], outer - skin)
         more = self.value_priors.T
         return (
             np.concatenate([mean, more[0]]),
