@@ -167,8 +167,9 @@ def test_no_fit_takes_an_element_to_the_very_surface() -> None:
     """There a table has as many waves as fill the memory; the prior's own bound is a thousandth of the rubber."""
     found = suited("crosstalk")
     assert found is not None
-    model = found[0].model
+    model = found[0].model  # type: ignore[attr-defined]
     assert isinstance(model, FingerModel)
     highest = model.prior()[3][model.layout.depth]
     assert np.all(highest > model.finger.sensing_radius_mm)
-    assert modes_needed(float(highest.max()), model.finger.outer_radius_mm) < 1000
+    # With four angles a wave, a table of 16 elements then takes 200 MB.
+    assert modes_needed(float(highest.max()), model.finger.outer_radius_mm) < 2048
