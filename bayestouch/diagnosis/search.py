@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
@@ -62,7 +63,8 @@ def search(
     """
     rounds = _greedy(fitted, effects, progress, scheduler)
     first, found = rounds[0], _stood(rounds, effects, scheduler)
-    if first.added is not None and not _within_noise(found):
+    # In a scan of a pad time is place, and a drift, which would follow all of it, is no other beginning.
+    if first.added is not None and not isinstance(fitted.model, PadModel) and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
             begun = replace(first, added=replace(other, alike=_alike(other, first.real)), dropped=())
             again = _greedy(fitted, effects, None, scheduler, begun)
