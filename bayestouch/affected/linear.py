@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
+from scipy.stats import norm
 
 from bayestouch.affected.columns import WhiteColumns
 
@@ -73,6 +74,10 @@ class Linearised:
         Prior mean minus the parameters, and prior precision.
     functions : Functions or None
         Random functions.
+    held : (d,) bool array or None
+        Parameters that lie at a bound and are held there; their derivatives count as zero.
+    unheld : Linearised or None
+        The same with none held, where some are.
     """
 
     residual: FloatArray
@@ -83,6 +88,13 @@ class Linearised:
     pull: FloatArray
     precision: FloatArray
     functions: Functions | None = None
+    held: NDArray[np.bool_] | None = None
+    unheld: Linearised | None = None
+
+    @property
+    def free(self) -> Linearised:
+        """The same with no parameter held."""
+        return self if self.unheld is None else self.unheld
 
     @cached_property
     def plain(self) -> FloatArray:
@@ -124,6 +136,8 @@ class Linearised:
             jacobian=np.where(held, 0.0, self.jacobian),
             deviation_jacobian=None if within is None else np.where(held, 0.0, within),
             pull=np.where(held, 0.0, self.pull),
+            held=held,
+            unheld=self,
         )
 
     def step_within(self, leaving: Callable[[FloatArray], NDArray[np.bool_]]) -> tuple[FloatArray, NDArray[np.bool_]]:
@@ -148,10 +162,21 @@ class Linearised:
             held |= more
 
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters, (d, d)."""
-        matrix = self.hessian()
+        """Covariance of the parameters, (d, d); for those that are held the mean square about the bound."""
+        matrix = self.free.hessian()
         scale = np.sqrt(np.diag(matrix))
-        return np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+        total = np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+        if self.held is None:
+            return total
+        # A normal density cut off at the bound, one parameter after the other: its mode without the bound is `step`.
+        step = total @ self.free.gradient()
+        for i in np.flatnonzero(self.held):
+            along, variance = total[:, i] / total[i, i], total[i, i]
+            beyond = abs(float(step[i])) / np.sqrt(variance)
+            left = max(1 - beyond * float(np.exp(norm.logpdf(beyond) - norm.logsf(beyond))) + beyond**2, 0.0)
+            step = step - along * step[i]
+            total = total - (1 - left) * variance * np.outer(along, along)
+        return total
 
     def weights(self) -> FloatArray:
         """Most probable weights of the functions, (k,)."""
@@ -243,4 +268,5 @@ def conditioned(matrix: FloatArray) -> FloatArray:
 
 def with_functions(model: Linearised, functions: Functions | None) -> Linearised:
     """The same model with other random functions."""
-    return replace(model, functions=functions)
+    unheld = None if model.unheld is None else with_functions(model.unheld, functions)
+    return replace(model, functions=functions, unheld=unheld)

@@ -8,32 +8,36 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.errors import InputError
+
 FloatArray = NDArray[np.float64]
 
 PREFIX = "placed_"
+NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedTable:
-    """Correction over the contact location; a locations, m elements. In proportion to the load.
+    """Correction over the contact location; a locations, m elements.
 
     Attributes
     ----------
     angle_deg : (a,) array
         Locations, equally spaced.
-    even, wide : (a, m) arrays
-        Readings added under 1 N/m, and those that come to them times ``P R`` in N.
+    even, wide, loaded : (a, m) arrays
+        Readings added for each N/m, and those that come to them times ``P R`` in N and times the load in N/m.
     sd : (a, m) array
-        Standard deviation of the addition under 1 N/m.
+        Standard deviation of the addition for each N/m.
     """
 
     angle_deg: FloatArray
     even: FloatArray
     wide: FloatArray
+    loaded: FloatArray
     sd: FloatArray
 
     def sd_at(self, angle_deg: FloatArray) -> FloatArray:
-        """Standard deviation (n, m) of what is added under 1 N/m at locations (n,); zero outside the table."""
+        """Standard deviation (n, m) of what is added for each N/m at locations (n,); zero outside the table."""
         (sd,) = self._at(angle_deg, self.sd)
         return sd
 
@@ -49,16 +53,26 @@ class PlacedTable:
 
     def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Readings added (n, m) to touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
-        even, wide = self._at(np.degrees(angle), self.even, self.wide)
-        return np.asarray(load[:, None] * (even + (load * radius_mm / 1000)[:, None] * wide))
+        even, wide, loaded = self._at(np.degrees(angle), self.even, self.wide, self.loaded)
+        share = even + (load * radius_mm / 1000)[:, None] * wide + load[:, None] * loaded
+        return np.asarray(load[:, None] * share)
 
     def arrays(self) -> dict[str, FloatArray]:
         """By name, for a file."""
-        return {PREFIX + name: getattr(self, name) for name in ("angle_deg", "even", "wide", "sd")}
+        return {PREFIX + name: getattr(self, name) for name in NAMES}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PlacedTable | None:
-        """From a file's arrays; None where they hold no correction."""
-        if PREFIX + "even" not in arrays:
+        """From a file's arrays; None where they hold no correction.
+
+        Raises
+        ------
+        InputError
+            They hold a part of one.
+        """
+        missing = [PREFIX + name for name in NAMES if PREFIX + name not in arrays]
+        if len(missing) == len(NAMES):
             return None
-        return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in ("angle_deg", "even", "wide", "sd")})
+        if missing:
+            raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
+        return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in NAMES})

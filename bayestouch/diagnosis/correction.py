@@ -46,11 +46,17 @@ def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
     angle = where_of(fitted)[1]
     grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, TABLE_STEP_DEG)
     weights, covariance = weights_of(fitted)
-    one, outer = np.ones(len(grid)), model.finger.outer_radius_mm
-    edge = chosen.columns(0 * one, grid, one)
-    flat = chosen.columns(outer * one, grid, one)
-    even = np.tensordot(weights, edge, axes=1)
-    # A load of 1 N/m under a flat: P R is r_b/1000 N.
-    wide = (np.tensordot(weights, flat, axes=1) - even) / (outer / 1000)
+    one, outer, load = np.ones(len(grid)), model.finger.outer_radius_mm, model.reference_load
+
+    def under(radius: float, load: float) -> FloatArray:
+        """Addition over the load."""
+        columns = chosen.columns(radius * one, grid, load * one)
+        return np.asarray(np.tensordot(weights, columns, axes=1) / load)
+
+    edge = chosen.columns(0 * one, grid, load * one) / load
+    even = under(0.0, load)
+    # Columns grow with the load as P and P²: two loads give both.
+    loaded = (under(0.0, 2 * load) - even) / load
+    wide = (under(outer, load) - even) / (load * outer / 1000)
     variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
-    return PlacedTable(grid, even, wide, np.sqrt(np.maximum(variance, 0.0)))
+    return PlacedTable(grid, even - load * loaded, wide, loaded, np.sqrt(np.maximum(variance, 0.0)))

@@ -146,7 +146,7 @@ def functions_at(
 
 def design_of(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whitening: Whitening) -> FloatArray:
     """Columns of `HeldOut.design`: parameters and weights of the functions together."""
-    linear = fitted.linear
+    linear = fitted.linear.free
     columns = whitening.touches(np.concatenate([slopes, functions]))
     precision = linear.jacobian.T @ linear.jacobian + np.diag(linear.precision)
     if linear.deviation_jacobian is not None:

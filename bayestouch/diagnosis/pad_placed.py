@@ -90,5 +90,6 @@ class PadPlaced:
             column[:, :, e] = functions.T * scale[:, e]
             parts.append(column)
         own = np.concatenate(parts)
-        wide = own * share[None, :, None] if self.loads_vary else own[:0]
-        return {"shared": shared, "own": own, "wide": wide}
+        if not self.loads_vary:
+            return {"shared": shared, "own": own}
+        return {"shared": shared, "own": own, "loaded": own * share[None, :, None]}

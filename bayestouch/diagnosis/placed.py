@@ -1,8 +1,9 @@
-"""A correction without a cause: smooth functions of where the touch is from each element, in proportion to the load.
+"""A correction without a cause: smooth functions of where the touch is from each element, and of the load.
 
-Three random functions are added up: one of the angle from element to touch that all elements share, one of each
-element's own, and one that all share and that grows with P R, as the width of contacts does. Their sizes are chosen by
-the marginal likelihood, so that none stays where there is nothing to correct.
+Random functions are added up: one of the angle from element to touch that all elements share and one of each element's
+own, in proportion to the load; one that all share and that grows with P R, as the width of contacts does; and one of
+each element's own for what is not in proportion to the load. Their sizes are chosen by the marginal likelihood, so that
+none stays where there is nothing to correct.
 """
 
 from __future__ import annotations
@@ -26,7 +27,10 @@ FloatArray = NDArray[np.float64]
 # Lengths of the functions, degree: features of the strain are some 10° wide.
 SHARED_LENGTH, OWN_LENGTH, WIDE_LENGTH = 5.0, 9.0, 7.0
 SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
-PARTS = ("shared", "own", "wide")
+# How far from an element, degree, its answer is looked at for what is not in proportion to the load.
+LOADED_REACH = 30.0
+# Loads that scatter by less than this share say nothing about that.
+LOADS_VARY = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +47,9 @@ class Placed:
         N/m.
     widest : float
         R of a flat, mm: its contact under the reference load counts as wide, and others as P R does.
-    shared, wide : SmoothBasis
+    load_mean, load_sd : float
+        Of the loads over the reference load. What is not in proportion to the load is nothing under the mean load.
+    shared, wide, loaded : SmoothBasis
         Of the angle from element to touch, degree.
     own : tuple of SmoothBasis
         The same for each element, over what it has seen.
@@ -53,8 +59,11 @@ class Placed:
     peak: FloatArray
     reference_load: float
     widest: float
+    load_mean: float
+    load_sd: float
     shared: SmoothBasis
     wide: SmoothBasis
+    loaded: SmoothBasis
     own: tuple[SmoothBasis, ...]
 
     @classmethod
@@ -62,15 +71,19 @@ class Placed:
         """Basis over the angles that the touches of a fit cover."""
         model = fitted.finger
         element = np.degrees(fitted.vector[model.layout.angle])
-        angle = model.poses(fitted.vector).place[0]
+        recording = model.poses(fitted.vector)
+        angle, share = recording.place[0], recording.load / model.reference_load
         low, high = float(angle.min()), float(angle.max())
         return cls(
             element_deg=element,
             peak=model.peak,
             reference_load=model.reference_load,
             widest=model.finger.outer_radius_mm,
+            load_mean=float(share.mean()),
+            load_sd=float(share.std()),
             shared=SmoothBasis.of(low - element.max(), high - element.min(), SHARED_LENGTH, most=90),
             wide=SmoothBasis.of(low - element.max(), high - element.min(), WIDE_LENGTH, most=60),
+            loaded=SmoothBasis.of(-LOADED_REACH, LOADED_REACH, OWN_LENGTH),
             own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element),
         )
 
@@ -80,19 +93,20 @@ class Placed:
         Each part is (k, t, m), at size one.
         """
         radius, angle, load = where
-        away = angle[:, None] - self.element_deg
-        scale = (load / self.reference_load)[:, None] * self.peak
-        shared = np.moveaxis(self.shared(away), -1, 0)
-        wide = (
-            np.moveaxis(self.wide(away), -1, 0) * (radius * load / (self.widest * self.reference_load))[None, :, None]
-        )
+        away, share = angle[:, None] - self.element_deg, load / self.reference_load
+        scale = share[:, None] * self.peak
         own = np.stack([basis(away[:, e]) for e, basis in enumerate(self.own)], axis=-1)
-        own = np.moveaxis(own, 1, 0)
-        return {
-            "shared": spread_over_elements(shared, scale, own=False),
-            "own": spread_over_elements(own, scale, own=True),
-            "wide": spread_over_elements(wide, scale, own=False),
+        parts = {
+            "shared": spread_over_elements(np.moveaxis(self.shared(away), -1, 0), scale, own=False),
+            "own": spread_over_elements(np.moveaxis(own, 1, 0), scale, own=True),
+            "wide": spread_over_elements(
+                np.moveaxis(self.wide(away), -1, 0), scale * (radius / self.widest * share)[:, None], own=False
+            ),
         }
+        if self.load_sd > LOADS_VARY:
+            more = ((share - self.load_mean) / self.load_sd)[:, None]
+            parts["loaded"] = spread_over_elements(np.moveaxis(self.loaded(away), -1, 0), scale * more, own=True)
+        return parts
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +133,7 @@ class Correction:
     def columns(self, *where: FloatArray) -> FloatArray:
         """What each weight, standard normal, adds to the readings of touches as `where_of` has them; (k, t, m)."""
         parts = self.placed.columns(*where)
-        return np.concatenate([self.sizes[name] * parts[name] for name in PARTS if self.sizes[name] > 0])
+        return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
 
 
 def correct(fitted: Fitted) -> Correction | None:
@@ -128,13 +142,13 @@ def correct(fitted: Fitted) -> Correction | None:
     placed = PadPlaced.of(model, fitted.vector) if isinstance(model, PadModel) else Placed.of(fitted)
     where = where_of(fitted)
     parts = placed.columns(*where)
-    raw = np.concatenate([parts[name] for name in PARTS])
-    part = np.repeat(np.arange(len(PARTS)), [len(parts[name]) for name in PARTS])
+    raw = np.concatenate(list(parts.values()))
+    part = np.repeat(np.arange(len(parts)), [len(each) for each in parts.values()])
     score = Scorer(fitted.linear).of_columns(WhiteColumns.of(raw, fitted.whitening.root))
-    sizes, gain = _best_sizes(score, part)
+    sizes, gain = _best_sizes(score, part, len(parts))
     if gain <= 0 or not sizes.any():
         return None
-    chosen = Correction(placed, dict(zip(PARTS, sizes.tolist(), strict=True)), gain, fitted.linear)
+    chosen = Correction(placed, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
     functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.columns(*where))
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 
@@ -148,12 +162,12 @@ def where_of(fitted: Fitted) -> tuple[FloatArray, ...]:
     return radius, recording.place[0], recording.load
 
 
-def _best_sizes(score: Score, part: NDArray[np.int64]) -> tuple[FloatArray, float]:
+def _best_sizes(score: Score, part: NDArray[np.int64], n_parts: int) -> tuple[FloatArray, float]:
     """Sizes of the parts with the highest marginal likelihood: one after the other, twice around."""
-    sizes, best = np.zeros(len(PARTS)), 0.0
+    sizes, best = np.zeros(n_parts), 0.0
     for _ in range(2):
         changed = False
-        for k in range(len(PARTS)):
+        for k in range(n_parts):
             for size in SIZES:
                 trial = sizes.copy()
                 trial[k] = size

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bayestouch.body.finite_strain import is_tabulated
 from bayestouch.chain.finger import FingerChain
+from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.parameters import LogNormal, Normal, Uniform
 from bayestouch.recording import Recording
@@ -19,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SoftSpot(Effect):
-    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a bell.
+    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a `bell`.
 
     Bubbles, thickness and cure vary over a mould. The response depends on where the touch is, so that all elements that
     read this touch are raised alike, which no gain can do.
@@ -57,15 +58,16 @@ class SoftSpot(Effect):
         return cls(
             (
                 EffectParameter("share", "", "share of the response added", Normal(0.0, 0.2), (0.01,), 0.0),
-                EffectParameter("width", unit, "standard deviation of the bell", LogNormal(widths[1], 0.7), widths),
+                EffectParameter("width", unit, "width of the bell", LogNormal(widths[1], 0.7), widths),
+                TAILS,
                 *centres,
             )
         )
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, width, *centre = values
+        share, width, tails, *centre = values
         squares = np.sum([(p - c) ** 2 for p, c in zip(recording.place, centre, strict=True)], axis=0)
-        return np.asarray(recording.signal * (1 + share * np.exp(-0.5 * squares / width**2))[:, None])
+        return np.asarray(recording.signal * (1 + share * bell(squares / width**2, tails))[:, None])
 
 
 @dataclass(frozen=True)

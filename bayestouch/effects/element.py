@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.parameters import LogNormal, Normal, Uniform
 from bayestouch.recording import Recording
@@ -48,7 +49,9 @@ class Aperture(Effect):
 class Crosstalk(Effect):
     """A share of the signals of both neighbours is added to each channel.
 
-    Capacitance between neighbouring leads couples them the same way in both directions.
+    Capacitance between leads couples the nearest most. Along a finger each lead further away gives `reach` times what
+    the one before it gives, and `lean` says by how much more comes from one side: (1 + lean) `share` from elements at
+    smaller angles, (1 - lean) `share` from those at larger ones.
 
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on capacitive coupling.
     """
@@ -63,28 +66,47 @@ class Crosstalk(Effect):
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         pairs = neighbours(setting)
+        if not pairs:
+            return None
         share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
-        return cls((share,), pairs) if pairs else None
+        if not setting.finger:
+            return cls((share,), pairs)
+        reach = EffectParameter("reach", "", "share of an element over that of the one before", Uniform(0, 0.6), (0.1,))
+        lean = EffectParameter("lean", "", "excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
+        return cls((share, reach, lean), pairs)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        leak = np.zeros_like(recording.signal)
-        here, there = np.array(self.neighbours).T
-        for i, j in zip(here, there, strict=True):
-            leak[:, i] += recording.signal[:, j]
-        return np.asarray(recording.signal + values[0] * leak)
+        share, *shape = values
+        leaks = (share * self._leaks(recording, *shape)).astype(recording.signal.dtype)
+        return np.asarray(recording.signal + recording.signal @ leaks.T)
+
+    def _leaks(self, recording: Recording, reach: float = 0.0, lean: float = 0.0) -> FloatArray:
+        """What each element (m, m) hears of the others, where a neighbour is heard as one."""
+        m = recording.signal.shape[1]
+        if len(recording.element_place) > 1:
+            leaks = np.zeros((m, m))
+            leaks[tuple(np.array(self.neighbours).T)] = 1.0
+            return leaks
+        rank = np.argsort(np.argsort(recording.element_place[0]))
+        steps = rank[:, None] - rank
+        away = np.maximum(np.abs(steps) - 1, 0)
+        return np.asarray(np.where(steps == 0, 0.0, reach**away * (1 + lean * np.sign(steps))))
 
 
 @dataclass(frozen=True)
 class ChannelLag(Effect):
     """A multiplexed amplifier has not settled: a share of the channel scanned before is left over.
 
-    Channels are scanned in the order of the table; the first follows the last of the scan before.
+    Channels are scanned in the order of the table; the first follows the last of the scan before. What is left over
+    holds `carry` of what was left over then: 0 where each channel starts afresh, `share` where one capacitor settles
+    from channel to channel.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
 
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
+        EffectParameter("carry", "", "share of what was left there", Uniform(0.0, 0.8), (0.1,)),
     )
 
     name: ClassVar[str] = "channel_lag"
@@ -96,16 +118,21 @@ class ChannelLag(Effect):
         return cls() if setting.n_elements > 2 else None
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        before = np.roll(recording.signal, 1, axis=1)
-        return np.asarray(recording.signal + values[0] * (before - recording.signal))
+        share, carry = values
+        m = recording.signal.shape[1]
+        # Around the circle of channels: those before count (1 - carry) carry^k, and so on from scan to scan.
+        before = (np.arange(m)[:, None] - np.arange(m) - 1) % m
+        weight = (share * (1 - carry) * carry**before / (1 - carry**m)).astype(recording.signal.dtype)
+        return np.asarray((1 - share) * recording.signal + recording.signal @ weight.T)
 
 
 @dataclass(frozen=True)
 class Proximity(Effect):
     """Beside the strain, an element feels the probe come near: a broad bell over the distance to the probe.
 
-    Capacitive, thermal and optical elements do. `share` is its size over the peak reading, and `load_power` says how
-    it grows with the load, from not at all (0: the probe is there or it is not) to in proportion (1).
+    Capacitive, thermal and optical elements do. `share` is its size over the peak reading, `load_power` says how it
+    grows with the load, from not at all (0: the probe is there or it is not) to in proportion (1), and `tails` how
+    slowly it falls off (`bell`).
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
     """
@@ -125,16 +152,17 @@ class Proximity(Effect):
         return cls(
             (
                 EffectParameter("share", "", "size over the peak reading", Normal(0.0, 0.1), (0.001,), 0.0),
-                EffectParameter("width", "degree", "standard deviation of the bell", LogNormal(30.0, 0.5), widths),
+                EffectParameter("width", "degree", "width of the bell", LogNormal(30.0, 0.5), widths),
                 EffectParameter("load_power", "", "power of the load", Uniform(0.0, 1.0), (0.0, 1.0)),
+                TAILS,
             )
         )
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        share, width, power = values
+        share, width, power, tails = values
         turn = (recording.element_place[0] - recording.place[0][:, None] + 180) % 360 - 180
         size = recording.peak * (np.maximum(recording.load, 0.0) / recording.reference_load)[:, None] ** power
-        return np.asarray(recording.signal + share * size * np.exp(-0.5 * (turn / width) ** 2))
+        return np.asarray(recording.signal + share * size * bell((turn / width) ** 2, tails))
 
 
 def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:

@@ -50,9 +50,23 @@ def recursive_lag(r: Recording, value: float, rng: np.random.Generator) -> Recor
     return replace(r, signal=np.asarray(scan).reshape(r.signal.shape))
 
 
+def two_stage_lag(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """Multiplexer and filter behind it settle alike, one after the other: what is left first grows, then falls."""
+    scan = r.signal.ravel()
+    for _ in range(2):
+        scan = lfilter([1 - value / 2], [1, -value / 2], scan)
+    return replace(r, signal=np.asarray(scan).reshape(r.signal.shape))
+
+
 def lorentzian_proximity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
     """The probe's body is felt through the air, at any load, over 25° and far tails."""
     near = 1 / (1 + (turn_deg(r) / 25) ** 2)
+    return replace(r, signal=r.signal + value * r.peak * near[r.touch])
+
+
+def hyperbolic_proximity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+    """A fringe field, round near the element and exponential far from it, that presses on with the fourth root of P."""
+    near = 1 / np.cosh(turn_deg(r) / 18) * ((r.press.load / 200) ** 0.25)[:, None]
     return replace(r, signal=r.signal + value * r.peak * near[r.touch])
 
 
@@ -62,5 +76,7 @@ EFFECTS = (
     Effect("aperture", "triangle", "before", 2.0, 3.0, triangular_aperture),
     Effect("crosstalk", "unequal, second neighbours", "after", 0.05, 0.5, unequal_crosstalk),
     Effect("channel_lag", "recursive", "after", 0.03, 0.6, recursive_lag),
+    Effect("channel_lag", "two stages", "after", 0.03, 0.6, two_stage_lag),
     Effect("proximity", "Lorentzian", "after", 0.02, 0.5, lorentzian_proximity),
+    Effect("proximity", "hyperbolic", "after", 0.02, 0.5, hyperbolic_proximity),
 )
