@@ -19,7 +19,7 @@ from bayestouch.effects.random import RandomEffect
 FloatArray = NDArray[np.float64]
 Drift = tuple[RandomEffect, Values]
 
-MAX_ITERATIONS = 12
+MAX_ITERATIONS = 30
 # Half the sum of squares: what is gained below this is far below one standard deviation of any parameter.
 SETTLED = 0.05
 # How often a gain drift's functions are taken anew at most, and the share of them whose change calls for it.

@@ -19,12 +19,14 @@ NORMAL = 1e-9
 
 
 def bell(square: FloatArray, tails: float) -> FloatArray:
-    """``(1 + tails u²/2)^(-1/tails)`` of the squared distance u² in widths: one in the middle, curved as a normal bell.
+    """``(1 + (2^tails - 1) u²)^(-1/tails)`` of the squared distance u²: one in the middle, a half where u is 1.
 
-    Reference: C. Tsallis, Introduction to Nonextensive Statistical Mechanics (2009), the q-Gaussian with q = 1 + tails.
+    Distances are in half widths, so that a fit that changes the tails need not change the width.
+
+    Reference: K. Pearson, Phil. Trans. R. Soc. A 216, 429 (1916), type VII with the exponent 1/tails, and type II.
     """
     if abs(tails) < NORMAL:
-        return np.asarray(np.exp(-0.5 * square))
+        return np.asarray(np.exp2(-square))
     # Where a bell of finite reach has ended, the logarithm would be that of a number below zero.
-    inside = np.maximum(0.5 * tails * square, -1 + 1e-12)
+    inside = np.maximum(np.expm1(tails * np.log(2)) * square, -1 + 1e-12)
     return np.asarray(np.exp(-np.log1p(inside) / tails))

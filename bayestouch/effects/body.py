@@ -42,7 +42,7 @@ class SoftSpot(Effect):
         if min(spans) <= 0:
             return None
         width = max(spans)
-        widths = tuple(width * share for share in (0.03, 0.06, 0.12))
+        widths = tuple(width * share for share in (0.035, 0.07, 0.14))
         # Centres no further apart than the narrowest bell is wide, in the plane twice that.
         count = 18 if len(spans) == 1 else 8
         centres = [
@@ -58,7 +58,7 @@ class SoftSpot(Effect):
         return cls(
             (
                 EffectParameter("share", "", "share of the response added", Normal(0.0, 0.2), (0.01,), 0.0),
-                EffectParameter("width", unit, "width of the bell", LogNormal(widths[1], 0.7), widths),
+                EffectParameter("width", unit, "half width at half the height", LogNormal(widths[1], 0.7), widths),
                 TAILS,
                 *centres,
             )

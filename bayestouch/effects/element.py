@@ -148,11 +148,11 @@ class Proximity(Effect):
     def suited(cls, setting: Setting) -> Effect | None:
         if not setting.finger:
             return None
-        widths = (15.0, 30.0, 60.0)
+        widths = (17.5, 35.0, 70.0)
         return cls(
             (
                 EffectParameter("share", "", "size over the peak reading", Normal(0.0, 0.1), (0.001,), 0.0),
-                EffectParameter("width", "degree", "width of the bell", LogNormal(30.0, 0.5), widths),
+                EffectParameter("width", "degree", "half width at half the height", LogNormal(35.0, 0.5), widths),
                 EffectParameter("load_power", "", "power of the load", Uniform(0.0, 1.0), (0.0, 1.0)),
                 TAILS,
             )
