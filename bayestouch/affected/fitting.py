@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
 from bayestouch.affected.model import AffectedModel
@@ -75,11 +74,16 @@ class Fitted:
     @property
     def n_readings(self) -> int:
         """Mean readings that are compared: touches times elements, less what is missing."""
-        return int((self.whitening.root != 0).any(axis=2).sum())
+        return int(self.whitening.present.sum())
 
     def chi_square(self) -> float:
         """Sum of squares of the whitened means' residuals."""
         return float((self.linear.plain**2).sum())
+
+    @property
+    def excess(self) -> float:
+        """Half the sum of squares beyond what noise alone makes."""
+        return 0.5 * (self.chi_square() - self.n_readings)
 
 
 def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
@@ -127,7 +131,7 @@ def functions_of(
     raw = drift_columns(model, vector, drifts)
     if further is not None:
         raw = np.concatenate([raw, further])
-    return Functions.of(raw, WhiteColumns.of(raw, whitening.root))
+    return Functions.of(raw, whitening.columns(raw))
 
 
 def _compared(

@@ -247,14 +247,14 @@ class Scorer:
     def of_columns(self, columns: WhiteColumns) -> Score:
         """Score of white columns that are the same in all samples of a touch."""
         functions = self.fitted.functions
-        own = columns.gram()
-        gram = own
+        gram = columns.gram()
+        raw = np.diag(gram).copy()
         if functions is not None:
             shared = functions.white.transposed(columns.dense())
-            gram = own - shared.T @ cho_solve((functions.root, True), shared)
+            gram -= shared.T @ cho_solve((functions.root, True), shared)
         slope = columns.transposed(self.plain[:, None])[:, 0]
         cross = columns.transposed(self.integrated_jacobian).T
-        return self._score(slope, gram, np.diag(own).copy(), cross)
+        return self._score(slope, gram, raw, cross)
 
     def _score(self, slope: FloatArray, gram: FloatArray, raw: FloatArray, cross: FloatArray) -> Score:
         absorbed = solve_triangular(self.root, cross, lower=True)

@@ -31,9 +31,11 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
         means in units of the noise, to which it does not matter how uncertain the prediction says it is.
     """
     t, m = model.residual.shape
-    design, hessian = _whole(model)
+    design, hessian = model.jacobian, precision_of_all(model)
     d = len(model.pull)
     white = None if model.functions is None else model.functions.white
+    if white is not None:
+        design = np.concatenate([design, white.dense()], axis=1)
     gradient = design.T @ model.residual.ravel()
     gradient[:d] += model.precision * model.pull
     if model.deviation_jacobian is not None:
@@ -67,18 +69,16 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
     return out
 
 
-def _whole(model: Linearised) -> tuple[FloatArray, FloatArray]:
-    """Columns of parameters and weights side by side (t m, d + k), and the precision of both."""
+def precision_of_all(model: Linearised) -> FloatArray:
+    """Precision of parameters and weights of the functions together, (d + k, d + k)."""
     own = np.diag(model.precision)
     if model.deviation_jacobian is not None:
         own = own + model.deviation_jacobian.T @ model.deviation_jacobian
-    if model.functions is None:
-        return model.jacobian, np.asarray(own + _products(model.jacobian, None))
-    white = model.functions.white
+    white = None if model.functions is None else model.functions.white
     total = _products(model.jacobian, white)
     total[: len(own), : len(own)] += own
-    total[len(own) :, len(own) :] += np.eye(white.count)
-    return np.concatenate([model.jacobian, white.dense()], axis=1), total
+    total[len(own) :, len(own) :] += np.eye(len(total) - len(own))
+    return total
 
 
 def _products(jacobian: FloatArray, white: WhiteColumns | None) -> FloatArray:

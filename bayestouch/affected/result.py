@@ -172,7 +172,7 @@ def discrepancy(fitted: Fitted) -> FloatArray:
     scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
     """
     plain = fitted.linear.plain
-    present = (fitted.whitening.root != 0).any(axis=2)
+    present = fitted.whitening.present
     count = np.maximum(present.sum(axis=0), 1)
     freedom = np.maximum(count - 3.0, 1.0)
     square = (plain**2).sum(axis=0) / freedom

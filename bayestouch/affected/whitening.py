@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.observations import Observations
 from bayestouch.effects.effect import Values
 from bayestouch.fit import whiten_rank_one
@@ -73,7 +74,7 @@ class NoiseModel:
 
     def with_(self, **changes: object) -> NoiseModel:
         """The same with other values."""
-        return replace(self, **changes)  # type: ignore[arg-type]
+        return replace(self, **changes)  # type: ignore[arg-type]  # checked when it is made
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +114,15 @@ class Whitening:
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
         shared = noise.common * noise.together / np.sqrt(observed.weight)[:, None]
         return cls(np.asarray(root, dtype=np.float64), row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Mean readings that are there, (t, m)."""
+        return np.asarray((self.root != 0).any(axis=2))
+
+    def columns(self, raw: FloatArray) -> WhiteColumns:
+        """Whitened columns of mean readings (c, t, m)."""
+        return WhiteColumns.of(raw, self.root)
 
     def touches(self, rows: FloatArray) -> FloatArray:
         """Whitened rows (..., t, m)."""

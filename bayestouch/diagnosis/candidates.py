@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.fitting import Fitted, drift_columns
 from bayestouch.affected.linear import Score, Scorer
 from bayestouch.affected.model import Predicted
@@ -136,7 +135,7 @@ def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candi
     best: tuple[float, float, Values, Score, FloatArray] | None = None
     for kind in effect.kinds:
         raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
-        score = scorer.of_columns(WhiteColumns.of(raw, fitted.whitening.root))
+        score = scorer.of_columns(fitted.whitening.columns(raw))
         size, gain = best_size(score)
         if best is None or gain > best[0]:
             best = (gain, size, kind, score, raw)
@@ -175,7 +174,7 @@ def refine_drift(fitted: Fitted, effect: RandomEffect) -> tuple[Values, float]:
     best: tuple[Values, float] = ((), -np.inf)
     for time, *kind in product(*(each.probes for each in effect.parameters[1:])):
         raw = drift_columns(fitted.model, fitted.vector, ((effect, (1.0, time, *kind)),))
-        size, gain = best_size(scorer.of_columns(WhiteColumns.of(raw, fitted.whitening.root)))
+        size, gain = best_size(scorer.of_columns(fitted.whitening.columns(raw)))
         if gain > best[1]:
             best = ((size, time, *kind), gain)
     return best

@@ -90,8 +90,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         Standard errors of what it gains within touches, and gain, from which it shows by itself.
     """
     effect = candidate.effect
-    excess = 0.5 * (fitted.chi_square() - fitted.n_readings)
-    enough = max(SETTLED, ROUGHLY * excess)
+    enough = max(SETTLED, ROUGHLY * fitted.excess)
     if isinstance(effect, RandomEffect):
         values, _ = refine_drift(fitted, effect)
         drifts = (*fitted.drifts, (effect, values))

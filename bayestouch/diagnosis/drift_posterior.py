@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.fitting import Drift, Fitted, drift_columns, fit, functions_of
 from bayestouch.affected.linear import Linearised, Scorer, with_functions
 from bayestouch.effects.effect import Values
@@ -85,7 +84,7 @@ def _at_its_mode(linear: Linearised) -> Linearised:
 def _marginal(fitted: Fitted, scorer: Scorer, drift: Drift, sizes: FloatArray) -> FloatArray:
     """Log marginal likelihood over the model without the drift, for each size."""
     raw = drift_columns(fitted.model, fitted.vector, (drift,))
-    score = scorer.of_columns(WhiteColumns.of(raw, fitted.whitening.root))
+    score = scorer.of_columns(fitted.whitening.columns(raw))
     values, axes = np.linalg.eigh(score.information)
     values, along = np.maximum(values, 0.0), axes.T @ score.slope
     scaled = 1 + sizes[:, None] ** 2 * values

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.fitting import Fitted, drift_columns
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.outliers import from_median, wrong_readings
+from bayestouch.affected.predictive import precision_of_all
 from bayestouch.affected.whitening import Whitening
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.correction import weights_of
@@ -105,7 +106,7 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
     load_sd = np.where(unknown, 0.3 * np.nanmean(model.load), force_sd / np.sqrt(reads))
     whitening = Whitening.of(observed, noise.with_(load_sd=load_sd), predicted, model.by_load(fitted.vector))
     residual = observed.means.readings - predicted
-    present = (whitening.root != 0).any(axis=2)
+    present = whitening.present
     peak = np.abs(model.chain(fitted.vector).response) * model.reference_load
     recording = model.poses(fitted.vector)
     angle, load = recording.place[0], np.where(unknown, np.nan, recording.load)
@@ -146,14 +147,8 @@ def functions_at(
 
 def design_of(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whitening: Whitening) -> FloatArray:
     """Columns of `HeldOut.design`: parameters and weights of the functions together."""
-    linear = fitted.linear.free
     columns = whitening.touches(np.concatenate([slopes, functions]))
-    precision = linear.jacobian.T @ linear.jacobian + np.diag(linear.precision)
-    if linear.deviation_jacobian is not None:
-        precision = precision + linear.deviation_jacobian.T @ linear.deviation_jacobian
-    if linear.functions is not None:
-        cross = linear.functions.white.transposed(linear.jacobian).T
-        precision = np.block([[precision, cross], [cross.T, linear.functions.root @ linear.functions.root.T]])
+    precision = precision_of_all(fitted.linear.free)
     scale = 1 / np.sqrt(np.diag(precision))
     root = np.linalg.cholesky(precision * np.outer(scale, scale) + 1e-10 * np.eye(len(scale)))
     return np.asarray(np.linalg.solve(root, scale[:, None] * columns.reshape(len(columns), -1)).T)

@@ -140,7 +140,7 @@ def held_out_pad(fitted: Fitted, correction: Correction | None, observed: Observ
     noise = fitted.noise.with_(load_sd=load_sd)
     whitening = Whitening.of(observed, noise, predicted, model.by_load(fitted.vector))
     residual = observed.means.readings - predicted
-    present = (whitening.root != 0).any(axis=2)
+    present = whitening.present
     recording = model.poses(fitted.vector)
     reference = {name: axis for name, axis in zip(("x", "y"), recording.place, strict=False)}
     changing = 0.0 if prediction.samples is None else prediction.samples

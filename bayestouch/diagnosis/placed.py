@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from bayestouch.affected.columns import WhiteColumns
 from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
 from bayestouch.affected.pad_model import PadModel
@@ -144,7 +143,7 @@ def correct(fitted: Fitted) -> Correction | None:
     parts = placed.columns(*where)
     raw = np.concatenate(list(parts.values()))
     part = np.repeat(np.arange(len(parts)), [len(each) for each in parts.values()])
-    score = Scorer(fitted.linear).of_columns(WhiteColumns.of(raw, fitted.whitening.root))
+    score = Scorer(fitted.linear).of_columns(fitted.whitening.columns(raw))
     sizes, gain = _best_sizes(score, part, len(parts))
     if gain <= 0 or not sizes.any():
         return None

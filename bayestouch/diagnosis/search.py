@@ -77,7 +77,7 @@ def search(
 def _within_noise(rounds: tuple[Round, ...]) -> bool:
     """Whether the model of the last round leaves nothing that matters."""
     left = rounds[-1].before
-    return left.chi_square() < (1 + MATERIAL) * left.n_readings
+    return left.excess < 0.5 * MATERIAL * left.n_readings
 
 
 def _stood(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: str | None) -> tuple[Round, ...]:
@@ -190,8 +190,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
     if correction is not None:
         after = held_out_density(correction.linear, folds(fitted))
         correction_gain, correction_se = paired(gained(after - before))
-    excess = 0.5 * (fitted.chi_square() - fitted.n_readings)
-    possible = max(correction_gain, excess, least)
+    possible = max(correction_gain, fitted.excess, least)
     tried = []
     for c in scored:
         done = refitted.get(c.effect.name)
@@ -213,7 +212,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         added = replace(added, alike=_alike(added, tried))
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
-        # A fit with drifts holds a gigabyte: only those between which more touches are to decide are looked at again.
+        # Fits are large: those between which more touches are to decide are looked at again, and no others.
         kept = {added.effect.name, *added.alike}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
