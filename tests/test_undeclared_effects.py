@@ -65,14 +65,15 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     """A correction takes a part of an effect on: the calibration holds what is left of it, and corrects after it.
 
     Predictions of the touches by what `infer` reads with are those of the fit, to the precision of the saved table:
-    linear between locations half a degree apart, of functions of 5°.
+    linear between locations half a degree apart, of functions of 5°. What a loose patch does goes with the load, too.
     """
-    wanted = [(EFFECTS["crosstalk: unequal, second neighbours"], 3.0), (EFFECTS["far_lobe: "], 3.0)]
+    keys = ("crosstalk: unequal, second neighbours", "far_lobe: ", "loose_patch: ")
+    wanted = [(EFFECTS[key], 3.0) for key in keys]
     dataset = bayestouch.load_dataset(write(simulate(SMALL, wanted, SEED), tmp_path / "finger"))
     model = StatedModel("finger", "layer", (("crosstalk", {}),), correction=True)
     calibration = calibrate_with_effects(dataset, model, draws=200, seed=0, progress=None)
     affected, rows = AffectedChain.of(calibration), calibration.rows
-    assert affected.placed is not None
+    assert affected.placed is not None and affected.placed.loaded.any()
     touch = composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), rows.load
     t, m = rows.observed.shape
     context = EffectContext(
@@ -87,6 +88,15 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     chain = affected.model.chain(affected.vector)
     read = context.readings(chain.predict(*touch), *touch, np.arange(t))
     assert np.abs(read - rows.predicted).max() < 0.1 * calibration.noise.tactile_sd.min()
+
+
+def test_what_is_not_in_proportion_to_the_load_is_corrected(tmp_path: Path) -> None:
+    """A patch that heavier touches press on: no cause in the catalogue, and more than half of the excess goes."""
+    diagnosis = diagnosed(tmp_path, SMALL, [("loose_patch: ", 2.0)], seed=3)
+    assert diagnosis["verdict"] == "unattributed"
+    assert diagnosis["correction"]["sizes_percent_peak"]["loaded"] > 0
+    before, after = (diagnosis[when]["lack_of_fit"] for when in ("before", "after"))
+    assert after - 1 < 0.5 * (before - 1)
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SoftSpot(Effect):
-    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a `bell`.
+    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a bell.
 
     Bubbles, thickness and cure vary over a mould. The response depends on where the touch is, so that all elements that
     read this touch are raised alike, which no gain can do.

@@ -132,7 +132,7 @@ class Proximity(Effect):
 
     Capacitive, thermal and optical elements do. `share` is its size over the peak reading, `load_power` says how it
     grows with the load, from not at all (0: the probe is there or it is not) to in proportion (1), and `tails` how
-    slowly it falls off (`bell`).
+    slowly it falls off.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
     """
