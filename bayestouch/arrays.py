@@ -23,7 +23,7 @@ MAX_ID = 2**53
 def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tuple[int, ...]) -> FloatArray:
     """Quantiles of draws; between draws as numpy does, or where some are infinite (a flat's r_c), at a draw."""
     method = "linear" if np.isfinite(draws).all() else "inverted_cdf"
-    return np.asarray(np.quantile(draws, probabilities, axis=axis, method=method))  # type: ignore[call-overload]
+    return np.asarray(np.quantile(draws, probabilities, axis=axis, method=method))  # type: ignore[call-overload]  # the stubs want a literal
 
 
 def read_only(array: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -53,7 +53,7 @@ class DrawsOnFile(Mapping[str, FloatArray]):
         KeyError
             There is no such parameter.
         """
-        import h5py  # type: ignore[import-untyped, unused-ignore]
+        import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
         if name not in self.shapes:
             raise KeyError(name)

@@ -68,7 +68,7 @@ class GrowingFile:
     ) -> GrowingFile:
         """Lay out a file for `n_touches`, after the groups of some of them; what has no touch is written."""
         import h5netcdf
-        import h5py  # type: ignore[import-untyped, unused-ignore]
+        import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
         _check_room(path, groups, n_touches)
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)

@@ -16,7 +16,7 @@ import numpy as np
 from bayestouch.errors import InputError, shown
 
 if TYPE_CHECKING:
-    import h5py  # type: ignore[import-untyped, unused-ignore]
+    import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
 #: A file of ours has seven groups of at most some forty arrays, with a few attributes each.
 MOST_GROUPS, MOST_ARRAYS, MOST_AXES, MOST_ATTRIBUTES = 64, 1024, 8, 256

@@ -236,6 +236,12 @@ class Sensor:
             object.__setattr__(self, "force_noise_sd", _positive(self.force_noise_sd, column))
 
     @property
+    def finger(self) -> Finger:
+        """The body, where it is a finger."""
+        assert isinstance(self.body, Finger)
+        return self.body
+
+    @property
     def n_elements(self) -> int:
         """Number of elements."""
         return self.body.n_elements

@@ -92,19 +92,18 @@ def interval(hits: int, n: int) -> str:
 def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
     """What was aimed at: question, hits, of how many, aim."""
     plain, two, outside = (of_kind(records, kind) for kind in ("none", "pair", "unlisted"))
-    large = at_least(records, 1.0)
-    named = [record for record in large if said(record) == record["names"][0]]
+    large, named = at_least(records, 1.0), named_first(records)
 
     def count(question: str, some: list[Record], hit: Callable[[Record], bool], aim: str) -> tuple[str, int, int, str]:
         return question, sum(map(hit, some)), len(some), aim
 
     return [
         count("no effect: `adequate`", plain, lambda r: r["diagnosis"]["verdict"] == "adequate", "95 %"),
-        count("size 1 and above: named first", large, lambda r: said(r) == r["names"][0], "90 %"),
+        count("size 1 and above: named first", large, is_named, "90 %"),
         count(
             "... or declared indistinguishable from what was named",
             large,
-            lambda r: said(r) == r["names"][0] or r["names"][0] in alike(r),
+            is_named_or_alike,
             "",
         ),
         count("pairs, size 1.5 each: both found", two, lambda r: set(r["names"]) <= set(found(r)), "80 %"),
@@ -149,8 +148,7 @@ def readings(records: list[Record]) -> str:
 
     Means over cases and their standard errors, where the true effect was named first and touches were read.
     """
-    right = [record for record in at_least(records, 1.0) if said(record) == record["names"][0]]
-    plain = of_kind(records, "none")
+    right, plain = named_first(records), of_kind(records, "none")
 
     def mean(some: list[Record], when: str, key: str) -> str:
         known = [record["diagnosis"][when][key] for record in some]
@@ -236,6 +234,21 @@ def at_least(records: list[Record], size: float) -> list[Record]:
     return [record for record in of_kind(records, "one") if record["effects"][0][1] >= size]
 
 
+def is_named(record: Record) -> bool:
+    """Whether the effect that is there was named first."""
+    return said(record) == record["names"][0]
+
+
+def is_named_or_alike(record: Record) -> bool:
+    """The same, or declared indistinguishable from what was named."""
+    return is_named(record) or record["names"][0] in alike(record)
+
+
+def named_first(records: list[Record]) -> list[Record]:
+    """Single effects of size 1 and above that were named first."""
+    return list(filter(is_named, at_least(records, 1.0)))
+
+
 def nothing_there(records: list[Record]) -> None:
     """False alarms."""
     plain = of_kind(records, "none")
@@ -256,13 +269,12 @@ def detection(records: list[Record]) -> None:
             here = [r for r in ones if r["effects"][0][1] == size and name in ("all", r["names"][0])]
             counts = (
                 rate(here, lambda r: r["diagnosis"]["verdict"] != "adequate"),
-                rate(here, lambda r: said(r) == r["names"][0]),
-                rate(here, lambda r: said(r) == r["names"][0] or r["names"][0] in alike(r)),
+                rate(here, is_named),
+                rate(here, is_named_or_alike),
             )
             cells.append(" ".join(f"{count:>6s}" for count in counts))
         print(f"{name:26s}" + "".join(f"{cell:>22s}" for cell in cells))
-    large = at_least(records, 1.0)
-    print("size 1 and above, named first:", rate(large, lambda r: said(r) == r["names"][0]), "(aim: 90 %)")
+    print("size 1 and above, named first:", rate(at_least(records, 1.0), is_named), "(aim: 90 %)")
 
 
 def confusion(records: list[Record]) -> None:
@@ -312,8 +324,7 @@ def before_and_after(records: list[Record]) -> None:
     keys = ("lack_of_fit", "R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m", "coverage_90")
     print("held out, before -> after: medians; named first, size 1 and above (R, θ_c, P, coverage: size 2)")
     print(f"{'':26s}" + "".join(f"{key:>20s}" for key in keys))
-    right = [record for record in at_least(records, 1.0) if said(record) == record["names"][0]]
-    plain = of_kind(records, "none")
+    right, plain = named_first(records), of_kind(records, "none")
     for name in [*dict.fromkeys(record["names"][0] for record in right), "all", "none"]:
         here = plain if name == "none" else [record for record in right if name in ("all", record["names"][0])]
         cells = []

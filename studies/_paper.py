@@ -31,7 +31,7 @@ def drawn_modulus(seed: int) -> float:
 
 def paper_design(**changes: object) -> FingerDesign:
     """Sizes and noise as printed, elements as deep as Table 1 fitted them, rubber as Table 3 wants it."""
-    return replace(DESIGN, **{"shear_modulus_MPa": SHEAR_MODULUS, **changes})  # type: ignore[arg-type]
+    return replace(DESIGN, **{"shear_modulus_MPa": SHEAR_MODULUS, **changes})  # type: ignore[arg-type]  # a wrong name fails when it is made
 
 
 def indenter(radius_mm: float) -> str:

@@ -83,9 +83,9 @@ def answer(small: bool) -> Answers:
     maps = {}
     for vary, values in VALUES.items():
         some = values[::4] if small else values
-        maps[vary] = design_maps(design, vary, some)  # type: ignore[arg-type]
+        maps[vary] = design_maps(design, vary, some)  # type: ignore[arg-type]  # a key of the table
         if vary in STRAIN and not small:
-            maps[f"{vary}, same strain noise"] = design_maps(design, vary, some, noise_of="strain")  # type: ignore[arg-type]
+            maps[f"{vary}, same strain noise"] = design_maps(design, vary, some, noise_of="strain")  # type: ignore[arg-type]  # a key of the table
     steps = (18.0, 6.0) if small else (18.0, 12.0, 9.0, 6.0, 4.5, 3.0, 2.0, 1.0)
     calibration = {samples: calibration_effort(paper_design(), steps, samples=samples) for samples in (1, 20)}
     places = places_deg(design, PLACES)
@@ -94,7 +94,7 @@ def answer(small: bool) -> Answers:
         for name, percent in (("noise and calibration", 0.0), (f"and {MISFIT:.2f} % lack of fit", MISFIT))
     }
     pads = {
-        vary: pad_design_maps(PadDesign(), vary, values[::3] if small else values)  # type: ignore[arg-type]
+        vary: pad_design_maps(PadDesign(), vary, values[::3] if small else values)  # type: ignore[arg-type]  # a key of the table
         for vary, values in PAD_VALUES.items()
         if not small or vary == "spacing_mm"
     }

@@ -53,7 +53,7 @@ def one_pad(shared: None, seed: int) -> list[tuple[str, Row]]:
         truth = {name: true[name][np.searchsorted(ids, some)] for name in NAMES}
 
         def read(readings: object, check: bool) -> TouchPosteriors:
-            return bayestouch.infer(readings, calibration, check_sensor=check, draws=256, seed=seed)  # type: ignore[arg-type]
+            return bayestouch.infer(readings, calibration, check_sensor=check, draws=256, seed=seed)  # type: ignore[arg-type]  # tables of two kinds
 
         sound = read(table, True)
         noticed, covered = anything(sound, 0), inside(sound, truth)

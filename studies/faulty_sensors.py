@@ -22,6 +22,7 @@ import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from _page import put_into_page
@@ -163,7 +164,7 @@ def one_finger(shared: None, seed: int) -> list[tuple[str, Row]]:
     calibration = bayestouch.calibrate(simulated.dataset, draws=400, seed=seed)
     rng = np.random.default_rng([seed, 7])
     touches = simulated.dataset.touches
-    outer = simulated.dataset.sensor.body.outer_radius_mm  # type: ignore[union-attr]
+    outer = simulated.dataset.sensor.finger.outer_radius_mm
     ids = np.unique(touches.touch)
     true = {name: np.asarray(values) for name, values in simulated.truth["touches"].items()}
     rows: list[tuple[str, Row]] = []
@@ -184,7 +185,7 @@ def one_finger(shared: None, seed: int) -> list[tuple[str, Row]]:
 
 def main(
     fingers: int = 20, results: Path | None = None, *, processes: int = 1, scheduler: str | None = None
-) -> dict[str, dict[str, object]]:
+) -> dict[str, dict[str, Any]]:
     """Print the table; returns its rows by fault."""
     summary = summarised(tables_of(one_finger, fingers, results, processes, scheduler))
     print(as_markdown(summary))
@@ -210,11 +211,9 @@ def tables_of(
     return done
 
 
-def summarised(
-    done: dict[str, list[tuple[str, Row]]], faults: Sequence[Fault] = FAULTS
-) -> dict[str, dict[str, object]]:
+def summarised(done: dict[str, list[tuple[str, Row]]], faults: Sequence[Fault] = FAULTS) -> dict[str, dict[str, Any]]:
     """By fault: number of tables, shares noticed and rightly named, mean coverage in % before and after."""
-    out: dict[str, dict[str, object]] = {}
+    out: dict[str, dict[str, Any]] = {}
     for name in ("none", *(fault.name for fault in faults)):
         rows = [row for finger in done.values() for fault, row in finger if fault == name]
         if rows:
@@ -229,7 +228,7 @@ def summarised(
     return out
 
 
-def as_markdown(summary: dict[str, dict[str, object]], letters: str = "RθP") -> str:
+def as_markdown(summary: dict[str, dict[str, Any]], letters: str = "RθP") -> str:
     """The table; coverage of quantities of these letters."""
     heads = (
         "fault",
@@ -240,8 +239,8 @@ def as_markdown(summary: dict[str, dict[str, object]], letters: str = "RθP") ->
     )
     lines = ["| " + " | ".join(heads) + " |", "|---|" + "--:|" * (len(heads) - 1)]
     for name, row in summary.items():
-        shares = (f"{100 * row['noticed']:.0f} %", "" if name == "none" else f"{100 * row['named']:.0f} %")  # type: ignore[operator]
-        coverage = [f"{value:.0f}" for key in ("before", "after") for value in row[key]]  # type: ignore[attr-defined]
+        shares = (f"{100 * row['noticed']:.0f} %", "" if name == "none" else f"{100 * row['named']:.0f} %")
+        coverage = [f"{value:.0f}" for key in ("before", "after") for value in row[key]]
         lines.append(f"| {name} | {row['tables']} | {' | '.join((*shares, *coverage))} |")
     return "\n".join(lines) + "\n"
 

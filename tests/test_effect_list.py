@@ -7,6 +7,7 @@ import json
 import pytest
 
 from bayestouch.affected.described import EffectList
+from bayestouch.affected.noise_model import AddedNoise
 from bayestouch.effects import effect_classes
 from bayestouch.effects.listing import FINGER, typical
 from bayestouch.errors import InputError
@@ -14,7 +15,7 @@ from bayestouch.errors import InputError
 
 def listed(*names: str) -> EffectList:
     effects = tuple(typical(effect_classes()[name]) for name in names)
-    return EffectList(FINGER, effects, {"share": 0.0, "common": 0.1})  # type: ignore[arg-type]
+    return EffectList(FINGER, effects, AddedNoise(common=0.1))  # type: ignore[arg-type]
 
 
 def test_text_holds_all() -> None:
@@ -31,7 +32,16 @@ def test_effects_with_other_parameters_are_refused() -> None:
         EffectList.from_text(json.dumps(content))
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"parameters": 3, "noise": {}, "setting": {}}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[]",
+        "{}",
+        '{"parameters": 3, "noise": {}, "setting": {}}',
+        listed("memory").to_text().replace("0.1", '"much"'),
+    ],
+)
 def test_damage_is_told(text: str) -> None:
     with pytest.raises(InputError, match="expected the effects of a chain as JSON"):
         EffectList.from_text(text)

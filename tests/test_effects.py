@@ -16,7 +16,7 @@ from bayestouch.cli import main
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
 from bayestouch.effects.listing import about, listing, typical
-from bayestouch.effects.noise import CommonModeNoise
+from bayestouch.effects.noise import CommonModeNoise, Scatter
 from bayestouch.errors import InputError
 from bayestouch.recording import Recording
 from bayestouch.simulation import FingerDesign, simulate
@@ -98,7 +98,7 @@ def test_null_of_noise_is_normal_noise(name: str) -> None:
     rng = np.random.default_rng(0)
     z, signal = rng.standard_normal((40, 5)), rng.uniform(0, 1, (40, 5))
     null = effect.without(effect.probes[0])
-    density = effect.log_density(z, signal, np.full(5, 0.02), np.ones(5), null)
+    density = effect.log_density(Scatter(z, signal, np.full(5, 0.02), np.ones(5)), null)
     normal = -0.5 * (z**2).sum(axis=1)
     np.testing.assert_allclose(density - density[0], normal - normal[0], atol=1e-6)
 
@@ -153,12 +153,13 @@ def test_own_noise_is_found_under_a_larger_shared_error(shared: float) -> None:
     noise = own_sd * rng.standard_normal((n, 5)) + size * peak ** (1 - shared) * rng.standard_normal((n, 1))
     total = noise.std(axis=0)
     effect = CommonModeNoise()
-    own = effect.own(noise / total, total / peak, peak, (size, shared)) * total**2
+    scatter = Scatter(noise / total, noise, total / peak, peak)
+    own = effect.own(scatter, (size, shared)) * total**2
     # A variance of n readings scatters by sqrt(2/n), 2 %; what the other elements say of the shared part adds a half.
     np.testing.assert_allclose(own / own_sd**2, 1, atol=0.12)
 
     def log_density(kind: float) -> float:
-        return float(effect.log_density(noise / total, noise, total / peak, peak, (size, kind)).sum())
+        return float(effect.log_density(scatter, (size, kind)).sum())
 
     assert log_density(shared) > log_density(1 - shared) + 100
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.finger_model import FingerModel
+from bayestouch.affected.noise_model import AddedNoise
 from bayestouch.affected.observations import PlainRows
 from bayestouch.affected.placed_table import PlacedTable
 from bayestouch.calibration.finger_flat import FlatLayout
@@ -35,13 +36,13 @@ class EffectList:
         How the sensor was touched when the effects were fitted.
     effects : tuple of Effect
         In the order in which they were added.
-    noise : mapping of str to float
-        What effects of the noise add: the terms of `bayestouch.affected.whitening.NoiseModel`.
+    noise : AddedNoise
+        What effects of the noise add.
     """
 
     setting: Setting
     effects: tuple[Effect, ...]
-    noise: Mapping[str, float]
+    noise: AddedNoise
 
     @property
     def plain(self) -> tuple[Effect, ...]:
@@ -63,7 +64,7 @@ class EffectList:
         setting = asdict(self.setting)
         setting["element_place"] = [axis.tolist() for axis in self.setting.element_place]
         parameters = {effect.name: [each.name for each in effect.parameters] for effect in self.effects}
-        return json.dumps({"parameters": parameters, "noise": dict(self.noise), "setting": setting})
+        return json.dumps({"parameters": parameters, "noise": asdict(self.noise), "setting": setting})
 
     @classmethod
     def from_text(cls, text: str) -> EffectList:
@@ -81,7 +82,7 @@ class EffectList:
             raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
             raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
             raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
-            setting, noise = Setting(**raw), dict(content["noise"])
+            setting, noise = Setting(**raw), AddedNoise(**{k: float(v) for k, v in content["noise"].items()})
             parameters = {str(name): list(each) for name, each in content["parameters"].items()}
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
             raise InputError("expected the effects of a chain as JSON", column=KEY) from error

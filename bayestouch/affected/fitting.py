@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
 from bayestouch.affected.model import AffectedModel
+from bayestouch.affected.noise_model import NoiseModel
 from bayestouch.affected.observations import Observations
-from bayestouch.affected.whitening import NoiseModel, Whitening
+from bayestouch.affected.whitening import Whitening
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
 

@@ -109,7 +109,7 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     """Effects of a fit, ready to free readings of them."""
     model, noise = fitted.model, fitted.noise
     assert isinstance(model, PadModel)
-    listed = EffectList(setting, tuple(each.effect for each in added), noise.added_terms())
+    listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
     values = {each.effect.name: each.values for each in added}
     return PadEffects(listed, values, model.peak, model.chain(fitted.vector).offset, model.element_place)
 

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.noise_model import NoiseModel
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.pad_map_basis import MapBasis
 from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.whitening import NoiseModel
 from bayestouch.calibration.pad import choose_model
 from bayestouch.calibration.pad_problem import pad_problem
 from bayestouch.dataset import DataSet

@@ -106,7 +106,7 @@ def calibration_of(
     chain, noise = model.chain(fitted.vector), fitted.noise
     missed = discrepancy(fitted)
     force_sd = force_noise(fitted)
-    listed = EffectList(setting, tuple(each.effect for each in added), noise.added_terms())
+    listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
     predicted = model.predict(fitted.vector).touches + fitted.drifted
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     spread = Noise(noise.sd, missed, 0.0, force_sd)

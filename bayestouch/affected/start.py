@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.noise_model import NoiseModel
 from bayestouch.affected.observations import Observations
-from bayestouch.affected.whitening import NoiseModel
 from bayestouch.calibration.finger import fit_finger
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.errors import InputError

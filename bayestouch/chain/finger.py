@@ -146,7 +146,7 @@ class FingerChain:
 
     def with_(self, **changes: object) -> FingerChain:
         """The same finger with some values changed; keeps the solved contact where it is not concerned."""
-        new = replace(self, **changes)  # type: ignore[arg-type]
+        new = replace(self, **changes)  # type: ignore[arg-type]  # a wrong name fails when it is made
         keep = {"response", "angle", "offset"}
         of_the_body = {"sensing_radius_mm", "aperture_mm", "friction", "finite_strain"}
         if set(changes) <= keep | of_the_body and "spectra" in self.__dict__:

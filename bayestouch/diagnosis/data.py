@@ -278,7 +278,7 @@ def joined(*tables: Touches) -> Touches:
         readings=np.concatenate([table.readings for table in tables]),
         extra={},
         notes=tuple(dict.fromkeys(note for table in tables for note in table.notes)),
-        **{name: numbers(name) for name in (*names, "readings_sd", "reads")},  # type: ignore[arg-type]
+        **{name: numbers(name) for name in (*names, "readings_sd", "reads")},  # type: ignore[arg-type]  # named arrays
     )
 
 

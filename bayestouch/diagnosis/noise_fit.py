@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.noise_model import NoiseModel
 from bayestouch.affected.outliers import from_median, wrong_readings
-from bayestouch.affected.whitening import NoiseModel, Whitening
-from bayestouch.diagnosis.noise_search import NoiseCandidate, Scatter
-from bayestouch.effects.noise import CommonModeNoise
+from bayestouch.affected.whitening import Whitening
+from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 
 FloatArray = NDArray[np.float64]
 
@@ -20,27 +23,31 @@ TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
 def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
     """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
-    name, values = found.effect.name, found.values
-    noise = noise.with_(effects=(*noise.effects, (name, values)))
-    if name == "outliers":
+    effect, values = found.effect, found.values
+    noise = noise.with_(effects=(*noise.effects, (effect.name, values)))
+    if isinstance(effect, Outliers):
         own = np.maximum(noise.sd**2 - values[0] * (values[1] * noise.peak) ** 2, 0.005 * noise.sd**2)
         wrong = wrong_readings(from_median(model.known.table), np.sqrt(own), noise.peak, values)
         cleaned = model.known.without(wrong)
         model = model.observing(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
-    elif isinstance(found.effect, CommonModeNoise):
-        noise = noise.with_(common=values[0], common_shared=values[1])
-        scatter = Scatter.of(fitted)
+    elif isinstance(effect, CommonModeNoise):
+        scatter = TouchScatter.of(fitted)
         assert scatter is not None
-        own = found.effect.own(scatter.z, scatter.sd, scatter.peak, values)
-        noise = noise.with_(sd=noise.sd * np.sqrt(own))
-        noise = noise.with_(common_touch=_touch_size(fitted, noise))
-    elif name == "signal_dependent_noise":
-        noise = noise.with_(share=values[0], power=values[1])
-        added = noise.added(model.predict(vector).touches).mean(axis=0)
-        noise = noise.with_(sd=np.sqrt(np.maximum(noise.sd**2 - added, 0.02 * noise.sd**2)))
+        added = replace(noise.added, common=values[0], common_shared=values[1])
+        noise = noise.with_(added=added, sd=noise.sd * np.sqrt(effect.own(scatter, values)))
+        noise = _with_touch_size(noise, _touch_size(fitted, noise))
+    elif isinstance(effect, SignalDependentNoise):
+        added = replace(noise.added, share=values[0], power=values[1])
+        variance = added.variance(model.predict(vector).touches, noise.peak).mean(axis=0)
+        sd = np.sqrt(np.maximum(noise.sd**2 - variance, 0.02 * noise.sd**2))
+        noise = noise.with_(added=added, sd=sd)
     return fit(model, vector, noise, fitted.drifts)
+
+
+def _with_touch_size(noise: NoiseModel, size: float) -> NoiseModel:
+    return noise.with_(added=replace(noise.added, common_touch=size))
 
 
 def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
@@ -50,7 +57,7 @@ def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
     residual = model.known.means.readings - predicted - fitted.drifted
 
     def log_likelihood(size: float) -> float:
-        root = Whitening.of(model.known, noise.with_(common_touch=size), predicted, by_load).root
+        root = Whitening.of(model.known, _with_touch_size(noise, size), predicted, by_load).root
         z = np.einsum("tij,tj->ti", root, np.nan_to_num(residual))
         volume = np.log(np.maximum(np.einsum("tii->ti", root), 1e-300))
         return float(-0.5 * (z**2).sum() + np.where(np.einsum("tii->ti", root) > 0, volume, 0.0).sum())

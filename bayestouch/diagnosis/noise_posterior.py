@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.affected.fitting import Fitted
-from bayestouch.diagnosis.noise_search import Scatter, maximum
+from bayestouch.diagnosis.noise_search import TouchScatter, maximum
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 
@@ -27,7 +27,7 @@ def jackknife(fitted: Fitted, effect: NoiseEffect) -> Values:
     effect : NoiseEffect
         The effect.
     """
-    scatter = Scatter.of(fitted)
+    scatter = TouchScatter.of(fitted)
     if scatter is None:
         return tuple(float("nan") for _ in effect.parameters)
     found = []
@@ -35,7 +35,7 @@ def jackknife(fitted: Fitted, effect: NoiseEffect) -> Values:
         rows = scatter.touch % GROUPS != group
         part = rescaled(scatter, rows)
 
-        def log_likelihood(values: Values, part: Scatter = part) -> float:
+        def log_likelihood(values: Values, part: TouchScatter = part) -> float:
             return float(part.log_density(effect, values).sum())
 
         found.append(maximum(effect, log_likelihood)[0])
@@ -44,7 +44,7 @@ def jackknife(fitted: Fitted, effect: NoiseEffect) -> Values:
     return tuple(float(each) for each in np.sqrt(squares))
 
 
-def rescaled(scatter: Scatter, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Scatter:
+def rescaled(scatter: TouchScatter, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> TouchScatter:
     """Some of the samples, with the scale of their own noise."""
     z, weight = scatter.z[rows], scatter.weight[rows]
     present = ~np.isnan(z)

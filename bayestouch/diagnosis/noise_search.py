@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.fitting import Fitted
 from bayestouch.diagnosis.significance import normal_score
 from bayestouch.effects.effect import Values
-from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.noise import NoiseEffect, Scatter
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -41,19 +42,11 @@ class NoiseCandidate:
 
 
 @dataclass(frozen=True, eq=False)
-class Scatter:
-    """Samples about the mean of their touch; n samples, m elements.
+class TouchScatter(Scatter):
+    """Samples about the mean of their touch; n samples, m elements. Deviations are freed of the mean's own scatter.
 
     Attributes
     ----------
-    z : (n, m) array
-        Deviation over the sd of one reading, freed of the mean's own scatter; NaN missing.
-    signal : (n, m) array
-        Predicted reading over the peak.
-    sd : (m,) array
-        Sd of one reading over the peak.
-    peak : (m,) array
-        Peak reading of each element, over the mean of them.
     weight : (n,) array
         Information of a sample: k samples hold k - 1 independent deviations.
     touch : (n,) int array
@@ -62,20 +55,16 @@ class Scatter:
         0 or 1: the half of the touches it belongs to.
     """
 
-    z: FloatArray
-    signal: FloatArray
-    sd: FloatArray
-    peak: FloatArray
     weight: FloatArray
     touch: IntArray
     half: IntArray
 
     def log_density(self, effect: NoiseEffect, values: Values) -> FloatArray:
         """Log density of each sample under an effect, weighted, (n,)."""
-        return effect.log_density(self.z, self.signal, self.sd, self.peak, values) * self.weight
+        return effect.log_density(self, values) * self.weight
 
     @classmethod
-    def of(cls, fitted: Fitted) -> Scatter | None:
+    def of(cls, fitted: Fitted) -> TouchScatter | None:
         """Scatter of a fitted model's touches; None without repeats."""
         model = fitted.model
         observed, predicted = model.known, model.predict(fitted.vector)
@@ -108,26 +97,21 @@ class Scatter:
 
 def score_noise(fitted: Fitted, effects: tuple[NoiseEffect, ...]) -> tuple[NoiseCandidate, ...]:
     """Fit every effect of the noise that is not in the model; largest gain first."""
-    scatter = Scatter.of(fitted)
+    scatter = TouchScatter.of(fitted)
     if scatter is None:
         return ()
     out = [_score(scatter, effect, fitted.model.known.n_touches) for effect in effects]
     return tuple(sorted(out, key=lambda each: -float(each.difference.sum())))
 
 
-def _score(scatter: Scatter, effect: NoiseEffect, n_touches: int) -> NoiseCandidate:
-    null = effect.without(effect.probes[0])
-
-    def log_density(values: Values) -> FloatArray:
-        return scatter.log_density(effect, values)
-
-    at_null = log_density(null)
+def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseCandidate:
+    at_null = scatter.log_density(effect, effect.without(effect.probes[0]))
     gain = np.zeros(n_touches)
     for half in (0, 1):
-        fit_to, judge = scatter.half != half, scatter.half == half
-        values, _ = maximum(effect, lambda v, rows=fit_to: float(log_density(v)[rows].sum()))  # type: ignore[misc]
-        np.add.at(gain, scatter.touch[judge], (log_density(values) - at_null)[judge])
-    values, best = maximum(effect, lambda v: float(log_density(v).sum()))
+        judge = scatter.half == half
+        values, _ = maximum(effect, partial(_log_likelihood, scatter, effect, ~judge))
+        np.add.at(gain, scatter.touch[judge], (scatter.log_density(effect, values) - at_null)[judge])
+    values, best = maximum(effect, partial(_log_likelihood, scatter, effect, slice(None)))
     ratio = 2 * (best - float(at_null.sum()))
     return NoiseCandidate(
         effect=effect,
@@ -135,6 +119,13 @@ def _score(scatter: Scatter, effect: NoiseEffect, n_touches: int) -> NoiseCandid
         z=normal_score(max(ratio, 0.0), len(effect.parameters)),
         difference=gain,
     )
+
+
+def _log_likelihood(
+    scatter: TouchScatter, effect: NoiseEffect, rows: slice | NDArray[np.bool_], values: Values
+) -> float:
+    """Of some of the samples, under the whole scatter's scale."""
+    return float(scatter.log_density(effect, values)[rows].sum())
 
 
 def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:

@@ -61,13 +61,13 @@ def search(
     does not lead to a model within the noise, others that are real are tried in its place: one that does lead there,
     with nothing that falls, is taken.
     """
-    rounds = _greedy(fitted, effects, progress, scheduler)
+    rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
     first, found = rounds[0], _stood(rounds, effects, scheduler)
     # In a scan of a pad time is place, and a drift, which would follow all of it, is no other beginning.
     if first.added is not None and not isinstance(fitted.model, PadModel) and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
             begun = replace(first, added=replace(other, alike=_alike(other, first.real)), dropped=())
-            again = _greedy(fitted, effects, None, scheduler, begun)
+            again = _greedy(begun, effects, None, scheduler)
             if _standing(again) == len(again) - 1 and _within_noise(again):
                 found = again
                 break
@@ -90,32 +90,25 @@ def _stood(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: st
     alone = {each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself}
     if not alone:
         return (*rounds[:kept], replace(fallen, added=None, dropped=()))
-    again = _greedy(fallen.before, tuple(each for each in effects if each.name in alone), None, scheduler)
+    left = tuple(each for each in effects if each.name in alone)
+    again = _greedy(one_round(fallen.before, left, _part(None, 0), scheduler), left, None, scheduler)
     others = tuple(each for each in fallen.tried if each.effect.name not in alone)
-    return (*rounds[:kept], replace(again[0], tried=(*again[0].tried, *others)), *again[1:])
+    return (*rounds[:kept], replace(again[0], real=(), tried=(*again[0].tried, *others)), *again[1:])
 
 
 def _greedy(
-    fitted: Fitted,
-    effects: tuple[Effect, ...],
-    progress: Progress | None,
-    scheduler: str | None,
-    begun: Round | None = None,
+    first: Round, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
 ) -> tuple[Round, ...]:
-    """Rounds until one adds nothing; the first may be `begun`, with what it adds chosen."""
-    rounds: list[Round] = []
-    while True:
-        current = begun if begun is not None else one_round(fitted, effects, _part(progress, len(rounds)), scheduler)
-        begun = None
-        if rounds:
-            current = replace(current, real=())
-        if len(rounds) == MOST_EFFECTS and current.added is not None:
-            current = replace(current, added=None)
-        if current.added is None or current.added.fitted is None:
-            return (*rounds, current)
+    """Rounds after the first until one adds nothing."""
+    rounds, current = [], first
+    while current.added is not None and current.added.fitted is not None:
         fitted, dropped = _needed(settled(current.added.fitted), current)
         effects = tuple(each for each in effects if each.name not in dropped)
         rounds.append(replace(current, dropped=dropped))
+        current = replace(one_round(fitted, effects, _part(progress, len(rounds)), scheduler), real=())
+        if len(rounds) == MOST_EFFECTS:
+            current = replace(current, added=None)
+    return (*rounds, current)
 
 
 def _part(progress: Progress | None, done: int) -> Progress:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -14,31 +15,44 @@ from bayestouch.parameters import LogNormal, Normal, Uniform
 FloatArray = NDArray[np.float64]
 
 
+@dataclass(frozen=True, eq=False)
+class Scatter:
+    """Samples about their prediction, as effects of the noise see them; n samples, m elements.
+
+    Attributes
+    ----------
+    z : (n, m) array
+        Reading minus prediction over the sd of one reading; NaN missing.
+    signal : (n, m) array
+        Predicted reading over the peak.
+    sd : (m,) array
+        Sd of one reading over the peak.
+    peak : (m,) array
+        Peak reading of each element, over the mean of them.
+    """
+
+    z: FloatArray
+    signal: FloatArray
+    sd: FloatArray
+    peak: FloatArray
+
+    @cached_property
+    def present(self) -> NDArray[np.bool_]:
+        """Readings that are there, (n, m)."""
+        return ~np.isnan(self.z)
+
+    @cached_property
+    def covariance(self) -> FloatArray:
+        """Of `z`, (m, m)."""
+        clean, count = np.where(self.present, self.z, 0.0), self.present.astype(float)
+        return np.asarray(clean.T @ clean / np.maximum(count.T @ count, 1))
+
+
 class NoiseEffect(Effect):
     """An effect on the distribution of one sample's readings; the prediction stays."""
 
-    def log_density(
-        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
-    ) -> FloatArray:
-        """Log density of each sample under the effect, up to a constant.
-
-        Parameters
-        ----------
-        z : (n, m) array
-            Reading minus prediction over the sd of one reading; NaN missing.
-        signal : (n, m) array
-            Predicted reading over the peak.
-        sd : (m,) array
-            Sd of one reading over the peak.
-        peak : (m,) array
-            Peak reading of each element, over the mean of them.
-        values : tuple of float
-            Parameters of the effect.
-
-        Returns
-        -------
-        (n,) array
-        """
+    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Log density of each sample (n,) under the effect with its parameters, up to a constant."""
         raise NotImplementedError
 
 
@@ -68,31 +82,25 @@ class CommonModeNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def log_density(
-        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
-    ) -> FloatArray:
-        present = ~np.isnan(z)
-        size = values[0] * peak ** -values[1] / sd
-        own = self.own(z, sd, peak, values)
+    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+        present = scatter.present
+        size = values[0] * scatter.peak ** -values[1] / scatter.sd
+        own = self.own(scatter, values)
         u = np.where(present, size / np.sqrt(own), 0.0)
-        w = np.where(present, z, 0.0) / np.sqrt(own)
+        w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
         length2 = (u * u).sum(axis=1)
         squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
         volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
         return np.asarray(-0.5 * (squares + volume))
 
-    def own(self, z: FloatArray, sd: FloatArray, peak: FloatArray, values: Values) -> FloatArray:
-        """Variance of each element's own noise over that of all its noise, (m,); arguments as in `log_density`.
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance of each element's own noise over that of all its noise, (m,).
 
         The sd that `z` was scaled with holds the shared part too. What is left of the variance is the element's own,
         but not less than what scatters about the shared error as all elements together show it: where the shared
         part is most of the noise, the difference of two large numbers would not do.
         """
-        direction = peak ** -values[1] / sd
-        present = ~np.isnan(z)
-        clean = np.where(present, z, 0.0)
-        count = present.astype(float)
-        covariance = clean.T @ clean / np.maximum(count.T @ count, 1)
+        direction, covariance = scatter.peak ** -values[1] / scatter.sd, scatter.covariance
         share = direction / (direction**2).sum()
         # With f the mean of the elements weighted by `share`, the variances of z - direction f are linear in the
         # own ones.
@@ -128,12 +136,10 @@ class SignalDependentNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(
-        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
-    ) -> FloatArray:
+    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         share, power = values
-        present = ~np.isnan(z)
-        squares = (share * np.abs(signal) ** power / sd) ** 2
+        present, z = scatter.present, scatter.z
+        squares = (share * np.abs(scatter.signal) ** power / scatter.sd) ** 2
         # The pooled variance that `z` was scaled with holds the mean of the added part too.
         with np.errstate(invalid="ignore"):
             mean = np.where(present, squares, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
@@ -165,14 +171,12 @@ class Outliers(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(
-        self, z: FloatArray, signal: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
-    ) -> FloatArray:
+    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         probability, size = values
-        present = ~np.isnan(z)
-        z = np.where(present, z, 0.0)
-        own = np.maximum(1 - probability * (size / sd) ** 2, 0.005)
-        wide = own + (size / sd) ** 2
+        present = scatter.present
+        z = np.where(present, scatter.z, 0.0)
+        own = np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+        wide = own + (size / scatter.sd) ** 2
         usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
         wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
         return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))

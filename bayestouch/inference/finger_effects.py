@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from bayestouch.affected.described import AffectedChain
 from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.observations import Observations, PlainRows
-from bayestouch.affected.whitening import moved_together
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.recording import Recording
 
@@ -115,10 +114,10 @@ class EffectContext:
         """What effects of the noise add."""
         noise, peak = self.affected.listed.noise, self.affected.model.peak
         m = signal.shape[1]
-        common = noise["common"] ** 2 / self.reads + noise["common_touch"] ** 2
-        own = (noise["share"] * peak * np.abs(signal / peak) ** noise["power"]) ** 2 / self.reads[:, None]
-        together = moved_together(peak, noise["common_shared"])
-        return np.asarray(common[:, None, None] * np.outer(together, together) + own[:, :, None] * np.eye(m))
+        together = noise.together(peak)
+        own = noise.variance(signal, peak) / self.reads[:, None]
+        common = noise.shared_variance(self.reads)[:, None, None] * np.outer(together, together)
+        return np.asarray(common + own[:, :, None] * np.eye(m))
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

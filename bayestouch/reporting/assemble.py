@@ -70,7 +70,6 @@ def all_numbers(evidence: Evidence) -> dict[str, Any]:
 
 def _finger_estimates(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
     posteriors = evidence.posteriors
-    body = evidence.sensor.body
     rows = by_indenter(evidence)
     out: dict[str, Any] = {
         "overall": {
@@ -84,7 +83,7 @@ def _finger_estimates(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
         "contact_models": [],
         "same_finger_as_paper": same_finger_as_paper(evidence),
         "error_split": error_split(evidence, paper),
-        "outer_radius_mm": body.outer_radius_mm,  # type: ignore[union-attr]
+        "outer_radius_mm": evidence.sensor.finger.outer_radius_mm,
     }
     if rows:
         out["contact_models"] = contact_models(evidence, fits_by_contact_model(evidence, paper))
@@ -93,7 +92,7 @@ def _finger_estimates(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
 
 def _location(evidence: Evidence) -> dict[str, Any]:
     summary = error_summary(estimate_errors(evidence.posteriors, "theta_c"))
-    outer = evidence.sensor.body.outer_radius_mm  # type: ignore[union-attr]
+    outer = evidence.sensor.finger.outer_radius_mm
     spacing = element_spacing(evidence)
     return {
         **summary,

@@ -73,7 +73,7 @@ def _rows(
     *,
     use_load: bool,
 ) -> list[dict[str, Any]]:
-    outer = float(evidence.sensor.body.outer_radius_mm)  # type: ignore[union-attr]
+    outer = float(evidence.sensor.finger.outer_radius_mm)
     unknown = np.full(means.n_touches, np.nan)
     angle = unknown if means.angle_deg is None else means.angle_deg
     radius = reference_composite_radius(means.indenter_radius_mm, outer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,16 @@ from bayestouch.reporting.pictures import (
 from bayestouch.reporting.point_fits import fit_points, model_finger
 from bayestouch.reporting.text import number
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 FloatArray = NDArray[np.float64]
 
 #: The paper's Figure 12 is for this tip, mm.
 FIGURE_12_TIP = 12.3
 
 
-def finger_pictures(evidence: Evidence, numbers: dict[str, object]) -> Iterator[Picture]:
+def finger_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
     """Figures of estimates; none where the touches have no reference."""
     rows = evidence.posteriors.rows
     if np.isfinite(rows.location["theta_c"]).any():
@@ -42,7 +46,7 @@ def finger_pictures(evidence: Evidence, numbers: dict[str, object]) -> Iterator[
             yield _by_location(evidence, min(round_tips, key=lambda r: abs(r - FIGURE_12_TIP)))
         if len(known_indenters(located)):
             yield _all_tips(evidence)
-    table = numbers["estimates"]["contact_models"]  # type: ignore[index]
+    table = numbers["estimates"]["contact_models"]
     if len(table) > 1:
         yield _radius_by_contact(evidence, table)
 
@@ -50,7 +54,7 @@ def finger_pictures(evidence: Evidence, numbers: dict[str, object]) -> Iterator[
 def _by_location(evidence: Evidence, tip: float) -> Picture:
     """Figure 12's form: r_c of one tip against location."""
     posteriors = evidence.posteriors
-    outer = float(evidence.sensor.body.outer_radius_mm)  # type: ignore[union-attr]
+    outer = float(evidence.sensor.finger.outer_radius_mm)
     known = np.isfinite(posteriors.rows.location["theta_c"])
     these = np.flatnonzero((posteriors.rows.radius_mm == tip) & known)
     angle = posteriors.rows.location["theta_c"][these]
@@ -120,7 +124,7 @@ def _contact(evidence: Evidence) -> str:
 def _all_tips(evidence: Evidence) -> Picture:
     """Figure 13's form, in R: every tip against location."""
     posteriors = evidence.posteriors
-    outer = float(evidence.sensor.body.outer_radius_mm)  # type: ignore[union-attr]
+    outer = float(evidence.sensor.finger.outer_radius_mm)
     radius, angle = posteriors.rows.radius_mm, posteriors.rows.location["theta_c"]
     mean = posteriors.mean("R")
     tips = known_indenters(radius)
@@ -157,7 +161,7 @@ def _all_tips(evidence: Evidence) -> Picture:
     )
 
 
-def _direct_labels(ax: object, places: list[float], tips: FloatArray, outer: float) -> None:
+def _direct_labels(ax: Axes, places: list[float], tips: FloatArray, outer: float) -> None:
     """Names of the tips beside the right axis, moved apart where they would overlap."""
     gap = 0.055 * outer
     at = np.array(places)
@@ -169,7 +173,7 @@ def _direct_labels(ax: object, places: list[float], tips: FloatArray, outer: flo
         at[:-1] -= push
         at[1:] += push
     for tip, place, colour in zip(tips, at, ordered_colours(len(tips)), strict=True):
-        ax.annotate(  # type: ignore[attr-defined]
+        ax.annotate(
             indenter_name(float(tip)),
             (1.01, place),
             xycoords=("axes fraction", "data"),
@@ -180,16 +184,16 @@ def _direct_labels(ax: object, places: list[float], tips: FloatArray, outer: flo
         )
 
 
-def _radius_by_contact(evidence: Evidence, table: list[dict[str, object]]) -> Picture:
+def _radius_by_contact(evidence: Evidence, table: list[dict[str, Any]]) -> Picture:
     """Table 3 as a figure: R by contact model over actual R."""
     actual = np.array([row["R_mm"] for row in table], dtype=float)
     with drawing():
         figure, axes = canvas(4.6)
         ax = axes[0, 0]
-        end = float(evidence.sensor.body.outer_radius_mm)  # type: ignore[union-attr]
+        end = float(evidence.sensor.finger.outer_radius_mm)
         ax.plot([0, end], [0, end], ":", color=RED, lw=1.8, label="actual")
         for contact, colour, marker in zip(CONTACT_MODELS, PALETTE[2:], "sD^", strict=False):
-            estimate = [row["fits"][contact]["model"]["R_mm"] for row in table]  # type: ignore[index]
+            estimate = [row["fits"][contact]["model"]["R_mm"] for row in table]
             ax.plot(
                 actual,
                 estimate,
@@ -199,7 +203,7 @@ def _radius_by_contact(evidence: Evidence, table: list[dict[str, object]]) -> Pi
                 color=colour,
                 label=f"fits, {contact.replace('hertz', 'Hertz')} contact",
             )
-        posterior = [row["posterior"]["R_mm"] for row in table]  # type: ignore[index]
+        posterior = [row["posterior"]["R_mm"] for row in table]
         ax.plot(actual, posterior, "o-", ms=5, lw=1, color=BLUE, label=f"posterior, {_contact(evidence)} contact")
         ax.set(
             xlabel="actual composite radius R (mm)", ylabel="mean estimate of R (mm)", xlim=(-0.03 * end, 1.03 * end)
@@ -212,7 +216,7 @@ def _radius_by_contact(evidence: Evidence, table: list[dict[str, object]]) -> Pi
         above.set_xlabel("tip radius r_c (mm)")
         ax.legend(loc="upper left")
         content = rendered(figure)
-    hertz = [row["fits"]["hertz"]["model"]["R_mm"] for row in table]  # type: ignore[index]
+    hertz = [row["fits"]["hertz"]["model"]["R_mm"] for row in table]
     return Picture(
         "radius_by_contact_model",
         "estimates",

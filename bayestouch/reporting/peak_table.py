@@ -70,7 +70,7 @@ def _row(
 def finger_peaks(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
     """The paper's Tables 1 and 2: this calibration, the paper's method on these data, and the paper's print."""
     calibration = evidence.calibration
-    design = np.asarray(calibration.sensor.body.element_angles_deg)  # type: ignore[union-attr]
+    design = np.asarray(calibration.sensor.finger.element_angles_deg)
     off = (calibration.rows.location["theta_c"][:, None] - design + 180) % 360 - 180
     error_near, noise = error_and_noise(calibration, np.abs(off) <= WINDOW_DEG / 2)
     error_all, _ = error_and_noise(calibration)

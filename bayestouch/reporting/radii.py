@@ -155,4 +155,4 @@ def _r_c(composite_mm: float, outer_mm: float) -> float | None:
 
 
 def _outer_radius(evidence: Evidence) -> float:
-    return float(evidence.sensor.body.outer_radius_mm)  # type: ignore[union-attr]
+    return float(evidence.sensor.finger.outer_radius_mm)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 
-class BlockBackend(Backend):  # type: ignore[misc]
+class BlockBackend(Backend):  # type: ignore[misc]  # emcee has no types
     """Store emcee's steps straight into the arrays of the result, of which they may be a part.
 
     Walker ``w B + b`` is the w-th of block b.

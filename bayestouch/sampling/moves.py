@@ -23,7 +23,7 @@ BoolArray = NDArray[np.bool_]
 IntArray = NDArray[np.intp]
 
 
-class IndependenceMove(Move):  # type: ignore[misc]
+class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
     """Propose every walker from its block's proposal, whatever its state, and accept or reject it by itself.
 
     As nothing of a proposal depends on the state, those of all steps are drawn and evaluated at the first step.
@@ -105,7 +105,7 @@ class IndependenceMove(Move):  # type: ignore[misc]
         self._accepted = np.zeros(n_walkers)
 
 
-class _GroupMove(Move):  # type: ignore[misc]
+class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
     """Move the walkers of each ensemble by the positions of its others: even ones by odd ones, then the reverse.
 
     Parameters

@@ -12,6 +12,7 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import timeit
+from collections.abc import Callable
 
 import numpy as np
 
@@ -61,9 +62,9 @@ def series(finger: FingerChain, radius: np.ndarray, angle: np.ndarray, load: flo
     return np.einsum("nek,ek,nk->ne", np.cos(turn[..., None] * modes), strain * weights, spectrum, optimize=True)
 
 
-def best(call: object, number: int, repeat: int = 7) -> float:
+def best(call: Callable[[], object], number: int, repeat: int = 7) -> float:
     """Shortest time of one call, seconds."""
-    return min(timeit.repeat(call, number=number, repeat=repeat)) / number  # type: ignore[arg-type]
+    return min(timeit.repeat(call, number=number, repeat=repeat)) / number
 
 
 def main() -> dict[str, float]:

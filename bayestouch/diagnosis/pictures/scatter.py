@@ -101,7 +101,7 @@ def _against_signal(axes: Axes, before: _Samples, after: _Samples) -> str:
     count = np.bincount(place, minlength=len(ends) - 1)
     rms = np.sqrt(np.bincount(place, weights=before.share[some] ** 2, minlength=len(count)) / np.maximum(count, 1))
     middle = np.bincount(place, weights=size[some], minlength=len(count)) / np.maximum(count, 1)
-    fitted = np.sqrt(np.mean(after.sd**2) + (after.noise.share * middle**after.noise.power) ** 2)
+    fitted = np.sqrt(np.mean(after.sd**2) + after.noise.added.variance(middle, np.ones(1)))
     axes.errorbar(100 * middle, 100 * rms, 100 * rms / np.sqrt(2 * count), fmt="o", color=RED, label="samples")
     axes.axhline(
         100 * float(np.sqrt(np.mean(before.sd**2))), color=GREY, ls=":", label="noise that is the same everywhere"
