@@ -56,16 +56,14 @@ def gear(r: Recording, value: float, rng: np.random.Generator) -> Recording:
     return replace(r, press=replace(r.press, angle=r.press.angle + error))
 
 
-#: Fixed functions of element and relative location, which a correction by these can take away ...
+#: Fixed functions of element, relative location and load, which a correction by these can take away ...
 PLACED = (
     Effect("far_lobe", "", "after", 0.02, 0.9, far_lobe, listed=False),
     Effect("ripple", "", "after", 0.05, 0.9, ripple, listed=False),
     Effect("distant_pair", "", "after", 0.1, 0.9, distant_pair, listed=False),
     Effect("gear", "", "before", 0.3, 3.0, gear, listed=False),
-)
-#: ... and those which it cannot.
-ELSEWHERE = (
-    Effect("load_history", "", "after", 0.05, 0.9, load_history, listed=False),
     Effect("loose_patch", "", "after", 0.1, 0.9, loose_patch, listed=False),
 )
+#: ... and what it cannot but by chance.
+ELSEWHERE = (Effect("load_history", "", "after", 0.05, 0.9, load_history, listed=False),)
 EFFECTS = PLACED + ELSEWHERE
