@@ -49,6 +49,16 @@ def test_mean_square_about_the_bound(beyond: float) -> None:
     np.testing.assert_allclose(held.covariance(), expected, rtol=1e-6, atol=1e-8)
 
 
+def test_far_beyond_the_bound_the_covariance_is_still_one() -> None:
+    hessian = linear(np.zeros(2)).hessian()
+    covariance = np.linalg.inv(hessian)
+    step = -1e7 * covariance[:, 0] / np.sqrt(covariance[0, 0])
+    held = linear(hessian @ step).holding(np.array([True, False])).covariance()
+    np.linalg.cholesky(held)
+    # What is left of the other one is what it has where the first is known.
+    assert held[1, 1] == pytest.approx(1 / hessian[1, 1], rel=1e-6)
+
+
 def test_nothing_is_held_in_what_is_free() -> None:
     model = linear(np.zeros(2))
     held = model.holding(np.array([True, False]))

@@ -14,12 +14,16 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_solve, solve_triangular
-from scipy.stats import norm
+from scipy.special import erfcx
 
 from bayestouch.affected.columns import WhiteColumns
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+
+# Share of a variance below which rounding would make the covariance of what is held indefinite; and how many standard
+# deviations beyond a bound the next order, 5/x² of the first, is below rounding in the difference of large numbers.
+SURE, FAR = 1e-8, 1e3
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,9 +177,8 @@ class Linearised:
         for i in np.flatnonzero(self.held):
             along, variance = total[:, i] / total[i, i], total[i, i]
             beyond = abs(float(step[i])) / np.sqrt(variance)
-            left = max(1 - beyond * float(np.exp(norm.logpdf(beyond) - norm.logsf(beyond))) + beyond**2, 0.0)
             step = step - along * step[i]
-            total = total - (1 - left) * variance * np.outer(along, along)
+            total = total - (1 - beyond_bound(beyond)) * variance * np.outer(along, along)
         return total
 
     def weights(self) -> FloatArray:
@@ -259,6 +262,14 @@ class Scorer:
     def _score(self, slope: FloatArray, gram: FloatArray, raw: FloatArray, cross: FloatArray) -> Score:
         absorbed = solve_triangular(self.root, cross, lower=True)
         return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
+
+
+def beyond_bound(beyond: float) -> float:
+    """Mean square about a bound, over the variance, of a normal density cut off there, `beyond` sd from its mode."""
+    if beyond > FAR:
+        return max(2 / beyond**2, SURE)
+    hazard = float(np.sqrt(2 / np.pi) / erfcx(beyond / np.sqrt(2)))
+    return 1 - beyond * hazard + beyond**2
 
 
 def conditioned(matrix: FloatArray) -> FloatArray:
