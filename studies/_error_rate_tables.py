@@ -27,8 +27,9 @@ the noise of an averaged touch: the lack of fit is about 1 + size².
 
 This page is written by `studies/error_rates.py` from its results and holds {n} diagnoses of two kinds of fingers. Small
 ones have 8 elements, 175 touches that are fitted and 52 that are held out; whole ones are as the practice fingers, with
-16 elements, 468 touches that are fitted and 225 that are held out. Ten small fingers take an hour on two cores, ten
-whole ones some hours. Cases of a finger are run in random order, so that a part of a run is a smaller study:
+16 elements, 468 touches that are fitted and 225 that are held out. Ten small fingers take 40 minutes on two
+cores, ten whole ones two to three hours. Cases of a finger are run in random order, so that a part of a run is a
+smaller study:
 
     python studies/error_rates.py -o FOLDER --small --light
     python studies/error_rates.py -o FOLDER --light --minutes 60 --docs docs/error_rates.md
