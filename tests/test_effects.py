@@ -164,6 +164,18 @@ def test_own_noise_is_found_under_a_larger_shared_error(shared: float) -> None:
     assert log_density(shared) > log_density(1 - shared) + 100
 
 
+def test_no_fit_takes_a_contact_beyond_its_table() -> None:
+    """Nowhere between the bounds, at any Poisson's ratio: a step of a fit may try any corner."""
+    found = suited("crosstalk")
+    assert found is not None
+    model, vector = found[0].model, found[0].vector.copy()  # type: ignore[attr-defined]
+    _, _, low, high = model.prior()
+    vector[model.layout.log_mu] = low[model.layout.log_mu]
+    for sigma in np.linspace(low[model.layout.sigma], high[model.layout.sigma], 5):
+        vector[model.layout.sigma] = sigma
+        assert np.isfinite(model.predict(vector).touches).all()
+
+
 def test_no_fit_takes_an_element_to_the_very_surface() -> None:
     """There a table has as many waves as fill the memory; the prior's own bound is a thousandth of the rubber."""
     found = suited("crosstalk")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from bayestouch.calibration.finger_flat import FlatLayout, FlatPrior
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
+from bayestouch.contact.layer import LayerContact
 from bayestouch.effects.effect import Effect
 from bayestouch.recording import Recording
 from bayestouch.sensor import Finger
@@ -25,6 +26,8 @@ FloatArray = NDArray[np.float64]
 SIGNAL_STEP = 1e-4
 # How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
 NEAREST = 0.05
+# How near to the end of the table of contacts, which is further the higher Poisson's ratio is.
+SHORT_OF_THE_END = 0.95
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -75,8 +78,9 @@ class FingerModel(AffectedModel):
         mean, spread = self.flat_prior.mean[base], self.flat_prior.spread[base]
         low, high = (ends[base].copy() for ends in self.flat_prior.bounds)
         # Softer rubber, on which a flat would take a quarter of the circumference, has no linear contact.
-        softest = np.log(self.largest_load / 1000 / (10 * self.finger.outer_radius_mm))
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest)
+        radii = (self.finger.core_radius_mm, self.finger.outer_radius_mm)
+        softest = self.largest_load / 1000 * radii[1] / _widest_kappa(radii, float(low[self.layout.sigma]))
+        low[self.layout.log_mu] = max(low[self.layout.log_mu], np.log(softest))
         # Under the very surface an element sees waves without end, and its table grows with them: gigabytes at the
         # prior's bound, where a step of a fit may try anything.
         depth, outer = self.layout.depth, self.finger.outer_radius_mm
@@ -232,6 +236,14 @@ class FingerModel(AffectedModel):
         new = replace(self, pose=np.stack([radius_mm, angle, load]))
         new._last.update(self._last)
         return new
+
+
+@lru_cache(maxsize=8)
+def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
+    """κ (mm²) of the widest contact that a fit may try, on a body of this Poisson's ratio or any higher."""
+    return SHORT_OF_THE_END * float(
+        min(LayerContact.for_body(*radii_mm, poisson_ratio).kappas[-1], 10 * radii_mm[1] ** 2)
+    )
 
 
 def _changes_finger(effect: Effect) -> bool:
