@@ -132,7 +132,7 @@ def run(shared: tuple[bool, float], case: Case) -> dict[str, Any] | None:
             sample = not light or all(size == READ_SIZE for _, size in case.effects)
             diagnosis = bayestouch.diagnose(dataset, sample=sample, seed=0)
         except Exception as error:  # a study of thousands of runs counts failures, it does not stop at one
-            return {**record, "error": f"{type(error).__name__}: {error}"}
+            return {**record, "error": f"{type(error).__name__}: {error}".replace(f"{folder}/", "")}
         record |= {"seconds": time.perf_counter() - start, "cpu_seconds": time.process_time() - cpu}
     record["truth"] = {key: simulated.truth[key] for key in ("effects", "sizes", "size")}
     return record | {"diagnosis": diagnosis.to_dict()}
