@@ -8,7 +8,6 @@ from typing import Any
 
 import click
 
-from bayestouch import __version__
 from bayestouch.commands.calibrate import calibrate
 from bayestouch.commands.check import check
 from bayestouch.commands.diagnose import diagnose
@@ -19,6 +18,7 @@ from bayestouch.commands.output import Interrupted
 from bayestouch.commands.report import report
 from bayestouch.commands.simulate import simulate
 from bayestouch.errors import InputError
+from bayestouch.version import __version__
 
 STOPPED = 130  # what a shell gives for a command that Ctrl-C ended
 

@@ -62,7 +62,7 @@ class Scene:
         data = DiagnosisData.of(simulate(design, seed=1).dataset)
         observed = data.observations(data.training | data.held_out)
         fitted = base_fit(observed, data.dataset.sensor, contact)
-        model, recording = fitted.finger, fitted.model.poses(fitted.vector)
+        model, recording = fitted.model, fitted.model.poses(fitted.vector)
         signal = model.predict(fitted.vector).touches / model.peak
         quantities = of_finger(
             observed,

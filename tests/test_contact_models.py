@@ -57,30 +57,3 @@ def test_approximate_frictionless(layer):
     of_hertz = np.abs(hertz.spectrum(kappa, MODES) - exact).max(axis=1)
     np.testing.assert_allclose(error, [2.8e-4, 2.6e-3, 2.2e-2], rtol=0.05)
     np.testing.assert_allclose(of_hertz, [0.0207, 0.0736, 0.247], rtol=0.05)
-
-
-@pytest.mark.parametrize("core", [9.4, 11.43, 6.0])
-@pytest.mark.parametrize("highest", [30, 80, 150, 300])
-def test_tabulated_error(core, highest):
-    """Interpolation error of the default table: 1e-5 in every q_k, over the whole range of κ."""
-    layer = LayerContact.for_body(core, 12.7, 0.46)
-    modes = np.arange(highest + 1)
-    kappa = np.concatenate([[0.0], np.geomspace(1e-6, layer.kappas[-1], 1000)])
-    kappa[-1] = layer.kappas[-1]
-    table = layer.tabulated(modes)
-    error = np.abs(table.spectrum(kappa) - layer.spectrum(kappa, modes))
-    assert error.max() < 1e-5
-    np.testing.assert_array_equal(table.spectrum(0.0), 1)
-
-
-def test_tabulated_is_a_model_for_its_modes(layer):
-    table = layer.tabulated(MODES)
-    assert table.name == "layer"
-    np.testing.assert_array_equal(table.half_width(KAPPA), layer.half_width(KAPPA))
-    assert table.spectrum(KAPPA, MODES).shape == (120, 151)
-    with pytest.raises(InputError):
-        table.spectrum(KAPPA, np.arange(10))
-    with pytest.raises(InputError):
-        table.spectrum(layer.kappas[-1] * 1.01)
-    with pytest.raises(InputError):
-        layer.tabulated([])

@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from bayestouch.affected.described import EffectList
+from bayestouch.affected.effect_list import EffectList
 from bayestouch.affected.noise_model import AddedNoise
 from bayestouch.effects import effect_classes
 from bayestouch.effects.listing import FINGER, typical

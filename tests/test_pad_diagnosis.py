@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.affected.described import EffectList
+from bayestouch.affected.effect_list import EffectList
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.affected.pad_model import PadModel

@@ -248,3 +248,9 @@ def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
 
 def _changes_finger(effect: Effect) -> bool:
     return type(effect).finger is not Effect.finger
+
+
+def finger_model(model: AffectedModel) -> FingerModel:
+    """The same model, which must be that of a finger."""
+    assert isinstance(model, FingerModel)
+    return model

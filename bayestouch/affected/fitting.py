@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.linear import Functions, Linearised
 from bayestouch.affected.model import AffectedModel
 from bayestouch.affected.noise_model import NoiseModel
@@ -52,12 +51,6 @@ class Fitted:
     noise: NoiseModel
     whitening: Whitening
     linear: Linearised
-
-    @property
-    def finger(self) -> FingerModel:
-        """The model, where it is that of a finger."""
-        assert isinstance(self.model, FingerModel)
-        return self.model
 
     @property
     def names(self) -> tuple[str, ...]:

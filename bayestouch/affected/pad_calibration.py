@@ -11,11 +11,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.described import KEY, EffectList
+from bayestouch.affected.added import AddedEffect
+from bayestouch.affected.effect_list import KEY, EffectList
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.result import AddedEffect
 from bayestouch.affected.timing import Timing
 from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.calibration.pad_readings import choose_samples

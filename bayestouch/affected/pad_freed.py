@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.described import KEY, PEAK, EffectList
+from bayestouch.affected.effect_list import KEY, PEAK, EffectList
 from bayestouch.affected.observations import history_of
 from bayestouch.affected.timing import Timing
 from bayestouch.effects import Effect, Values

@@ -3,63 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
-from bayestouch.affected.described import KEY, PEAK, EffectList
+from bayestouch.affected.added import AddedEffect
+from bayestouch.affected.effect_list import KEY, PEAK, EffectList
+from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted
+from bayestouch.affected.left_over import discrepancy, force_noise
 from bayestouch.calibration.finger_posterior import layout, peak_strain
 from bayestouch.calibration.finger_priors import FingerPriors
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, Values
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting
 from bayestouch.noise import Noise
 from bayestouch.results import Calibration, TouchRows
 from bayestouch.sensor import Sensor
+from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
 
 CHAINS = 4
-
-
-@dataclass(frozen=True, eq=False)
-class AddedEffect:
-    """An effect with its posterior.
-
-    Attributes
-    ----------
-    effect : Effect
-        The effect.
-    values, sd : tuple of float
-        Most probable values, and standard deviations; NaN where a value is held.
-    """
-
-    effect: Effect
-    values: Values
-    sd: Values
-
-
-def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
-    """Effects of a fit: those of the chain, the drifts, those of the noise (effect, values, sd)."""
-    model, covariance = fitted.model, fitted.linear.covariance()
-    out, place = [], model.n_base
-    for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
-        rows = np.arange(place, place + len(values))
-        spread = np.sqrt(np.diag(covariance)[rows])
-        # The sd of a logarithm is a share of the value.
-        sd = [s * v if p.logarithmic else s for s, v, p in zip(spread, values, effect.parameters, strict=True)]
-        out.append(AddedEffect(effect, values, tuple(map(float, sd))))
-        place += len(values)
-    for drift, values in fitted.drifts:
-        out.append(AddedEffect(drift, values, tuple(float("nan") for _ in values)))
-    return out + [AddedEffect(*each) for each in noise_effects]
-
-
-def moved_to(fitted: Fitted, added: Sequence[AddedEffect]) -> tuple[AddedEffect, ...]:
-    """The same effects with the values that another fit gives those of the chain: a correction takes part of them."""
-    found = {each.effect.name: each for each in added_effects(fitted, ()) if each.effect in fitted.model.effects}
-    return tuple(found.get(each.effect.name, each) for each in added)
 
 
 def calibration_of(
@@ -95,7 +58,8 @@ def calibration_of(
     extra : mapping of arrays, optional
         Further arrays: a correction.
     """
-    model, means = fitted.finger, fitted.finger.known.means
+    model = finger_model(fitted.model)
+    means = model.known.means
     m, at = model.n_elements, model.layout
     covariance = fitted.linear.covariance()
     rng = np.random.default_rng([seed, 2])
@@ -142,7 +106,7 @@ def calibration_of(
             "contact": model.contact,
             "e_map": "model",
             "seed": float(seed),
-            "version": bayestouch.__version__,
+            "version": __version__,
             "largest_load": chain.largest_load,
             "typical_load": model.reference_load,
             "sampler": "normal approximation",
@@ -165,44 +129,8 @@ def calibration_of(
     )
 
 
-def discrepancy(fitted: Fitted) -> FloatArray:
-    """What the model still misses of each element's mean readings, (m,), in the unit of the readings.
-
-    The mean square of an element's whitened residuals is drawn towards that of all elements by as much as its own
-    scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
-    """
-    plain = fitted.linear.plain
-    present = fitted.whitening.present
-    count = np.maximum(present.sum(axis=0), 1)
-    freedom = np.maximum(count - 3.0, 1.0)
-    square = (plain**2).sum(axis=0) / freedom
-    alive = present.any(axis=0)
-    if not alive.any():
-        return np.zeros(len(square))
-    whole = float((square * count)[alive].sum() / count[alive].sum())
-    scatter = 2 / freedom
-    between = max(float(np.var(square[alive]) - scatter[alive].mean()), 0.0)
-    shrunk = (square * between + whole * scatter) / (between + scatter)
-    error = np.sqrt(2 / freedom[alive].sum())
-    excess = np.maximum(shrunk - 1, 0.0) if whole > 1 + 2 * error else np.zeros(len(square))
-    reads = np.median(np.maximum(fitted.finger.known.means.counts, 1))
-    return np.asarray(np.where(alive, np.sqrt(excess) * fitted.noise.sd / np.sqrt(reads), 0.0))
-
-
 def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
     return np.asarray((counts > 0).any(axis=0))
-
-
-def force_noise(fitted: Fitted) -> float:
-    """Noise of one reading of the load that a fit assumes."""
-    measured = np.isfinite(fitted.model.known.means.load)
-    return float(np.median(fitted.noise.load_sd[measured] * np.sqrt(_reads(fitted))))
-
-
-def _reads(fitted: Fitted) -> FloatArray:
-    means = fitted.finger.known.means
-    reads = np.maximum(means.counts.max(axis=1), 1)[np.isfinite(means.load)]
-    return np.asarray(reads, dtype=np.float64)
 
 
 def _rows_of(effect: Effect) -> list[str]:
@@ -213,7 +141,7 @@ def _rows_of(effect: Effect) -> list[str]:
 
 def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
     """Draws (n, d) about the mode; those beyond a bound are drawn again, and at last put on it."""
-    _, _, low, high = fitted.finger.prior()
+    _, _, low, high = fitted.model.prior()
     count = CHAINS * -(-draws // CHAINS)
     root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
     out = fitted.vector + rng.standard_normal((count, len(covariance))) @ root.T
@@ -234,7 +162,8 @@ def _public(
     rng: np.random.Generator,
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
     """Mode and draws of everything by public name."""
-    model, at = fitted.finger, fitted.finger.layout
+    model = finger_model(fitted.model)
+    at = model.layout
     chain = model.chain(fitted.vector)
     dof = np.maximum(np.nan_to_num(model.known.means.pure_error_dof), 1.0)
     noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
 from bayestouch.calibration.finger import FingerFit, fit_finger
 from bayestouch.calibration.finger_noise import noise_of, public_noise
 from bayestouch.calibration.finger_priors import FingerPriors
@@ -21,6 +20,7 @@ from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchRows
 from bayestouch.sensor import Finger
+from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
 
@@ -93,7 +93,7 @@ def calibrate_finger(
             "contact": contact,
             "e_map": "model",
             "seed": float(seed),
-            "version": bayestouch.__version__,
+            "version": __version__,
             "largest_load": fit.chain.largest_load,
             "typical_load": typical,
         },

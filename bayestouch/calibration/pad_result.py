@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
 from bayestouch.calibration.pad_load import load_statistics
 from bayestouch.calibration.pad_models import PadModel
 from bayestouch.calibration.pad_problem import PadProblem
@@ -13,6 +12,7 @@ from bayestouch.calibration.pad_table import tabulate
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.results import Calibration, TouchRows
 from bayestouch.sensor import Sensor
+from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ def calibration_of(
             "load_sd": load_sd,
             "load_unit": load_unit,
             "seed": float(problem.seed),
-            "version": bayestouch.__version__,
+            "version": __version__,
             "posterior": "normal approximation at the mode",
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals),

@@ -17,7 +17,6 @@ from bayestouch.contact.hertz import HertzContact, composite_radius, indenter_ra
 from bayestouch.contact.indenters import Corner, Flat, Indenter, KnifeEdge, Round, indenter_from_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.contact.model import ContactModel
-from bayestouch.contact.tabulated import TabulatedSpectrum
 from bayestouch.errors import InputError
 
 CONTACT_MODELS = ("hertz", "approximate frictionless", "layer")
@@ -35,7 +34,6 @@ __all__ = [
     "KnifeEdge",
     "LayerContact",
     "Round",
-    "TabulatedSpectrum",
     "composite_radius",
     "contact_model",
     "indenter_from_radius",

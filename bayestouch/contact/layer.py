@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
     from bayestouch.contact.circle import CircleContact
-    from bayestouch.contact.tabulated import TabulatedSpectrum
 
 FloatArray = NDArray[np.float64]
 
@@ -143,7 +142,7 @@ class LayerContact:
         return self.outer_radius_mm * self.half_angle(kappa)
 
     def spectrum(self, kappa: ArrayLike, modes: ArrayLike) -> FloatArray:
-        """Spectrum ``q_k``, shape ``kappa.shape + (n_modes,)``; `tabulated` is faster where modes stay."""
+        """Spectrum ``q_k``, shape ``kappa.shape + (n_modes,)``."""
         beta, shape = self._shape(kappa)
         z = beta[..., np.newaxis] * np.asarray(modes, dtype=float)
         transforms = shape_transforms(z, shape.shape[-1])
@@ -180,12 +179,6 @@ class LayerContact:
     def centre_pressure(self, kappa: ArrayLike, *, load_N_per_mm: ArrayLike) -> FloatArray:
         """Pressure in MPa in the middle of the contact, shape of `kappa` (mm²); load P in N/mm."""
         return self.pressure(kappa, [0.0], load_N_per_mm=load_N_per_mm)[..., 0]
-
-    def tabulated(self, modes: ArrayLike, *, knots: int | None = None) -> TabulatedSpectrum:
-        """The same contact with its spectrum tabulated for these modes: see `TabulatedSpectrum.of`."""
-        from bayestouch.contact.tabulated import TabulatedSpectrum
-
-        return TabulatedSpectrum.of(self, modes, knots=knots)
 
     @cached_property
     def circle(self) -> CircleContact:

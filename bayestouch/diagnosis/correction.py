@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted, drift_columns, fit
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.placed_table import PlacedTable
@@ -42,7 +43,7 @@ def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
 
 def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
     """The correction of a corrected fit over the locations that were touched."""
-    model = fitted.finger
+    model = finger_model(fitted.model)
     angle = where_of(fitted)[1]
     grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, TABLE_STEP_DEG)
     weights, covariance = weights_of(fitted)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from bayestouch.affected.added import AddedEffect
 from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.result import AddedEffect, calibration_of, force_noise
+from bayestouch.affected.left_over import force_noise
+from bayestouch.affected.result import calibration_of
 from bayestouch.affected.start import base_fit
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.correction import table_of

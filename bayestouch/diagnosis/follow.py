@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
+from bayestouch.affected.added import AddedEffect, added_effects, moved_to
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.result import AddedEffect, added_effects, moved_to
 from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted, drift_columns
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.outliers import from_median, wrong_readings
@@ -98,7 +99,7 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
         Noise of one reading of the load.
     """
     noise, observed = fitted.noise, without_wrong(fitted, observed)
-    model = fitted.finger.observing(observed)
+    model = finger_model(fitted.model).observing(observed)
     added, functions = functions_at(fitted, correction, observed)
     predicted = model.predict(fitted.vector).touches + added
     reads = np.maximum(observed.means.counts.max(axis=1), 1)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.model import AffectedModel
 from bayestouch.affected.observations import Observations
@@ -132,7 +133,7 @@ def hypothetical(before: Fitted) -> Observations:
     assert means.angle_deg is not None
     tips = np.unique(means.indenter_radius_mm)
     places = np.linspace(means.angle_deg.min(), means.angle_deg.max(), LOCATIONS)
-    load = before.finger.load
+    load = finger_model(before.model).load
     loads = np.array([load.min(), np.median(load), load.max()])
     tip, place, force = (axis.ravel() for axis in np.meshgrid(tips, places, loads, indexing="ij"))
     n, reads = len(tip), float(np.median(means.counts.max(axis=1)))

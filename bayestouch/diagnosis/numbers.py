@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.affected.result import AddedEffect
+from bayestouch.affected.added import AddedEffect
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import Stand, Traced

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.affected.added import AddedEffect
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.observations import Observations
 from bayestouch.affected.pad_calibration import pad_calibration
 from bayestouch.affected.pad_freed import goes_with_place
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.pad_start import pad_fit
-from bayestouch.affected.result import AddedEffect
 from bayestouch.affected.timing import Timing
 from bayestouch.affected.whitening import Whitening
 from bayestouch.dataset import DataSet

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.described import KEY, EffectList
+from bayestouch.affected.effect_list import KEY, EffectList
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
+from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.affected.linear import Linearised, Score, Scorer, with_functions
 from bayestouch.affected.pad_model import PadModel
@@ -68,7 +69,7 @@ class Placed:
     @classmethod
     def of(cls, fitted: Fitted) -> Placed:
         """Basis over the angles that the touches of a fit cover."""
-        model = fitted.finger
+        model = finger_model(fitted.model)
         element = np.degrees(fitted.vector[model.layout.angle])
         recording = model.poses(fitted.vector)
         angle, share = recording.place[0], recording.load / model.reference_load
@@ -157,7 +158,7 @@ def where_of(fitted: Fitted) -> tuple[FloatArray, ...]:
     recording = fitted.model.poses(fitted.vector)
     if isinstance(fitted.model, PadModel):
         return np.stack(recording.place, axis=1), recording.load
-    radius = composite_radius(recording.indenter_radius_mm, fitted.finger.finger.outer_radius_mm)
+    radius = composite_radius(recording.indenter_radius_mm, finger_model(fitted.model).finger.outer_radius_mm)
     return radius, recording.place[0], recording.load
 
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from typing import Any
 
-import bayestouch
-
-if TYPE_CHECKING:
-    from bayestouch.diagnosis.result import Diagnosis
+from bayestouch.version import __version__
 
 _SCRIPT = '''\
 """Repeat this diagnosis: python repeat.py DATASET NEW_FOLDER"""
@@ -24,7 +22,7 @@ print(diagnosis)
 '''
 
 
-def repeat_script(diagnosis: Diagnosis) -> str:
-    """A script that makes the same diagnosis anew and saves it."""
-    options = ", ".join(f"{name}={value!r}" for name, value in diagnosis.options.items())
-    return _SCRIPT.format(version=bayestouch.__version__, options=options)
+def repeat_script(options: Mapping[str, Any]) -> str:
+    """A script that makes the diagnosis with these options again and saves it."""
+    named = ", ".join(f"{name}={value!r}" for name, value in options.items())
+    return _SCRIPT.format(version=__version__, options=named)

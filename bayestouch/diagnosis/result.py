@@ -74,7 +74,7 @@ class Diagnosis:
         from bayestouch.reporting.files import new_folder
 
         with new_folder(Path(folder)) as new:
-            write_diagnosis(self, new)
+            write_diagnosis(self.traced, self.numbers, self.options, new)
 
     def to_dataframe(self) -> DataFrame:
         """Effects that were found, a row for each of their parameters.

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from bayestouch.affected.described import named_effects
+from bayestouch.affected.added import added_effects, moved_to
+from bayestouch.affected.effect_list import named_effects
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
-from bayestouch.affected.result import added_effects, calibration_of, moved_to
+from bayestouch.affected.result import calibration_of
 from bayestouch.affected.start import base_fit
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bayestouch.affected.added import AddedEffect
 from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.result import AddedEffect
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import Advice

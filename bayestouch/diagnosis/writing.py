@@ -2,42 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 from bayestouch.diagnosis.pictures import all_pictures
 from bayestouch.diagnosis.repeat import repeat_script
+from bayestouch.diagnosis.traced import Traced
 from bayestouch.effects.stated import StatedModel
 from bayestouch.reporting.files import write_numbers, write_pictures, write_text
-
-if TYPE_CHECKING:
-    from bayestouch.diagnosis.result import Diagnosis
 
 NUMBERS, MODEL, SCRIPT = "diagnosis.json", "model.toml", "repeat.py"
 
 
-def write_diagnosis(diagnosis: Diagnosis, folder: Path) -> None:
-    """Write every file of a diagnosis into an existing folder."""
-    diagnosis.calibration_before.save(folder / "calibration_before.nc")
-    diagnosis.calibration_after.save(folder / "calibration_after.nc")
-    write_text(folder / MODEL, stated_model(diagnosis).to_toml())
-    write_text(folder / SCRIPT, repeat_script(diagnosis))
-    pictures = all_pictures(diagnosis.traced)
+def write_diagnosis(traced: Traced, numbers: Mapping[str, Any], options: Mapping[str, Any], folder: Path) -> None:
+    """Write every file of a diagnosis, made with these options, into an existing folder."""
+    traced.before.calibration.save(folder / "calibration_before.nc")
+    traced.after.calibration.save(folder / "calibration_after.nc")
+    write_text(folder / MODEL, stated_model(traced, str(options.get("contact", ""))).to_toml())
+    write_text(folder / SCRIPT, repeat_script(options))
+    pictures = all_pictures(traced)
     write_pictures(folder, pictures)
     figures = [picture.described for picture in pictures]
-    write_numbers(folder / NUMBERS, {**diagnosis.to_dict(), "figures": figures})
+    write_numbers(folder / NUMBERS, {**numbers, "figures": figures})
 
 
-def stated_model(diagnosis: Diagnosis) -> StatedModel:
-    """The model that was found, for calibrations to come."""
-    traced = diagnosis.traced
+def stated_model(traced: Traced, contact: str) -> StatedModel:
+    """The model that was found, for later calibrations."""
     effects = []
     for each in traced.added:
         values = zip(each.effect.parameters, each.values, strict=True)
         effects.append((each.effect.name, {parameter.name: float(value) for parameter, value in values}))
     return StatedModel(
         body=traced.data.dataset.sensor.body.kind,
-        contact=str(diagnosis.options.get("contact", "")),
+        contact=contact,
         effects=tuple(effects),
         correction=traced.corrected is not None,
     )

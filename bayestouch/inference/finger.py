@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
-from bayestouch.affected.described import KEY, AffectedChain
+from bayestouch.affected.described import AffectedChain
+from bayestouch.affected.effect_list import KEY
 from bayestouch.averages import TouchMeans
 from bayestouch.baseline import Baseline
 from bayestouch.calibration.finger_posterior import finger_chain
@@ -34,6 +34,7 @@ from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.survey import Survey
 from bayestouch.tip_probabilities import TipProbabilities
 from bayestouch.touch_source import TouchSource
+from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
 ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
@@ -129,7 +130,7 @@ def finger_run(source: TouchSource, found: Survey, calibration: Calibration, opt
         "draws": float(options.kept.draws),
         "least_ess": task.least_ess,
         "seed": float(options.seed),
-        "version": bayestouch.__version__,
+        "version": __version__,
     }
     notes = tuple(dict.fromkeys((*found.notes, baseline.note, *notes)))
 

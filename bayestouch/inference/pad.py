@@ -9,7 +9,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
 from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.baseline import Baseline
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
@@ -32,6 +31,7 @@ from bayestouch.sampling import BlockDraws, Demands, sample_blocks
 from bayestouch.survey import Survey, survey
 from bayestouch.touch_source import InMemory, TouchSource
 from bayestouch.touches import Touches
+from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -182,7 +182,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         "draws": float(draws),
         "least_ess": _demands(-(-draws // CHAINS)).ess_bulk,
         "seed": float(options.seed),
-        "version": bayestouch.__version__,
+        "version": __version__,
     }
 
     check: SensorCheck | None = None

@@ -10,7 +10,6 @@ from typing import Any, Protocol, Self, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-import bayestouch
 from bayestouch.cluster import on_cluster
 from bayestouch.growing_file import GrowingFile
 from bayestouch.inference.options import Kept, Options
@@ -20,6 +19,7 @@ from bayestouch.results import Calibration, TouchPosteriors, TouchRows
 from bayestouch.summaries import summarise
 from bayestouch.tip_probabilities import TipProbabilities
 from bayestouch.touch_source import TouchSource
+from bayestouch.version import __version__
 
 # Draws of a block, over its touches: 128 MB as R, r_c, θ_c and P. A multiple of what is drawn together.
 BLOCK_DRAWS = 1 << 22
@@ -191,7 +191,7 @@ def fingerprint(source: TouchSource, calibration: Calibration, options: Options)
         attributes,
         options,
         (BLOCK_DRAWS, BLOCK_UNIT),
-        {"bayestouch": bayestouch.__version__} | {name: version(name) for name in ("numpy", "scipy", "emcee")},
+        {"bayestouch": __version__} | {name: version(name) for name in ("numpy", "scipy", "emcee")},
     )
 
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-import bayestouch
 from bayestouch.json_values import strict
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import answer
@@ -33,6 +32,7 @@ from bayestouch.reporting.trust import (
     element_spacing,
 )
 from bayestouch.reporting.verdict import verdict
+from bayestouch.version import __version__
 
 
 def all_numbers(evidence: Evidence) -> dict[str, Any]:
@@ -40,7 +40,7 @@ def all_numbers(evidence: Evidence) -> dict[str, Any]:
     paper = PaperFits.of(evidence) if evidence.is_finger else None
     numbers: dict[str, Any] = {
         "bayestouch": {
-            "version": bayestouch.__version__,
+            "version": __version__,
             "seed": evidence.seed,
             "draws_per_touch": evidence.draws,
             "plug_in": evidence.plug_in,

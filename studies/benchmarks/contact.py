@@ -1,4 +1,4 @@
-"""What the exact contact on the bonded layer costs, solved and looked up in a table; Hertz in closed form is the bound.
+"""What the exact contact on the bonded layer costs; Hertz in closed form is the bound.
 
 python studies/benchmarks/contact.py
 """
@@ -35,10 +35,8 @@ def seconds(call: Callable[[], object], repeats: int = 20) -> float:
 def main() -> dict[str, float]:
     """Print milliseconds and ratios to Hertz; returns the seconds."""
     layer, hertz = LayerContact.for_body(*RADII, POISSON_RATIO), contact_model("hertz", RADII, POISSON_RATIO)
-    table = layer.tabulated(MODES)
     found = {
         "Hertz": seconds(lambda: hertz.spectrum(KAPPA, MODES)),
-        "layer, from its table": seconds(lambda: table.spectrum(KAPPA)),
         "layer, from solutions at hand": seconds(lambda: layer.spectrum(KAPPA, MODES)),
         "layer, solved for a new body": seconds(
             lambda: LayerContact.for_body(*RADII, POISSON_RATIO).spectrum(KAPPA, MODES), 5
