@@ -15,6 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 import bayestouch
+from bayestouch.checking.tables import indenter_name
 from bayestouch.contact import composite_radius
 from bayestouch.errors import InputError
 from bayestouch.json_values import strict
@@ -22,7 +23,7 @@ from bayestouch.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
-from bayestouch.reporting.differences import error_summary, indenter_name, turned
+from bayestouch.reporting.differences import error_summary, turned
 from bayestouch.reporting.error_split import _touch_of_sample
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.files import new_folder, write_numbers

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.averages import TouchMeans
+from bayestouch.checking.tables import table_facts, touches_by_indenter
 from bayestouch.dataset import DataSet
 from bayestouch.json_values import strict
 from bayestouch.lacking import corrected_means, lacking
-from bayestouch.reporting.about import table_facts, touches_by_indenter
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]

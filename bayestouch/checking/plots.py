@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.averages import TouchMeans
+from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.dataset import DataSet
 from bayestouch.plotting import new_axes
-from bayestouch.reporting.differences import indenter_name, known_indenters
 from bayestouch.reporting.pictures import PALETTE, ordered_colours
 
 if TYPE_CHECKING:

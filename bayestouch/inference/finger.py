@@ -16,8 +16,9 @@ from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.indenter_priors import UniformRadius
+from bayestouch.inference.after_check import widened
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
-from bayestouch.inference.finger_check import check_finger, widened
+from bayestouch.inference.finger_check import check_finger
 from bayestouch.inference.finger_covariance import CalibrationCovariance
 from bayestouch.inference.finger_draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.inference.finger_reader import CalibratedFinger, IndenterPriors, TouchContext

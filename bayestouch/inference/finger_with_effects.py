@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.described import AffectedChain
 from bayestouch.chain.finger import FingerChain
+from bayestouch.inference.after_check import looked_at_again, widened
 from bayestouch.inference.fault_notes import fault_notes
 from bayestouch.inference.faults import SensorCheck
 from bayestouch.inference.finger_affected import observe, prepare
-from bayestouch.inference.finger_check import check_finger, corrected_means, looked_at_again, widened
+from bayestouch.inference.finger_check import check_finger, corrected_means
 from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
 from bayestouch.inference.finger_rows import FingerTouches, readings_of
 from bayestouch.inference.options import Options

@@ -13,9 +13,9 @@ from bayestouch.affected.pad_freed import PadEffects
 from bayestouch.baseline import Baseline
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.inference.after_check import widened
 from bayestouch.inference.fault_notes import fault_notes, fault_settings
 from bayestouch.inference.faults import SensorCheck
-from bayestouch.inference.finger_check import widened
 from bayestouch.inference.options import Kept, Options
 from bayestouch.inference.pad_check import check_pad, corrected_readings
 from bayestouch.inference.pad_components import components_of

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.reporting.differences import indenter_name, known_indenters
+from bayestouch.checking.tables import table_facts, touches_by_indenter
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.sensor import Finger, Sensor
-from bayestouch.touches import Touches
 
 
 def about_data(evidence: Evidence) -> dict[str, Any]:
@@ -59,57 +58,6 @@ def _sensor(sensor: Sensor) -> list[dict[str, Any]]:
         ("unit of the readings", sensor.reading_unit or None, ""),
     ]
     return [{"quantity": name, "value": value, "unit": unit} for name, value, unit in [*rows, *text]]
-
-
-def table_facts(use: str, touches: Touches) -> dict[str, Any]:
-    """What a touch table holds: numbers of touches, rows and gaps, and ranges of location, load and depth."""
-    contact = touches.in_contact
-    load = touches.load[contact]
-    return {
-        "use": use,
-        "touches": len(np.unique(touches.touch[contact])),
-        "rows": touches.n_rows,
-        "rows_without_contact": int((~contact).sum()),
-        "missing_readings": int(np.isnan(touches.readings).sum()),
-        "locations": [
-            {"name": name, "unit": unit, **_range(values[contact])}
-            for name, unit, values in (
-                ("θ", "degree", touches.angle_deg),
-                ("x", "mm", touches.x_mm),
-                ("y", "mm", touches.y_mm),
-            )
-            if values is not None
-        ],
-        "load": _range(load),
-        "depth": _range(touches.depth_mm[contact]),
-    }
-
-
-def _range(values: Any) -> dict[str, Any]:
-    some = values[np.isfinite(values)]
-    if not some.size:
-        return {"lowest": None, "highest": None}
-    return {"lowest": float(some.min()), "highest": float(some.max())}
-
-
-def touches_by_indenter(calibration: Touches | None, touches: Touches) -> list[dict[str, Any]]:
-    """Number of touches with each indenter, in the calibration table and in that to be read."""
-    counts: dict[float, list[int]] = {}
-    unknown = [0, 0]
-    for column, table in enumerate((calibration, touches)):
-        if table is None:
-            continue
-        rows = table.in_contact
-        _, first = np.unique(table.touch[rows], return_index=True)
-        radius = table.indenter_radius_mm[rows][first]
-        for value in known_indenters(radius):
-            counts.setdefault(float(value), [0, 0])[column] = int((radius == value).sum())
-        if np.isnan(radius).any():
-            unknown[column] = int(np.isnan(radius).sum())
-    named = [(indenter_name(value), counts[value]) for value in sorted(counts)]
-    if any(unknown):
-        named.append((indenter_name(float("nan")), unknown))
-    return [{"indenter": name, "to_calibrate": both[0], "to_be_read": both[1]} for name, both in named]
 
 
 def _notes(evidence: Evidence) -> list[str]:

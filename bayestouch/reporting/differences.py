@@ -49,20 +49,6 @@ def error_summary(error: ArrayLike) -> dict[str, Any]:
     }
 
 
-def indenter_name(radius_mm: float) -> str:
-    """Name of an indenter by its radius r_c in mm."""
-    if np.isnan(radius_mm):
-        return "unknown"
-    if radius_mm == 0:
-        return "knife edge"
-    return "flat" if np.isinf(radius_mm) else f"{radius_mm:.4g} mm"
-
-
-def known_indenters(radius_mm: FloatArray) -> FloatArray:
-    """Distinct reference radii, ascending: 0 a knife edge, inf a flat."""
-    return np.unique(radius_mm[~np.isnan(radius_mm)])
-
-
 def reference_composite_radius(radius_mm: ArrayLike, outer_radius_mm: float) -> FloatArray:
     """Composite radius R (mm) of reference radii r_c; NaN stays NaN."""
     radius = np.asarray(radius_mm, dtype=float)

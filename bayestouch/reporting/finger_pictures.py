@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
-from bayestouch.reporting.differences import indenter_name, known_indenters, reference_composite_radius
+from bayestouch.reporting.differences import reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.pictures import (
     BLUE,

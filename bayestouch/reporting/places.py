@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.reporting.differences import indenter_name, known_indenters
+from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.locations import element_places
 from bayestouch.sensor import Finger

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.reporting.differences import indenter_name
+from bayestouch.checking.tables import indenter_name
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.places import rounded
 from bayestouch.reporting.residuals import standardised
