@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from bayestouch.arrays import FloatArray
-from bayestouch.averages import grouped_mean, groups
 from bayestouch.errors import InputError
-from bayestouch.touches import Touches
+from bayestouch.grouping import grouped_mean, groups
+from bayestouch.sample_rows import SampleRows
+
+Rows = TypeVar("Rows", bound=SampleRows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +42,7 @@ class RestTally:
         """Of nothing yet."""
         return cls(0, 0, 0, np.full(n_elements, np.nan), np.zeros(n_elements), np.zeros(n_elements))
 
-    def after(self, touches: Touches) -> RestTally:
+    def after(self, touches: SampleRows) -> RestTally:
         """The tally with a piece added. Sums go on row by row: the same bits however the table is cut."""
         away = ~touches.in_contact
         touched = np.unique(touches.touch[~away])
@@ -112,7 +115,7 @@ class Baseline:
             )
         return cls(general, True, note + _left(general))
 
-    def subtracted(self, touches: Touches) -> Touches:
+    def subtracted(self, touches: Rows) -> Rows:
         """The table, or a piece of it that holds its touches whole, with the readings corrected and the note."""
         if self.general is None:
             return touches.with_(notes=(*touches.notes, self.note))
@@ -127,7 +130,7 @@ class Baseline:
         return _subtracted(touches, np.where(np.isnan(own), self.general, own)[group], self.note)
 
 
-def rest_reading(touches: Touches) -> FloatArray | None:
+def rest_reading(touches: SampleRows) -> FloatArray | None:
     """Mean no-contact reading of each element over the whole table, averaged rows by their `reads`.
 
     Returns
@@ -138,7 +141,7 @@ def rest_reading(touches: Touches) -> FloatArray | None:
     return RestTally.none(touches.n_elements).after(touches).mean
 
 
-def correct(touches: Touches, rest: npt.ArrayLike | None = None) -> Touches:
+def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
     """Subtract the no-contact readings, element by element.
 
     A touch with no-contact rows of its own has their mean subtracted (this takes out drift, and adds the
@@ -170,10 +173,10 @@ def _left(general: FloatArray) -> str:
     return f" ({names}: no such reading, left as it is)" if names else ""
 
 
-def _subtracted(touches: Touches, offset: FloatArray, note: str) -> Touches:
+def _subtracted(touches: Rows, offset: FloatArray, note: str) -> Rows:
     readings = touches.readings - np.where(np.isnan(offset), 0.0, offset)
     return touches.with_(readings=readings, notes=(*touches.notes, note))
 
 
-def _weights(touches: Touches) -> FloatArray:
+def _weights(touches: SampleRows) -> FloatArray:
     return np.ones(touches.n_rows) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)

@@ -13,7 +13,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import grouped_mean, groups
 from bayestouch.calibration.finger import fit_finger
 from bayestouch.calibration.finger_density import FingerDensity
 from bayestouch.calibration.finger_flat import FlatLayout, FlatPrior
@@ -25,6 +24,7 @@ from bayestouch.calibration.finger_touches import KnownTouches
 from bayestouch.cluster import on_cluster
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.grouping import grouped_mean, groups
 from bayestouch.parameters import LogNormal, Prior
 from bayestouch.progress import Progress
 from bayestouch.ranks import RankStatistics, of_ranks, rank

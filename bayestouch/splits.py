@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.arrays import BoolArray, FloatArray, IntArray
-from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.grouping import first_of, groups
 from bayestouch.touches import Touches
 
 #: Positions closer than this share of the whole range are one: stages report the same place with other

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.arrays import IntArray
-from bayestouch.averages import groups
 from bayestouch.baseline import RestTally
+from bayestouch.grouping import groups
 from bayestouch.remarks import Tally
 from bayestouch.touch_source import TouchSource, joined_touches
 from bayestouch.touches import Touches

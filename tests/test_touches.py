@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayestouch.averages import grouped_mean, groups
 from bayestouch.errors import InputError
+from bayestouch.grouping import grouped_mean, groups
 from bayestouch.touches import Touches, numbered, touches_from
 
 

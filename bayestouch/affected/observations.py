@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import TouchMeans, average, groups
+from bayestouch.averages import TouchMeans, average
+from bayestouch.grouping import groups
 from bayestouch.recording import History
 from bayestouch.touches import Touches
 

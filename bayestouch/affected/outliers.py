@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import groups
 from bayestouch.effects.effect import Values
+from bayestouch.grouping import groups
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import groups
+from bayestouch.grouping import groups
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]

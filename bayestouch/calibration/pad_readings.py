@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import grouped_mean
 from bayestouch.errors import InputError
+from bayestouch.grouping import grouped_mean
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from bayestouch.affected.observations import Observations, history_of
 from bayestouch.affected.timing import Timing, one_clock, typical_gap
-from bayestouch.averages import first_of, groups
 from bayestouch.dataset import DataSet
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError, few
+from bayestouch.grouping import first_of, groups
 from bayestouch.sensor import Finger
 from bayestouch.splits import with_calibration
 from bayestouch.touches import Touches
