@@ -18,7 +18,7 @@ from typing import Any
 from bayestouch.errors import InputError
 
 #: Does one piece of work, given what all pieces share.
-Work = Callable[[Any, Any], Any]
+ClusterWork = Callable[[Any, Any], Any]
 #: How long a scheduler that does not answer, or has no workers, is waited for, in seconds.
 PATIENCE = 30.0
 #: Pieces given to a worker's thread: the next one waits there when one is done.
@@ -30,7 +30,7 @@ MOST_IDLE = 5
 
 
 def on_cluster(
-    address: str, work: Work, shared: Any, pieces: Iterable[tuple[int, Any]], patience: float | None = None
+    address: str, work: ClusterWork, shared: Any, pieces: Iterable[tuple[int, Any]], patience: float | None = None
 ) -> Iterator[tuple[int, Any]]:
     """Do some work on every piece on the cluster whose scheduler is at `address`.
 
@@ -78,7 +78,7 @@ def on_cluster(
 
 def in_order(
     address: str | None,
-    work: Work,
+    work: ClusterWork,
     shared: Any,
     pieces: Sequence[Any],
     progress: Callable[[int], None] = lambda number: None,
@@ -106,7 +106,12 @@ class _Lost(Exception):
 
 
 def _done(
-    client: Any, patience: float, work: Work, shared: Any, pieces: Iterator[tuple[int, Any]], undone: dict[int, Any]
+    client: Any,
+    patience: float,
+    work: ClusterWork,
+    shared: Any,
+    pieces: Iterator[tuple[int, Any]],
+    undone: dict[int, Any],
 ) -> Iterator[tuple[int, Any]]:
     """Do the pieces that are undone, and then the others; what is on the cluster is in `undone`."""
     killed = _distributed().scheduler.KilledWorker
@@ -163,7 +168,7 @@ def _finished(client: Any, futures: list[Any]) -> list[Any]:
                 raise OSError("no worker is at work although work is left") from None
 
 
-def _one(work: Work, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
+def _one(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
     """What a worker does."""
     here = versions_here()
     if here != versions:

@@ -14,7 +14,7 @@ from bayestouch.splits import with_calibration
 from bayestouch.touches import Touches
 
 
-def corrected_means(touches: Touches) -> TouchMeans:
+def baseline_corrected_means(touches: Touches) -> TouchMeans:
     """Means of the touches, no-contact readings subtracted."""
     return touches.baseline_corrected().averaged()
 
@@ -23,7 +23,7 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     """What a report cannot say of these data, or not well, and which touches would let it."""
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, one half to calibrate with"
-    known = corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
+    known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
     if isinstance(dataset.sensor.body, Finger):
         yield from _finger_advice(dataset, dataset.sensor.body, known)
     if not np.nansum(known.pure_error_dof) > 0:
@@ -41,7 +41,7 @@ def _finger_advice(dataset: DataSet, finger: Finger, known: TouchMeans) -> Itera
         yield "cannot be calibrated: no angle_deg"
         return
     try:
-        KnownTouches.of(corrected_means(_calibration_of(dataset)), finger)
+        KnownTouches.of(baseline_corrected_means(_calibration_of(dataset)), finger)
     except InputError as error:
         yield f"cannot be calibrated: {error.message}"
         return

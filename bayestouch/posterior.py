@@ -20,8 +20,8 @@ from bayestouch.posterior_groups import (
     FORMAT,
     Attributes,
     Groups,
+    calibration_from_groups,
     calibration_groups,
-    calibration_of,
     notes_of,
     touch_groups,
     touches_of,
@@ -69,7 +69,7 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
         )
     try:
         if kind == "calibration":
-            return calibration_of(groups, attributes)
+            return calibration_from_groups(groups, attributes)
         return touches_of(groups, attributes, draws)
     except InputError as error:
         raise InputError(error.message, file=path, column=error.column) from None

@@ -114,7 +114,7 @@ def touch_groups(result: TouchPosteriors) -> tuple[Groups, Attributes]:
     return groups, _attributes("touches", result)
 
 
-def calibration_of(groups: Groups, attributes: Attributes) -> Calibration:
+def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibration:
     """Rebuild a calibration; the inverse of `calibration_groups`.
 
     Raises

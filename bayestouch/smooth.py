@@ -40,7 +40,7 @@ class SmoothBasis:
         length = max(length, span * KNOTS_A_LENGTH / (most - 1))
         count = max(2, int(np.ceil(span / length * KNOTS_A_LENGTH)) + 1)
         knots = np.linspace(low, high, count)
-        correlation = matern(np.abs(knots[:, None] - knots) / length) + 1e-9 * np.eye(count)
+        correlation = matern_3_2(np.abs(knots[:, None] - knots) / length) + 1e-9 * np.eye(count)
         root = np.linalg.inv(np.linalg.cholesky(correlation)).T
         return cls(knots, float(length), np.asarray(root))
 
@@ -48,10 +48,10 @@ class SmoothBasis:
         """Values of the basis functions, shape ``x.shape + (k,)``; zero where x is NaN."""
         x = np.asarray(x, dtype=float)
         distance = np.abs(np.where(np.isnan(x), np.inf, x)[..., None] - self.knots) / self.length
-        return np.asarray(matern(distance) @ self.root)
+        return np.asarray(matern_3_2(distance) @ self.root)
 
 
-def matern(distance: FloatArray) -> FloatArray:
+def matern_3_2(distance: FloatArray) -> FloatArray:
     """Matérn correlation of smoothness 3/2 at a distance in lengths."""
     scaled = np.sqrt(3.0) * np.minimum(distance, 400.0)
     return np.asarray((1 + scaled) * np.exp(-scaled))
@@ -88,12 +88,12 @@ class PlaceBasis:
     @classmethod
     def at(cls, knots: FloatArray, length: float) -> PlaceBasis:
         """Process held at knots (k, D)."""
-        correlation = matern(_apart(knots, knots) / length) + 1e-9 * np.eye(len(knots))
+        correlation = matern_3_2(_apart(knots, knots) / length) + 1e-9 * np.eye(len(knots))
         return cls(knots, length, np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)).T))
 
     def __call__(self, place: FloatArray) -> FloatArray:
         """Values of the basis functions at places (n, D), shape (n, k)."""
-        return np.asarray(matern(_apart(place, self.knots) / self.length) @ self.root)
+        return np.asarray(matern_3_2(_apart(place, self.knots) / self.length) @ self.root)
 
 
 def _apart(first: FloatArray, second: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from _paper_run import PaperRun, paper_run
 from _published import figure, rms, save
 
 from bayestouch import published
-from bayestouch.reliability.paper_finger import Calibration
+from bayestouch.reliability.paper_finger import PaperCalibration
 from bayestouch.simplex.elements import WINDOW_DEG
 
 
@@ -32,7 +32,7 @@ class EdgeFit:
     fit: np.ndarray
 
     @classmethod
-    def of(cls, run: PaperRun, calibration: Calibration, element: int) -> EdgeFit:
+    def of(cls, run: PaperRun, calibration: PaperCalibration, element: int) -> EdgeFit:
         """Read off a run; elements count from 0."""
         means = run.calibrating
         assert means.angle_deg is not None
@@ -85,13 +85,13 @@ def picture(folder: Path, name: str, title: str, fit: EdgeFit) -> None:
     save(drawn, folder, name)
 
 
-def edge_figure(number: int, calibration: Calibration, element: int, folder: Path | None) -> EdgeFit:
+def edge_figure(number: int, calibration: PaperCalibration, element: int, folder: Path | None) -> EdgeFit:
     """Print the errors, with the other calibration's and the paper's beside them, and save the picture.
 
     The paper's is its mean over all elements: over the 50 degrees for the model, over all for the empirical map.
     """
     run = paper_run(0)
-    other: Calibration = "empirical" if calibration == "model" else "model"
+    other: PaperCalibration = "empirical" if calibration == "model" else "model"
     fit = EdgeFit.of(run, calibration, element)
     print_errors([fit, EdgeFit.of(run, other, element)])
     printed, span = published.number(f"fit_error.{calibration}"), published.number(f"fit_range.{calibration}")

@@ -25,7 +25,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.published import TABLE_3
 from bayestouch.reliability import Beside
 from bayestouch.reliability.many_fits import ContactEstimates, fit_many_touches
-from bayestouch.reliability.paper_finger import Calibration, PaperFinger
+from bayestouch.reliability.paper_finger import PaperCalibration, PaperFinger
 from bayestouch.simulation import SimulatedDataSet
 from bayestouch.touches import Touches
 
@@ -96,12 +96,12 @@ class PaperRun:
         return np.isin(self.means.indenter_radius_mm, tips)
 
     @cache  # noqa: B019 - a run lives as long as the study
-    def averaged(self, calibration: Calibration, contact: str = CONTACT) -> ContactEstimates:
+    def averaged(self, calibration: PaperCalibration, contact: str = CONTACT) -> ContactEstimates:
         """Fits to the averages."""
         return fit_many_touches(self.finger.reader(calibration, contact, self.modulus), self.means.readings)
 
     @cache  # noqa: B019
-    def single(self, calibration: Calibration) -> ContactEstimates:
+    def single(self, calibration: PaperCalibration) -> ContactEstimates:
         """Fits to single samples."""
         return fit_many_touches(self.finger.reader(calibration, CONTACT, self.modulus), self.touches.readings)
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.reliability.comparison import Beside, shown
+from bayestouch.reliability.comparison import Beside
 from bayestouch.reporting.pictures import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 
 OUTPUT = Path(__file__).parent / "figures_out"
@@ -38,7 +38,7 @@ def print_beside(rows: Iterable[Beside]) -> None:
         interval = "" if np.isnan(row.low) else f"{row.low:.3g} to {row.high:.3g}"
         difference = "" if np.isnan(row.ours) else f"{row.difference:+.2g}"
         print(
-            f"{row.key:40s}{row.paper.printed:>8s}{shown(row.ours):>12s}{interval:>18s}{difference:>12s}"
+            f"{row.key:40s}{row.paper.printed:>8s}{shown_number(row.ours):>12s}{interval:>18s}{difference:>12s}"
             f"  {row.paper.unit}{' (put in)' if row.put_in else ''}"
         )
         if row.why and (following is None or following.why != row.why):

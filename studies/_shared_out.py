@@ -9,11 +9,11 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from typing import Any
 
-from bayestouch.cluster import Work, on_cluster
+from bayestouch.cluster import ClusterWork, on_cluster
 
 
 def finished(
-    work: Work, shared: Any, cases: Sequence[Any], *, processes: int = 1, scheduler: str | None = None
+    work: ClusterWork, shared: Any, cases: Sequence[Any], *, processes: int = 1, scheduler: str | None = None
 ) -> Iterator[tuple[int, Any]]:
     """What each case comes to, with its place among the cases, as they are finished.
 

@@ -28,7 +28,7 @@ from _paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs
 from _published import OUTPUT
 
 from bayestouch import published
-from bayestouch.reliability import Beside, Comparison
+from bayestouch.reliability import Beside, PublishedComparison
 from bayestouch.reliability.paper_criterion import NOISE_FACTOR
 from bayestouch.simulation import FingerDesign
 
@@ -72,10 +72,10 @@ def criterion() -> list[Beside]:
     ]
 
 
-def compared(small: bool = False) -> Comparison:
+def compared(small: bool = False) -> PublishedComparison:
     """All rows, in the paper's order."""
     found = runs(small)
-    return Comparison.of(
+    return PublishedComparison.of(
         [
             *settings(),
             *table_1.rows(found),
@@ -92,7 +92,7 @@ def compared(small: bool = False) -> Comparison:
     )
 
 
-def page(comparison: Comparison, fingers: int) -> str:
+def page(comparison: PublishedComparison, fingers: int) -> str:
     """Markdown of the documentation's page."""
     return f"""# The paper and bayestouch, number by number
 
@@ -106,7 +106,7 @@ nothing.
 {comparison.markdown()}"""
 
 
-def main(small: bool = False, folder: Path | None = None) -> Comparison:
+def main(small: bool = False, folder: Path | None = None) -> PublishedComparison:
     """Print the count of what agrees, and write the page to the folder."""
     comparison = compared(small)
     print(comparison.counted())

@@ -15,7 +15,7 @@ from _published import figure, options, print_beside, save
 
 from bayestouch import published
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, Calibration
+from bayestouch.reliability.paper_finger import CALIBRATIONS, PaperCalibration
 
 TIP = published.number("figure_12.r_c").value
 
@@ -38,7 +38,7 @@ class ByLocation:
     sd: np.ndarray
 
     @classmethod
-    def of(cls, run: PaperRun, calibration: Calibration, tip: float = TIP) -> ByLocation:
+    def of(cls, run: PaperRun, calibration: PaperCalibration, tip: float = TIP) -> ByLocation:
         """Read off a run."""
         touches = np.flatnonzero(run.rows([tip]))
         single = run.single(calibration).indenter_radius_mm

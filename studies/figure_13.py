@@ -17,12 +17,12 @@ from _published import figure, options, print_beside, save
 from bayestouch import published
 from bayestouch.contact import composite_radius
 from bayestouch.reliability import Beside, shared_by_indenters
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, Calibration
+from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 TIPS = tuple(n.value for n in published.all_numbers() if n.key.startswith("figure_13.r_c["))
 
 
-def estimates(run: PaperRun, calibration: Calibration) -> tuple[np.ndarray, np.ndarray]:
+def estimates(run: PaperRun, calibration: PaperCalibration) -> tuple[np.ndarray, np.ndarray]:
     """Locations (n,), and r_c of each tip there (5, n) from averages, mm."""
     found = run.averaged(calibration).indenter_radius_mm
     by_tip = [run.rows([tip]) for tip in TIPS]
@@ -65,7 +65,7 @@ def picture(folder: Path, run: PaperRun) -> None:
     save(drawn, folder, "figure_13")
 
 
-def print_shared(name: str, found: list[PaperRun], calibration: Calibration) -> tuple[float, float]:
+def print_shared(name: str, found: list[PaperRun], calibration: PaperCalibration) -> tuple[float, float]:
     """Order and correlation, means over the fingers."""
     radii = [estimates(each, calibration)[1] for each in found]
     order, alike = [monotonic(r) for r in radii], [shared(r) for r in radii]

@@ -31,7 +31,7 @@ import numpy as np
 from _published import figure, options, save
 
 from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.calibration.pad_models import PadModel, fit_kernel
+from bayestouch.calibration.pad_models import PadCandidate, fit_kernel
 from bayestouch.calibration.pad_problem import PadProblem, pad_problem
 from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.kernel_choice import kernel_for
@@ -95,7 +95,7 @@ def ring(location: np.ndarray, position: np.ndarray, pitch_mm: float) -> np.ndar
     return (distance > RING_PITCHES[0]) & (distance < RING_PITCHES[1])
 
 
-def kernel_errors(dataset: DataSet) -> dict[str, tuple[PadModel, float, float]]:
+def kernel_errors(dataset: DataSet) -> dict[str, tuple[PadCandidate, float, float]]:
     """Kernels alone: model, held-out reading error and that in the ring, percent of peak."""
     problem, _ = pad_problem(dataset.sensor, dataset.calibration, samples="auto", seed=0)
     touches = held_out(dataset, problem)
@@ -197,7 +197,7 @@ def print_data_set(
 
 def draw(
     name: str,
-    models: dict[str, tuple[PadModel, float, float]],
+    models: dict[str, tuple[PadCandidate, float, float]],
     posterior: TouchPosteriors,
     dataset: DataSet,
     position: np.ndarray,

@@ -17,7 +17,7 @@ from bayestouch import published
 from bayestouch.contact import composite_radius
 from bayestouch.published import TABLE_3
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, Calibration
+from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 from bayestouch.simplex import fit_touch
 
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
@@ -31,7 +31,7 @@ WHY_TIME = "one simplex fit in Python, machine of today; measured anew at each r
 UNBIASED = 0.1
 
 
-def mean_radius(run: PaperRun, tip: float, contact: str, calibration: Calibration) -> float:
+def mean_radius(run: PaperRun, tip: float, contact: str, calibration: PaperCalibration) -> float:
     """Mean estimate of r_c over the locations, mm."""
     return float(run.averaged(calibration, CONTACTS[contact]).indenter_radius_mm[run.rows([tip])].mean())
 

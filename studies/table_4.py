@@ -15,7 +15,7 @@ from _published import figure, options, print_beside, save
 from bayestouch import published
 from bayestouch.contact import indenter_radius
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, Calibration
+from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 PARTS = ("total", "location", "noise")
 NAMES = {"theta_c": ("angle_deg", "θ_c (degree)"), "P": ("load", "P (N/m)"), "R": ("composite_radius_mm", "R (mm)")}
@@ -32,7 +32,7 @@ WHY_LOCATION = {
 }
 
 
-def split(run: PaperRun, calibration: Calibration, name: str) -> dict[str, float]:
+def split(run: PaperRun, calibration: PaperCalibration, name: str) -> dict[str, float]:
     """The three standard deviations of one column."""
     attribute = NAMES[name][0]
     single, averaged = (getattr(f, attribute) for f in (run.single(calibration), run.averaged(calibration)))

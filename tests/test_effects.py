@@ -15,7 +15,7 @@ from bayestouch.chain.response import modes_needed
 from bayestouch.cli import main
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
-from bayestouch.effects.listing import about, listing, typical
+from bayestouch.effects.listing import effect_facts, listing, typical
 from bayestouch.effects.noise import CommonModeNoise, Scatter
 from bayestouch.errors import InputError
 from bayestouch.recording import Recording
@@ -122,12 +122,12 @@ def test_random_functions_have_the_stated_size(name: str) -> None:
 
 def test_every_effect_says_what_it_is() -> None:
     for row in listing():
-        facts = about(row["name"])
+        facts = effect_facts(row["name"])
         assert row["summary"] and "Reference" in facts["physics"], row["name"]
         assert facts["parameters"], row["name"]
         assert any(each["null"] is not None for each in facts["parameters"]), row["name"]
     with pytest.raises(InputError, match="unknown effect 'magic'"):
-        about("magic")
+        effect_facts("magic")
 
 
 def test_the_page_of_the_catalogue_is_up_to_date() -> None:

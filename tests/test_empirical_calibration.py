@@ -16,7 +16,7 @@ from bayestouch.body.emap import empirical_e_matrix
 from bayestouch.calibration.empirical import finger_prior, fit_empirical
 from bayestouch.calibration.empirical_map import EmpiricalCalibration
 from bayestouch.calibration.empirical_reading import reading_table
-from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, Prior, Weights
+from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, MapPrior, Weights
 from bayestouch.calibration.empirical_strength import SCALES, STRENGTHS, infer_strength
 from bayestouch.calibration.finger import FingerFit, fit_finger
 from bayestouch.calibration.finger_priors import FingerPriors
@@ -185,9 +185,9 @@ def test_without_departure_it_is_the_model() -> None:
     assert np.abs((moving.chain.predict(*pose) - fit.chain.predict(*pose)) / scale).max() < 0.1
 
 
-def small_problem(seed: int, n: int = 30, p: int = 9, k: int = 2) -> tuple[ElementData, Prior]:
+def small_problem(seed: int, n: int = 30, p: int = 9, k: int = 2) -> tuple[ElementData, MapPrior]:
     rng = np.random.default_rng(seed)
-    prior = Prior(rng.normal(size=p), rng.uniform(0.2, 1.5, p), rng.normal(size=(p, k)), rng.normal(size=k))
+    prior = MapPrior(rng.normal(size=p), rng.uniform(0.2, 1.5, p), rng.normal(size=(p, k)), rng.normal(size=k))
     design = rng.normal(size=(n, p))
     truth = prior.mean + prior.tangents @ rng.normal(size=k) + 0.3 * prior.scale * rng.normal(size=p)
     sd = rng.uniform(0.3, 0.6, n)
@@ -254,7 +254,7 @@ def test_simulated_departures_are_covered() -> None:
             strength = common * np.abs(rng.standard_cauchy())
             if not STRENGTHS[0] < strength < STRENGTHS[-1]:
                 continue
-            prior = Prior(np.zeros(p), scale, rng.normal(size=(p, 2)), np.zeros(2))
+            prior = MapPrior(np.zeros(p), scale, rng.normal(size=(p, 2)), np.zeros(2))
             factor = np.sqrt(1 + rng.standard_cauchy() ** 2)
             if factor > 30:
                 continue

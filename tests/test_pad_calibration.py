@@ -9,7 +9,7 @@ import pytest
 from pad_simulation import SimulatedPad, grid, line, square
 from scipy.stats import multivariate_normal
 
-from bayestouch.calibration.misfit_fit import NoiseShape, _evidence
+from bayestouch.calibration.misfit_fit import MapNoise, _evidence
 from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.calibration.pad_fit import fit_chain
 from bayestouch.calibration.pad_load import load_statistics
@@ -18,7 +18,7 @@ from bayestouch.calibration.pad_noise import LeftOut, fit_noise, log_density
 from bayestouch.calibration.pad_problem import PadProblem, pad_problem
 from bayestouch.calibration.pad_readings import choose_samples, pad_readings
 from bayestouch.calibration.pad_table import tabulate
-from bayestouch.calibration.residual_map import Misfit
+from bayestouch.calibration.residual_map import MapDiscrepancy
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.errors import InputError
@@ -124,7 +124,7 @@ def test_left_out_is_what_a_fit_without_the_reading_predicts(known_line: tuple[S
 def test_log_evidence_and_its_gradient() -> None:
     rng = np.random.default_rng(0)
     n, m = 12, 2
-    misfit = Misfit(
+    misfit = MapDiscrepancy(
         location=rng.uniform(0, 10, (n, 2)),
         load=rng.uniform(0.5, 2, n),
         variance=np.ones((n, m)),
@@ -137,9 +137,9 @@ def test_log_evidence_and_its_gradient() -> None:
     signal, residual = rng.normal(size=(n, m)), rng.normal(size=(n, m))
     averaged = np.full((n, m), 0.01)
     averaged[3, 1] = np.inf
-    noise = NoiseShape(averaged, signal)
+    noise = MapNoise(averaged, signal)
 
-    def at(vector: np.ndarray) -> Misfit:
+    def at(vector: np.ndarray) -> MapDiscrepancy:
         length, size, relative, share = np.exp(vector[:4])
         floor = np.exp(vector[4] + vector[5:]) * misfit.amplitude
         return replace(misfit, length_mm=length, misfit=size, relative=relative, variance=noise.variance(floor, share))

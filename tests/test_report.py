@@ -20,7 +20,7 @@ import bayestouch
 from bayestouch import simulation
 from bayestouch.published import TABLE_3
 from bayestouch.reporting import Report
-from bayestouch.reporting.assemble import all_numbers
+from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.corner_pictures import touch_corners
 from bayestouch.reporting.evidence import Evidence, gather
 from bayestouch.reporting.files import new_folder
@@ -329,7 +329,7 @@ def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
 
 def test_plane_numbers_and_pictures() -> None:
     plane_evidence = pad_evidence(PLANE)
-    numbers = all_numbers(plane_evidence)
+    numbers = report_numbers(plane_evidence)
     pictures = all_pictures(plane_evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     posteriors = plane_evidence.posteriors
@@ -352,7 +352,7 @@ def test_without_references_the_report_says_so() -> None:
     unknown = np.full(dataset.touches.n_rows, np.nan)
     touches = dataset.touches.with_(angle_deg=None, indenter_radius_mm=unknown, load=unknown)
     blind_evidence = gather(replace(dataset, touches=touches), seed=0, draws=128, plug_in=True)
-    numbers = all_numbers(blind_evidence)
+    numbers = report_numbers(blind_evidence)
     pictures = all_pictures(blind_evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     text = "".join(Page(render(numbers, pictures)).text)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.pad_models import PadModel as CalibratedPad
+from bayestouch.calibration.pad_models import PadCandidate as CalibratedPad
 from bayestouch.calibration.pad_models import kernel_shape
 from bayestouch.chain.pad import PadChain
 from bayestouch.smooth import PlaceBasis

@@ -25,7 +25,7 @@ FloatArray = NDArray[np.float64]
 CHAINS = 4
 
 
-def calibration_of(
+def calibration_with_effects(
     fitted: Fitted,
     added: Sequence[AddedEffect],
     *,

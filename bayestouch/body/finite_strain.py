@@ -193,7 +193,7 @@ def is_tabulated(core_radius_mm: float, outer_radius_mm: float) -> bool:
     return max(abs(core_radius_mm - CORE_RADIUS_MM), abs(outer_radius_mm - OUTER_RADIUS_MM)) <= 0.02
 
 
-def check_finger(core_radius_mm: float, outer_radius_mm: float) -> None:
+def check_tabulated_finger(core_radius_mm: float, outer_radius_mm: float) -> None:
     """Raise `InputError` unless this is the finger of the table."""
     if not is_tabulated(core_radius_mm, outer_radius_mm):
         raise InputError(

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from bayestouch.body.emap import per_coefficient
 from bayestouch.calibration.empirical_map import EmpiricalCalibration, contact_neighbours
-from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, Prior
+from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, MapPrior
 from bayestouch.calibration.empirical_strength import StrengthPosterior, infer_strength
 from bayestouch.calibration.finger import FingerFit
 from bayestouch.chain.empirical import (
@@ -153,14 +153,14 @@ def fit_empirical(
     )
 
 
-def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[Prior]:
+def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
     """Prior of each row of E about an elastic finger near the mode of its calibration, one per element."""
     mean = elastic_e_matrix(elastic, n_coefficients)
     amplitudes = np.abs(elastic_amplitudes(elastic, n_coefficients))
     scale = per_coefficient(np.maximum.accumulate(amplitudes[:, ::-1], axis=1)[:, ::-1])
     m, p = mean.shape
     if not family:
-        return [Prior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
+        return [MapPrior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
     prior = fit.likelihood.prior
     ones = np.ones(m)
     steps = {
@@ -177,7 +177,7 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
         centre, width = (values[i * m : (i + 1) * m] for values in (prior.mean, prior.spread))
         tangents[:, :, i] = (up - down) * (width * unit / (2 * step))[:, None]
         start[:, i] = (centre - value) / width
-    return [Prior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
+    return [MapPrior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
 
 
 def _diagonal(

@@ -26,7 +26,7 @@ NEGLIGIBLE_WEIGHT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class Prior:
+class MapPrior:
     """Prior of one element's p coefficients.
 
     Attributes
@@ -111,7 +111,7 @@ class DiagonalElement:
     family_root: FloatArray
 
     @classmethod
-    def of(cls, data: ElementData, prior: Prior) -> DiagonalElement:
+    def of(cls, data: ElementData, prior: MapPrior) -> DiagonalElement:
         """Diagonalise."""
         n, p = data.design.shape
         design = data.design / data.sd[:, None]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.residual_map import Misfit, distances, matern, matern_by_length
+from bayestouch.calibration.residual_map import MapDiscrepancy, distances, matern_5_2, matern_5_2_by_length
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ _FLOOR_SPREAD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class NoiseShape:
+class MapNoise:
     """What the noise of each reading is made of: ``averaged + floor_e² + (share signal)²``; n touches, m elements.
 
     Attributes
@@ -41,14 +41,14 @@ class NoiseShape:
         """Variance of each reading, (n, m), for floors (m,)."""
         return np.asarray(self.averaged + floor**2 + (share * self.signal) ** 2)
 
-    def select(self, index: NDArray[np.int64]) -> NoiseShape:
+    def select(self, index: NDArray[np.int64]) -> MapNoise:
         """Some of the touches."""
-        return NoiseShape(self.averaged[index], self.signal[index])
+        return MapNoise(self.averaged[index], self.signal[index])
 
 
 def fit_misfit(
-    base: Misfit, residual: FloatArray, shape: NoiseShape, *, spacing_mm: float, seed: int, warm: bool = False
-) -> Misfit:
+    base: MapDiscrepancy, residual: FloatArray, shape: MapNoise, *, spacing_mm: float, seed: int, warm: bool = False
+) -> MapDiscrepancy:
     """Choose length, sizes and noise by the marginal likelihood.
 
     Parameters
@@ -85,7 +85,7 @@ def fit_misfit(
     low = np.log(np.r_[0.5 * spacing_mm, 1e-5, 1e-5, 1e-5, 1e-6, np.full(m, 0.1)])
     high = np.log(np.r_[max(extent, spacing_mm), 10.0, 10.0, _LARGEST_SHARE, 1.0, np.full(m, 10.0)])
 
-    def at(vector: FloatArray, which: Misfit, noise: NoiseShape) -> Misfit:
+    def at(vector: FloatArray, which: MapDiscrepancy, noise: MapNoise) -> MapDiscrepancy:
         length, misfit, relative, share = np.exp(vector[:4])
         floor = np.exp(vector[4] + vector[5:]) * base.amplitude * float(np.median(base.load))
         return replace(
@@ -117,7 +117,7 @@ def fit_misfit(
     return at(np.asarray(best.x), base, shape)
 
 
-def _starts(base: Misfit, spacing_mm: float, warm: bool) -> tuple[tuple[float, ...], ...]:
+def _starts(base: MapDiscrepancy, spacing_mm: float, warm: bool) -> tuple[tuple[float, ...], ...]:
     """Length, A, B, share of the signal, floor from which to start."""
     if warm:
         return ((base.length_mm, base.misfit, base.relative, 0.003, 0.005),)
@@ -129,10 +129,12 @@ def _starts(base: Misfit, spacing_mm: float, warm: bool) -> tuple[tuple[float, .
     return ((length, 0.01, 0.01, 0.01, 0.005), (length, 0.01, 0.1, 0.001, 0.005))
 
 
-def _evidence(misfit: Misfit, residual: FloatArray, noise: NoiseShape, vector: FloatArray) -> tuple[float, FloatArray]:
+def _evidence(
+    misfit: MapDiscrepancy, residual: FloatArray, noise: MapNoise, vector: FloatArray
+) -> tuple[float, FloatArray]:
     """Log marginal likelihood, up to a constant, and its gradient over the logarithms in `fit_misfit`."""
     r = distances(misfit.location, misfit.location) / misfit.length_mm
-    rho, by_length = matern(r), matern_by_length(r)
+    rho, by_length = matern_5_2(r), matern_5_2_by_length(r)
     loads = misfit.load[:, None] * misfit.load
     rho, by_length = rho * loads, by_length * loads
     share = float(np.exp(vector[3]))

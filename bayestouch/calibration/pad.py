@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
-from bayestouch.calibration.pad_models import PadModel, add_map, fit_kernel
+from bayestouch.calibration.pad_models import PadCandidate, add_map, fit_kernel
 from bayestouch.calibration.pad_priors import check_identifiable
 from bayestouch.calibration.pad_problem import PadProblem, pad_problem
 from bayestouch.calibration.pad_readings import SAMPLES
-from bayestouch.calibration.pad_result import calibration_of
+from bayestouch.calibration.pad_result import pad_calibration_of
 from bayestouch.chain.kernel_choice import kernel_for, kernel_names
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
@@ -77,7 +77,7 @@ def calibrate_pad(
     problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
     notes = [*dataset.notes, *dataset.calibration.notes, *notes]
-    result = calibration_of(dataset.sensor, problem, model, rivals, notes, draws=draws)
+    result = pad_calibration_of(dataset.sensor, problem, model, rivals, notes, draws=draws)
     if progress is not None:
         progress(1.0)
     return result
@@ -89,7 +89,7 @@ def choose_model(
     kernel: str,
     empirical: bool | Literal["auto"],
     progress: Callable[[float], None] | None = None,
-) -> tuple[PadModel, dict[str, PadModel]]:
+) -> tuple[PadCandidate, dict[str, PadCandidate]]:
     """Best model by score, and all that were fitted by name."""
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
@@ -101,7 +101,7 @@ def choose_model(
         if progress is not None:
             progress(share)
 
-    models: dict[str, PadModel] = {}
+    models: dict[str, PadCandidate] = {}
     for i, each in enumerate(kernels):
         models[each.name] = fit_kernel(problem, each)
         told(0.3 * (i + 1) / len(kernels))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.calibration.pad_readings import PadReadings
-from bayestouch.calibration.residual_map import Misfit
+from bayestouch.calibration.residual_map import MapDiscrepancy
 from bayestouch.chain.pad import PadChain
 from bayestouch.fit import LaplaceFit, least_squares_map
 from bayestouch.parameters import LogNormal, Normal, Prior
@@ -36,7 +36,7 @@ class PadFit:
 
     chain: PadChain
     laplace: LaplaceFit
-    misfit: Misfit
+    misfit: MapDiscrepancy
     known: PadReadings
 
     @cached_property
@@ -52,7 +52,7 @@ class PadFit:
 
     @cached_property
     def weights(self) -> FloatArray:
-        """Precision times residual, (n, m): the correction is `Misfit.cross` times these."""
+        """Precision times residual, (n, m): the correction is `MapDiscrepancy.cross` times these."""
         columns = [
             np.linalg.solve(factor.T, self.misfit.whiten(e, self.residual[:, e]))
             if factor.ndim == 2
@@ -92,7 +92,7 @@ class PadFit:
         return out
 
 
-def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, misfit: Misfit) -> PadFit:
+def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, misfit: MapDiscrepancy) -> PadFit:
     """Maximum a posteriori of gains, offsets, positions and kernel by generalised least squares.
 
     Parameters

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.calibration.pad_fit import fit_chain
-from bayestouch.calibration.pad_models import PadModel, percent_of_peak
+from bayestouch.calibration.pad_models import PadCandidate, percent_of_peak
 from bayestouch.calibration.pad_problem import PadProblem
 
 FloatArray = NDArray[np.float64]
@@ -17,7 +17,7 @@ FloatArray = NDArray[np.float64]
 _MOST_TOUCHES = 400
 
 
-def load_statistics(problem: PadProblem, model: PadModel) -> dict[str, float]:
+def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float]:
     """How badly linearity in the load holds; empty where loads were not measured or hardly vary.
 
     Parameters

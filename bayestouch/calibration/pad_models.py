@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.misfit_fit import NoiseShape, fit_misfit
+from bayestouch.calibration.misfit_fit import MapNoise, fit_misfit
 from bayestouch.calibration.pad_fit import PadFit, fit_chain
 from bayestouch.calibration.pad_noise import LeftOut, fit_noise, log_density
 from bayestouch.calibration.pad_problem import PadProblem
 from bayestouch.calibration.pad_readings import location_spacing
-from bayestouch.calibration.residual_map import Misfit
+from bayestouch.calibration.residual_map import MapDiscrepancy
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import PadChain
 from bayestouch.noise import Noise
@@ -31,14 +31,14 @@ _FIRST_MISFIT = 0.03
 
 
 @dataclass(frozen=True, eq=False)
-class PadModel:
+class PadCandidate:
     """A fitted model of a pad.
 
     Attributes
     ----------
     fit : PadFit
     shape : PadChain
-        Pad whose kernel shapes the correction's prior (`Misfit.shape`).
+        Pad whose kernel shapes the correction's prior (`MapDiscrepancy.shape`).
     left_out : LeftOut
         Readings predicted without themselves.
     noise : Noise
@@ -87,12 +87,12 @@ def kernel_shape(chain: PadChain, location: FloatArray) -> FloatArray:
     return replace(chain, gain=np.ones(chain.n_elements)).sensitivity(location)
 
 
-def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadModel:
+def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
     """Fit a kernel alone, from each of its starts."""
     known, priors = problem.known, problem.priors
     first = (_FIRST_MISFIT * priors.amplitude * known.load[:, None]) ** 2
     variance = np.where(problem.present, first, np.inf)
-    misfit = Misfit(
+    misfit = MapDiscrepancy(
         location=known.location,
         load=known.load,
         variance=variance,
@@ -121,7 +121,7 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadModel:
     return model
 
 
-def add_map(problem: PadProblem, model: PadModel) -> PadModel:
+def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
     """Add an empirical map to a kernel that was fitted alone."""
     known = problem.known
     tactile2 = np.where(np.isfinite(known.pure_error_variance), known.pure_error_variance, 0.0)
@@ -132,14 +132,14 @@ def add_map(problem: PadProblem, model: PadModel) -> PadModel:
         chain = fit.chain
         base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
         # The fit with a map is a fit of both: its signal is the better guess of the noise's.
-        noise = NoiseShape(averaged, fit.predicted() - chain.offset)
+        noise = MapNoise(averaged, fit.predicted() - chain.offset)
         spacing = location_spacing(known.location)
         misfit = fit_misfit(base, fit.residual, noise, spacing_mm=spacing, seed=problem.seed, warm=again > 0)
         fit = fit_chain(chain, problem.priors.of(chain.kernel), known, misfit)
     return _judged(problem, fit, chain)
 
 
-def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadModel:
+def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
     residual, variance = fit.left_out
     left_out = LeftOut(
         residual=residual,
@@ -150,4 +150,4 @@ def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadModel:
     )
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
     score = float(log_density(left_out, noise, spread).sum())
-    return PadModel(fit, shape, left_out, noise, spread, score)
+    return PadCandidate(fit, shape, left_out, noise, spread, score)

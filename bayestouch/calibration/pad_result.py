@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.calibration.pad_load import load_statistics
-from bayestouch.calibration.pad_models import PadModel
+from bayestouch.calibration.pad_models import PadCandidate
 from bayestouch.calibration.pad_problem import PadProblem
 from bayestouch.calibration.pad_table import tabulate
 from bayestouch.chain.pad import COORDINATES, PadChain
@@ -22,11 +22,11 @@ CHAINS = 4
 _ROUNDS = 50
 
 
-def calibration_of(
+def pad_calibration_of(
     sensor: Sensor,
     problem: PadProblem,
-    model: PadModel,
-    rivals: dict[str, PadModel],
+    model: PadCandidate,
+    rivals: dict[str, PadCandidate],
     notes: list[str],
     *,
     draws: int,
@@ -78,7 +78,7 @@ def _by_name(chain: PadChain, flat: FloatArray, *, scalar: bool = False) -> dict
     return {name: np.asarray(values[0] if scalar else values) for name, values in out.items()}
 
 
-def _draws(problem: PadProblem, model: PadModel, draws: int) -> dict[str, FloatArray]:
+def _draws(problem: PadProblem, model: PadCandidate, draws: int) -> dict[str, FloatArray]:
     """Draws of the Laplace normal within the priors' supports, (chain, draw[, m])."""
     rng = np.random.default_rng(problem.seed)
     chain, covariance = model.fit.chain, model.fit.laplace.covariance
@@ -99,7 +99,7 @@ def _draws(problem: PadProblem, model: PadModel, draws: int) -> dict[str, FloatA
     return {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in values.items()}
 
 
-def _rows(problem: PadProblem, model: PadModel) -> TouchRows:
+def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
     known, left_out = problem.known, model.left_out
     load_share = problem.load_share if problem.load_measured else np.full(known.n_touches, model.load_spread)
     noise = model.noise.mean_sd(np.maximum(known.counts, 1), left_out.signal) ** 2
@@ -116,7 +116,7 @@ def _rows(problem: PadProblem, model: PadModel) -> TouchRows:
     )
 
 
-def _statistics(problem: PadProblem, model: PadModel, rivals: dict[str, PadModel]) -> dict[str, float]:
+def _statistics(problem: PadProblem, model: PadCandidate, rivals: dict[str, PadCandidate]) -> dict[str, float]:
     known, usable = problem.known, problem.usable
     signal = np.abs(known.readings - model.fit.chain.offset)
     peak = np.where(np.isfinite(signal), signal, 0.0).max(axis=0)
@@ -143,11 +143,11 @@ def _statistics(problem: PadProblem, model: PadModel, rivals: dict[str, PadModel
     return out
 
 
-def _load_statistics(problem: PadProblem, rivals: dict[str, PadModel]) -> dict[str, float]:
+def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> dict[str, float]:
     return load_statistics(problem, min(rivals.values(), key=lambda rival: rival.error_percent))
 
 
-def _lack_of_fit(problem: PadProblem, model: PadModel) -> float:
+def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
     """Mean square of readings left out, over that of pure error and of the prediction; NaN without repeats."""
     pure = problem.known.pure_error_variance
     here = np.isfinite(model.left_out.residual) & (pure > 0)
@@ -157,7 +157,7 @@ def _lack_of_fit(problem: PadProblem, model: PadModel) -> float:
     return float(np.mean((model.left_out.residual**2 / (averaged + model.left_out.variance))[here]))
 
 
-def _model_notes(problem: PadProblem, model: PadModel, name: str, rivals: dict[str, PadModel]) -> list[str]:
+def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: dict[str, PadCandidate]) -> list[str]:
     notes = []
     if len(rivals) > 1:
         scores = ", ".join(

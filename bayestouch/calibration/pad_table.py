@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.pad_models import PadModel, kernel_shape
+from bayestouch.calibration.pad_models import PadCandidate, kernel_shape
 from bayestouch.calibration.pad_readings import location_spacing
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.pad_map import PadMap
@@ -28,7 +28,7 @@ _MOST_POINTS = 12000
 _CHUNK = 1500
 
 
-def tabulate(model: PadModel) -> PadMap:
+def tabulate(model: PadCandidate) -> PadMap:
     """Tables of sensitivity and its variance over the calibrated region.
 
     The region reaches one typical spacing beyond the box around the calibration touches. The variance is that of
@@ -70,7 +70,7 @@ def tabulate(model: PadModel) -> PadMap:
     )
 
 
-def _sensitivity(model: PadModel, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _sensitivity(model: PadCandidate, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Sensitivity, its variance and its covariance with the offset at points (k, D), three (k, m) arrays."""
     fit = model.fit
     chain, misfit, covariance = fit.chain, fit.misfit, fit.laplace.covariance

@@ -23,14 +23,14 @@ from scipy.linalg import cho_solve, solve_triangular
 FloatArray = NDArray[np.float64]
 
 
-def matern(r: FloatArray) -> FloatArray:
+def matern_5_2(r: FloatArray) -> FloatArray:
     """Matérn correlation of smoothness 5/2 over distance in lengths: twice differentiable, as a map should be."""
     s = np.sqrt(5.0) * r
     return np.asarray((1 + s + s * s / 3) * np.exp(-s))
 
 
-def matern_by_length(r: FloatArray) -> FloatArray:
-    """Derivative of `matern` over the logarithm of the length."""
+def matern_5_2_by_length(r: FloatArray) -> FloatArray:
+    """Derivative of `matern_5_2` over the logarithm of the length."""
     s = np.sqrt(5.0) * r
     return np.asarray(s * s / 3 * (1 + s) * np.exp(-s))
 
@@ -42,7 +42,7 @@ def distances(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Misfit:
+class MapDiscrepancy:
     """Covariance of what readings show beyond the kernel: smooth correction and noise; n touches, m elements.
 
     Attributes
@@ -74,7 +74,7 @@ class Misfit:
     relative: float = 0.0
     length_mm: float = 1.0
 
-    def select(self, index: NDArray[np.int64]) -> Misfit:
+    def select(self, index: NDArray[np.int64]) -> MapDiscrepancy:
         """The same of some of the touches."""
         return replace(
             self,
@@ -91,7 +91,7 @@ class Misfit:
 
     @cached_property
     def _correlations(self) -> FloatArray:
-        rho = matern(distances(self.location, self.location) / self.length_mm)
+        rho = matern_5_2(distances(self.location, self.location) / self.length_mm)
         return np.asarray(rho * self.load[:, None] * self.load)
 
     @cached_property
@@ -138,7 +138,7 @@ class Misfit:
         shape : (k,) array
             Kernel of the element there.
         """
-        rho = matern(distances(location, self.location) / self.length_mm)
+        rho = matern_5_2(distances(location, self.location) / self.length_mm)
         return self._modulated(element, rho * self.load, shape)
 
     def prior_variance(self, element: int, shape: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_finger
+from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_tabulated_finger
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 
 FloatArray = NDArray[np.float64]
@@ -104,7 +104,7 @@ class FingerChain:
     @cached_property
     def added_by_finite_strain(self) -> FiniteStrainResponse:
         """What large strain adds to `table` at full share; elements beyond its depths count as at its ends."""
-        check_finger(self.core_radius_mm, self.outer_radius_mm)
+        check_tabulated_finger(self.core_radius_mm, self.outer_radius_mm)
         table = FiniteStrainTable.load()
         ends = table.sensing_radius_mm[[0, -1]]
         return table.for_elements(np.clip(self.sensing_radius_mm, *ends))

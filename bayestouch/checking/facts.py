@@ -11,7 +11,7 @@ from bayestouch.averages import TouchMeans
 from bayestouch.checking.tables import table_facts, touches_by_indenter
 from bayestouch.dataset import DataSet
 from bayestouch.json_values import strict
-from bayestouch.lacking import corrected_means, lacking
+from bayestouch.lacking import baseline_corrected_means, lacking
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +21,7 @@ def dataset_facts(dataset: DataSet) -> dict[str, Any]:
     """Everything that `bayestouch check` shows."""
     sensor, body = dataset.sensor, dataset.sensor.body
     tables = {"calibration": dataset.calibration, "touches": dataset.touches}
-    means = {name: corrected_means(table) for name, table in tables.items() if table is not None}
+    means = {name: baseline_corrected_means(table) for name, table in tables.items() if table is not None}
     facts: dict[str, Any] = {
         "sensor": {
             "name": sensor.name,

@@ -19,7 +19,7 @@ def effects(name: str | None, quiet: bool, as_json: bool) -> None:
     \b
     Example: bayestouch effects crosstalk
     """
-    from bayestouch.effects.listing import about, listing
+    from bayestouch.effects.listing import effect_facts, listing
 
     if name is None:
         rows = listing()
@@ -27,7 +27,7 @@ def effects(name: str | None, quiet: bool, as_json: bool) -> None:
         lines = [f"\n  {row['stage']:8} {row['name']:{width}}  {row['summary']}" for row in rows]
         say("".join(lines), {"effects": rows}, head=f"{len(rows)} effects", quiet=quiet, as_json=as_json)
         return
-    facts: dict[str, Any] = about(name)
+    facts: dict[str, Any] = effect_facts(name)
     lines = [f": {facts['summary']} (stage {facts['stage']})", "", facts["physics"]]
     for each in facts["parameters"]:
         null = "" if each["null"] is None else f"; {each['null']:g} does nothing"

@@ -11,7 +11,7 @@ from bayestouch.affected.finger_model import finger_model
 from bayestouch.affected.fitting import Fitted, drift_columns, fit
 from bayestouch.affected.pad_model import PadModel
 from bayestouch.affected.placed_table import PlacedTable
-from bayestouch.diagnosis.placed import Correction, correct, where_of
+from bayestouch.diagnosis.placed import Correction, fit_correction, where_of
 
 FloatArray = NDArray[np.float64]
 
@@ -23,7 +23,7 @@ def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
 
     A pad stays as it is: its map can follow whatever a correction does, so that a fit of both would end anywhere.
     """
-    chosen = correct(fitted)
+    chosen = fit_correction(fitted)
     if chosen is None:
         return None
     if isinstance(fitted.model, PadModel):

@@ -87,7 +87,7 @@ class DiagnosisData:
         first, second = one_clock(calibration, touches)
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
-        table = without_dead(joined(*parts))
+        table = without_dead(joined_tables(*parts))
         known = _known(table, isinstance(dataset.sensor.body, Finger))
         ids, group = groups(table.touch)
         read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
@@ -104,7 +104,7 @@ class DiagnosisData:
             how = TOO_FEW
         if not (known & ~held).any():
             raise InputError(NOTHING_KNOWN)
-        about = remarks(table, (known & ~held)[group])
+        about = remarks_on(table, (known & ~held)[group])
         return cls(
             dataset=dataset,
             table=table,
@@ -131,7 +131,7 @@ class DiagnosisData:
         calibration = dataset.calibration
         assert calibration is not None
         timing = Timing.of(calibration)
-        table = without_dead(joined(calibration.baseline_corrected()))
+        table = without_dead(joined_tables(calibration.baseline_corrected()))
         known = _known(table, isinstance(dataset.sensor.body, Finger))
         _, group = groups(table.touch)
         if not known.any():
@@ -147,7 +147,7 @@ class DiagnosisData:
             training=known[group],
             held_out=np.zeros(table.n_rows, dtype=bool),
             notes=tuple(
-                dict.fromkeys(note for note in (*dataset.notes, *remarks(table, known[group]), timing.note) if note)
+                dict.fromkeys(note for note in (*dataset.notes, *remarks_on(table, known[group]), timing.note) if note)
             ),
         )
 
@@ -171,7 +171,7 @@ class DiagnosisData:
             how = f"every fourth block of {size} touches that follow each other is held out"
         if not held.any():
             how = TOO_FEW
-        notes = (*dataset.notes, *table.notes, how, *remarks(table, training), clock.note)
+        notes = (*dataset.notes, *table.notes, how, *remarks_on(table, training), clock.note)
         return cls(
             dataset=replace(dataset, calibration=whole.select(~held[group]), touches=whole.select(held[group])),
             table=table,
@@ -231,7 +231,7 @@ class DiagnosisData:
         )
 
 
-def remarks(table: Touches, rows: BoolArray) -> tuple[str, ...]:
+def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
     """What is missing from the rows that fits see."""
     out = []
     dead = np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))
@@ -253,7 +253,7 @@ def _vary(load: FloatArray) -> bool:
     return bool(len(load) and np.ptp(load) > 0.2 * np.median(load))
 
 
-def joined(*tables: Touches) -> Touches:
+def joined_tables(*tables: Touches) -> Touches:
     """Rows of tables, touches numbered through from zero; columns that only some have are unknown in the others."""
 
     def numbers(name: str) -> FloatArray | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from bayestouch.affected.added import AddedEffect
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.left_over import force_noise
-from bayestouch.affected.result import calibration_of
+from bayestouch.affected.result import calibration_with_effects
 from bayestouch.affected.start import base_fit
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.correction import table_of
@@ -45,7 +45,7 @@ class _FingerStands:
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
     def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
-        calibration = calibration_of(
+        calibration = calibration_with_effects(
             fitted,
             added,
             sensor=self.data.dataset.sensor,

@@ -98,7 +98,7 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
     force_sd : float
         Noise of one reading of the load.
     """
-    noise, observed = fitted.noise, without_wrong(fitted, observed)
+    noise, observed = fitted.noise, without_wrong_readings(fitted, observed)
     model = finger_model(fitted.model).observing(observed)
     added, functions = functions_at(fitted, correction, observed)
     predicted = model.predict(fitted.vector).touches + added
@@ -124,7 +124,7 @@ def held_out(fitted: Fitted, correction: Correction | None, observed: Observatio
     )
 
 
-def without_wrong(fitted: Fitted, observed: Observations) -> Observations:
+def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observations:
     """Touches without the readings that a model takes to be wrong."""
     noise = fitted.noise
     for name, values in noise.effects:

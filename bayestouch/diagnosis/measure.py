@@ -83,14 +83,14 @@ def _advice(before: Fitted, one: Tried, two: Tried) -> Advice:
     names = (one.effect.name, two.effect.name)
     in_time = any(isinstance(tried.effect, RandomEffect) for tried in (one, two))
     if in_time:
-        apart, _ = difference(one.fitted, two.fitted, before.model.known)
+        apart, _ = separation(one.fitted, two.fitted, before.model.known)
         square = float((apart**2).sum(axis=1).mean())
         number = int(np.ceil(ENOUGH / max(square, 1e-9)))
         if number <= NUMBERS[-1]:
             return Advice(names, number, "of one kind (tip, location, load), spread evenly over the whole time")
         return Advice(names, None, NOTHING)
     observed = hypothetical(before)
-    apart, spread = difference(one.fitted, two.fitted, observed)
+    apart, spread = separation(one.fitted, two.fitted, observed)
     kinds = list(_kinds(observed))
     table = np.array([_decides(apart[rows], spread[:, rows]) for _, rows in kinds])
     for number, squares in zip(NUMBERS, table.T, strict=True):
@@ -160,7 +160,7 @@ def _some_readings(table: Touches, n: int) -> FloatArray:
     return np.tile(np.where(alive, 0.0, np.nan), (n, 1))
 
 
-def difference(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatArray, FloatArray]:
+def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatArray, FloatArray]:
     """Whitened difference of two models' predictions (t, m), and what the models leave open of it (d, t, m)."""
     models = [(each.model.observing(observed), each.vector) for each in (one, two)]
     first, second = (model.predict(vector).touches for model, vector in models)

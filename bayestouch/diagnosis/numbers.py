@@ -18,7 +18,7 @@ from bayestouch.results import Calibration
 Numbers = dict[str, Any]
 
 
-def all_numbers(traced: Traced) -> Numbers:
+def diagnosis_numbers(traced: Traced) -> Numbers:
     """Everything, in plain types; None what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}

@@ -19,7 +19,7 @@ from bayestouch.affected.whitening import Whitening
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
-from bayestouch.diagnosis.held_out import HeldOut, design_of, functions_at, without_wrong
+from bayestouch.diagnosis.held_out import HeldOut, design_of, functions_at, without_wrong_readings
 from bayestouch.diagnosis.pad_touches import read_held_out_pad
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.quantities import of_pad
@@ -127,7 +127,7 @@ def held_out_pad(fitted: Fitted, correction: Correction | None, observed: Observ
     Where touches have several samples the prediction error is that of samples: a pad's samples may be of another time
     of the hold each.
     """
-    observed = without_wrong(fitted, observed)
+    observed = without_wrong_readings(fitted, observed)
     model = fitted.model.observing(observed)
     assert isinstance(model, PadModel)
     added, functions = functions_at(fitted, correction, observed)

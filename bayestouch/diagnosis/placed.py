@@ -136,7 +136,7 @@ class Correction:
         return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
 
 
-def correct(fitted: Fitted) -> Correction | None:
+def fit_correction(fitted: Fitted) -> Correction | None:
     """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
     model = fitted.model
     placed = PadPlaced.of(model, fitted.vector) if isinstance(model, PadModel) else Placed.of(fitted)

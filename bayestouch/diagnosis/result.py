@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.diagnosis.numbers import all_numbers
+from bayestouch.diagnosis.numbers import diagnosis_numbers
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.results import Calibration
@@ -44,7 +44,7 @@ class Diagnosis:
     @classmethod
     def of(cls, traced: Traced, options: Mapping[str, Any]) -> Diagnosis:
         """Sum up what was traced."""
-        return cls(all_numbers(traced), traced.before.calibration, traced.after.calibration, options, traced)
+        return cls(diagnosis_numbers(traced), traced.before.calibration, traced.after.calibration, options, traced)
 
     @property
     def verdict(self) -> str:

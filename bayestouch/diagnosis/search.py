@@ -15,7 +15,7 @@ from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_search import score_noise
-from bayestouch.diagnosis.placed import correct
+from bayestouch.diagnosis.placed import fit_correction
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
@@ -177,7 +177,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         fitted, leading, before, ERRORS, least, scheduler, lambda number: progress(SCORED + part * number)
     )
     refitted = {each.effect.name: each for each in again}
-    correction = correct(fitted)
+    correction = fit_correction(fitted)
     progress(1.0)
     correction_gain, correction_se = 0.0, 0.0
     if correction is not None:

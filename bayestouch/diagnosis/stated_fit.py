@@ -8,7 +8,7 @@ from dataclasses import replace
 from bayestouch.affected.added import added_effects, moved_to
 from bayestouch.affected.effect_list import named_effects
 from bayestouch.affected.fitting import Fitted, fit, fit_from_both
-from bayestouch.affected.result import calibration_of
+from bayestouch.affected.result import calibration_with_effects
 from bayestouch.affected.start import base_fit
 from bayestouch.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects
@@ -59,7 +59,7 @@ def calibrate_with_effects(
         else:
             fitted, extra = corrected[0], table_of(*corrected).arrays()
             added = list(moved_to(fitted, added))
-    return calibration_of(
+    return calibration_with_effects(
         fitted,
         added,
         sensor=data.dataset.sensor,

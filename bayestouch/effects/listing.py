@@ -18,7 +18,7 @@ def listing() -> list[dict[str, str]]:
     return [{"name": each.name, "stage": each.stage, "summary": each.summary} for each in effect_classes().values()]
 
 
-def about(name: str) -> dict[str, Any]:
+def effect_facts(name: str) -> dict[str, Any]:
     """All about one effect: the paragraph on its physics with its reference, and its parameters.
 
     Raises

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.inference.fault_tests import TOLERANCE, Misfit
+from bayestouch.inference.fault_tests import TOLERANCE, SensorMisfit
 
 FloatArray = NDArray[np.float64]
 Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
@@ -38,7 +38,7 @@ class ColumnFault:
     sd: float = np.nan
 
 
-def named(column: int, read: FloatArray, misfit: Misfit) -> ColumnFault:
+def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     """What is wrong with a column, from what the others say it should have read."""
     there = np.isfinite(read)
     y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]

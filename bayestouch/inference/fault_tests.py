@@ -33,7 +33,7 @@ _NORMAL_QUARTILE = 0.6744897501960817
 
 
 @dataclass(frozen=True, eq=False)
-class Misfit:
+class SensorMisfit:
     """Residuals of fitted touches; t touches, k columns (the elements, then the force sensor).
 
     Attributes
@@ -78,7 +78,7 @@ class ColumnTests:
     gain, gain_sd : arrays
         Reading over what it should be, and its standard deviation.
     offset, offset_sd : arrays
-        Reading less what it should be as a share of `Misfit.scale`; NaN for the force sensor.
+        Reading less what it should be as a share of `SensorMisfit.scale`; NaN for the force sensor.
     scatter : array
         Robust standard deviation of the standardised residuals, over that of the median column (1 at the least).
     drop : array
@@ -107,7 +107,7 @@ class ColumnTests:
         return not self.differ and not bool(self.faulty.any())
 
 
-def tested(misfit: Misfit) -> ColumnTests:
+def tested(misfit: SensorMisfit) -> ColumnTests:
     """Test every column for a changed gain, an offset and a scatter of its own."""
     information, scale = misfit.information, misfit.scale
     told = information > 0
@@ -148,7 +148,7 @@ def tested(misfit: Misfit) -> ColumnTests:
     )
 
 
-def _coefficient(misfit: Misfit, direction: FloatArray, usual: float) -> tuple[FloatArray, FloatArray]:
+def _coefficient(misfit: SensorMisfit, direction: FloatArray, usual: float) -> tuple[FloatArray, FloatArray]:
     """How far each column moves along a direction (t, k), and its sd; inf where the touches do not tell."""
     weight = misfit.information * direction**2
     total = weight.sum(axis=0)

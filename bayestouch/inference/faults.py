@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.inference.fault_kinds import ColumnFault, named
-from bayestouch.inference.fault_tests import ColumnTests, Misfit, tested
+from bayestouch.inference.fault_tests import ColumnTests, SensorMisfit, tested
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -45,7 +45,7 @@ class FittedTouches(Protocol):
         """The same touches with the readings of the elements in another order."""
         ...
 
-    def __call__(self, out: BoolArray) -> Misfit:
+    def __call__(self, out: BoolArray) -> SensorMisfit:
         """Fit without the columns `out`, a mask (k,)."""
         ...
 
@@ -203,7 +203,7 @@ def _exchanged(m: int, pair: tuple[int, int]) -> IntArray:
     return order
 
 
-def _root_mean_squares(misfit: Misfit) -> tuple[float, float]:
+def _root_mean_squares(misfit: SensorMisfit) -> tuple[float, float]:
     """Of the standardised residuals of all elements together, and of the element that has the largest."""
     told = (misfit.information > 0)[:, :-1]
     score, information = misfit.score[:, :-1], misfit.information[:, :-1]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.inference.fault_tests import Misfit
+from bayestouch.inference.fault_tests import SensorMisfit
 from bayestouch.inference.finger_covariance import CalibrationCovariance, reading_covariance
 from bayestouch.inference.finger_modes import STEPS, find_modes
 from bayestouch.inference.finger_reader import (
@@ -76,7 +76,7 @@ class FingerMisfit:
 
     @property
     def _discrepancy(self) -> FloatArray:
-        """`Misfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
         share = self.noise.discrepancy_sd / self.scale[:-1]
         return np.append(share, np.median(share))
 
@@ -86,7 +86,7 @@ class FingerMisfit:
         moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
         return replace(self, readings=moved)
 
-    def __call__(self, out: BoolArray) -> Misfit:
+    def __call__(self, out: BoolArray) -> SensorMisfit:
         """Fit the touches without the columns `out`, a mask (m + 1,)."""
         m = self.noise.tactile_sd.shape[0]
         touches = self.readings
@@ -120,7 +120,7 @@ class FingerMisfit:
         told = information > LEAST_TOLD * np.einsum("tii->ti", weight)
         left = np.where(told[:, :, None], left, 0.0)[:, :, :-1]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
-        return Misfit(
+        return SensorMisfit(
             score=np.where(told, score, 0.0),
             information=np.where(told, information, 0.0),
             signal=signal,
@@ -150,7 +150,7 @@ class FingerMisfit:
     def _shared(
         self, left: FloatArray, jacobian: FloatArray | None, covariance: FloatArray
     ) -> Callable[[FloatArray], FloatArray]:
-        """`Misfit.shared`; `left` (t, m + 1, m) is what an error of each reading does to each column's score."""
+        """`SensorMisfit.shared`; `left` (t, m + 1, m) is what an error of each reading does to each column's score."""
         known = self.reading_covariance
         if jacobian is None or not isinstance(known, CalibrationCovariance):
             # Only the covariance of readings of one touch is known: as if errors went the same way in all touches.

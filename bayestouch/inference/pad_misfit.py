@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.calibration.pad_readings import PadReadings
-from bayestouch.inference.fault_tests import Misfit
+from bayestouch.inference.fault_tests import SensorMisfit
 from bayestouch.inference.pad_components import components_of
 from bayestouch.inference.pad_lattice import Lattice
 from bayestouch.inference.pad_reader import PadReader, PadTouches
@@ -61,7 +61,7 @@ class PadMisfit:
 
     @property
     def _discrepancy(self) -> FloatArray:
-        """`Misfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
         noise = self.reader.noise
         share = np.hypot(noise.discrepancy_sd / self.scale[:-1], noise.signal_share)
         return np.append(share, np.median(share))
@@ -72,7 +72,7 @@ class PadMisfit:
         moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
         return replace(self, readings=moved)
 
-    def __call__(self, out: BoolArray) -> Misfit:
+    def __call__(self, out: BoolArray) -> SensorMisfit:
         """Fit the touches without the columns `out`, a mask (m + 1,)."""
         reader, m = self.reader, self.reader.map.n_elements
         touches = replace(
@@ -106,7 +106,7 @@ class PadMisfit:
         uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
         # Of errors of the map at different places nothing is known here: as if they went the same way in all touches.
         shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
-        return Misfit(
+        return SensorMisfit(
             score=np.where(told, weight * (values - rows), 0.0),
             information=np.where(told, information, 0.0),
             signal=rows,

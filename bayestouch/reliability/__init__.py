@@ -13,7 +13,7 @@ _PUBLIC = {
     "Annulus": "paper_criterion",
     "Beside": "comparison",
     "BiasMap": "bias_scores",
-    "Comparison": "comparison",
+    "PublishedComparison": "comparison",
     "DesignMaps": "designs",
     "Effort": "effort",
     "Explained": "bias_scores",
@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from bayestouch.reliability.bias_scores import shared_by_indenters as shared_by_indenters
     from bayestouch.reliability.bias_scores import variance_split as variance_split
     from bayestouch.reliability.comparison import Beside as Beside
-    from bayestouch.reliability.comparison import Comparison as Comparison
+    from bayestouch.reliability.comparison import PublishedComparison as PublishedComparison
     from bayestouch.reliability.designs import DesignMaps as DesignMaps
     from bayestouch.reliability.designs import design_maps as design_maps
     from bayestouch.reliability.distinguishability import Optimism as Optimism

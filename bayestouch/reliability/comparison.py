@@ -56,7 +56,7 @@ class Beside:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PublishedComparison:
     """Every number that the paper printed, in its order, beside ours.
 
     Attributes
@@ -68,7 +68,7 @@ class Comparison:
     rows: tuple[Beside, ...]
 
     @classmethod
-    def of(cls, rows: Iterable[Beside]) -> Comparison:
+    def of(cls, rows: Iterable[Beside]) -> PublishedComparison:
         """Order the rows as the paper has them.
 
         Raises
@@ -118,7 +118,7 @@ class Comparison:
         return "\n".join(out) + "\n"
 
 
-def shown(value: float, decimals: int = 0) -> str:
+def shown_number(value: float, decimals: int = 0) -> str:
     """Three digits and at least these decimals, without an exponent; a dash for NaN."""
     if np.isnan(value):
         return "–"
@@ -129,10 +129,10 @@ def shown(value: float, decimals: int = 0) -> str:
 
 def _line(row: Beside) -> str:
     unit = "" if row.paper.unit == "1" else f" {row.paper.unit}"
-    ours = shown(row.ours, len(row.paper.printed.partition(".")[2]))
-    interval = "" if np.isnan(row.low) else f"{shown(row.low)} to {shown(row.high)}"
+    ours = shown_number(row.ours, len(row.paper.printed.partition(".")[2]))
+    interval = "" if np.isnan(row.low) else f"{shown_number(row.low)} to {shown_number(row.high)}"
     sign = "+" if row.difference > 0 else ""
-    difference = "0" if abs(row.difference) <= row.paper.rounding else sign + shown(row.difference)
+    difference = "0" if abs(row.difference) <= row.paper.rounding else sign + shown_number(row.difference)
     why = ("put in; " if row.put_in else "") + row.why
     cells = (f"`{row.key}`", row.paper.printed + unit, ours, interval, difference, why.rstrip("; "))
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.contact import indenter_radius
-from bayestouch.simplex import FingerModel
+from bayestouch.simplex import TouchPredictor
 
 FloatArray = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ class ContactEstimates:
         return indenter_radius(self.composite_radius_mm, self.outer_radius_mm)
 
 
-def fit_many_touches(finger: FingerModel, readings: ArrayLike) -> ContactEstimates:
+def fit_many_touches(finger: TouchPredictor, readings: ArrayLike) -> ContactEstimates:
     """Fit R, θ_c and P of every touch.
 
     Parameters
@@ -89,7 +89,7 @@ class _Step:
 
     @classmethod
     def of(
-        cls, finger: FingerModel, data: FloatArray, width: FloatArray, angle: FloatArray, damping: FloatArray
+        cls, finger: TouchPredictor, data: FloatArray, width: FloatArray, angle: FloatArray, damping: FloatArray
     ) -> _Step:
         end = 2 * finger.outer_radius_mm  # of the finger's table
         load, residual = _projected(finger, data, width, angle)
@@ -117,7 +117,7 @@ class _Step:
 
 
 def _projected(
-    finger: FingerModel, data: FloatArray, width: FloatArray, angle: FloatArray
+    finger: TouchPredictor, data: FloatArray, width: FloatArray, angle: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Best load of each touch, and what it leaves over."""
     half = finger.largest_load / 2
@@ -128,7 +128,7 @@ def _projected(
     return load, data - load[:, None] * unit
 
 
-def _start(finger: FingerModel, data: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _start(finger: TouchPredictor, data: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Nearest touch of a grid: R under half the largest load (mm), and θ_c in rad."""
     margin = np.radians(START_MARGIN_DEG)
     line = np.arange(finger.angle.min() - margin, finger.angle.max() + margin, np.radians(START_STEP_DEG))

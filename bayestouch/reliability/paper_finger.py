@@ -27,9 +27,9 @@ from bayestouch.simulation.designs import REFERENCE_LOAD
 from bayestouch.simulation.finger import BuiltFinger
 
 FloatArray = NDArray[np.float64]
-Calibration = Literal["model", "empirical"]
+PaperCalibration = Literal["model", "empirical"]
 
-CALIBRATIONS: tuple[Calibration, Calibration] = ("model", "empirical")
+CALIBRATIONS: tuple[PaperCalibration, PaperCalibration] = ("model", "empirical")
 TIPS_MM = np.array([row.r_c for row in TABLE_3])
 LOCATIONS_DEG = np.arange(-20.0, 20.0)
 SENSING_RADIUS_MM, POISSON_RATIO = TABLE_1[1].average, TABLE_1[0].average
@@ -38,7 +38,7 @@ MISFIT_LENGTH_DEG = 8.0
 """Correlation length of the model error: one element spacing. Between 4° and 16° results hardly change."""
 # Noise of the averaged fits in quadrature: 0.5 % of the force sensor, 0.4 % of the readings.
 _NOISE_OF_FIT = float(np.hypot(number("noise.force_sensor").value, number("noise.averaged_readings").value))
-MISFIT_PERCENT: dict[Calibration, float] = {
+MISFIT_PERCENT: dict[PaperCalibration, float] = {
     "model": float(np.sqrt(TABLE_1[2].average ** 2 - _NOISE_OF_FIT**2)),
     "empirical": float(np.sqrt(TABLE_2[0].average ** 2 - _NOISE_OF_FIT**2)),
 }
@@ -141,7 +141,7 @@ class PaperFinger:
         return replace(self.identified, map=readings, response=response)
 
     def reader(
-        self, calibration: Calibration, contact: str | ContactModel, shear_modulus_MPa: float
+        self, calibration: PaperCalibration, contact: str | ContactModel, shear_modulus_MPa: float
     ) -> EmpiricalFinger:
         """The finger to read touches with, by a named contact model or one of another kind."""
         finger = EmpiricalFinger.of(

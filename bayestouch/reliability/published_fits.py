@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 from bayestouch.contact import composite_radius
 from bayestouch.published import TABLE_1, TABLE_3
 from bayestouch.reliability.modulus import ModulusPosterior, infer_modulus
-from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM, Calibration
+from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM, PaperCalibration
 from bayestouch.reliability.paper_physics import BUILT_RADIUS_MM, LINEAR, Physics
 from bayestouch.reliability.simulated_fits import HERTZ, R_B, SimulatedFits, WidthModel, simulate_fits
 
@@ -38,7 +38,7 @@ FITTED_RADIUS_SD_MM = 0.08
 """Of Table 1's mean sensing radius: 14 elements from 9.8 to 10.7 mm scatter by 0.26 mm, and it is rounded to 0.1."""
 
 
-def printed(contact: str, calibration: Calibration) -> FloatArray:
+def printed(contact: str, calibration: PaperCalibration) -> FloatArray:
     """A column of Table 3 as composite radii, mm; contact ``hertz`` or ``frictionless``."""
     return composite_radius([getattr(row, f"{contact}_{calibration}") for row in TABLE_3], R_B)
 
@@ -139,7 +139,7 @@ def infer_from_table_3(
     curves: BiasCurves,
     *,
     contacts: Sequence[str] = ("hertz",),
-    calibrations: Sequence[Calibration] = CALIBRATIONS,
+    calibrations: Sequence[PaperCalibration] = CALIBRATIONS,
     covariance_of: BiasCurves | None = None,
 ) -> ModulusPosterior:
     """Posterior of μ from columns of Table 3.

@@ -20,7 +20,7 @@ from bayestouch.reliability.paper_finger import (
     DESIGN,
     LOCATIONS_DEG,
     POISSON_RATIO,
-    Calibration,
+    PaperCalibration,
     PaperFinger,
     simulated,
 )
@@ -113,7 +113,7 @@ def distinguished_radius(shear_modulus_MPa: float, mean_over: MeanOver, contact:
 def noise_row(
     finger: PaperFinger,
     shear_modulus_MPa: float,
-    calibration: Calibration = "model",
+    calibration: PaperCalibration = "model",
     *,
     contact: str = "layer",
     seed: int = 0,

@@ -35,7 +35,7 @@ from bayestouch.reporting.verdict import verdict
 from bayestouch.version import __version__
 
 
-def all_numbers(evidence: Evidence) -> dict[str, Any]:
+def report_numbers(evidence: Evidence) -> dict[str, Any]:
     """Everything that the page shows, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
     paper = PaperFits.of(evidence) if evidence.is_finger else None
     numbers: dict[str, Any] = {

@@ -13,7 +13,7 @@ from bayestouch.reporting.differences import reference_composite_radius, turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
-from bayestouch.simplex import FingerModel
+from bayestouch.simplex import TouchPredictor
 
 FloatArray = NDArray[np.float64]
 
@@ -37,7 +37,7 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
     contact = str(evidence.calibration.settings["contact"])
     model = model_finger(evidence.calibration, contact)
     identified = paper.empirical_finger(evidence, contact)
-    ways: list[tuple[str, bool, FingerModel]] = [("model", False, model)]
+    ways: list[tuple[str, bool, TouchPredictor]] = [("model", False, model)]
     ways += [("empirical", False, identified)] if identified is not None else []
     ways += [("model", True, model)] if measured else []
     blocks = []

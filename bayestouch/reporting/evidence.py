@@ -16,7 +16,7 @@ from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger, Sensor
 from bayestouch.splits import with_calibration
 
-Progress = Callable[[float], None]
+StepProgress = Callable[[float], None]
 
 # Of the time that a run takes, and so of its progress bar.
 _CALIBRATED, _READ = 0.25, 0.5
@@ -93,7 +93,7 @@ def gather(
     draws: int,
     plug_in: bool,
     diagnosis: bool | Path = False,
-    progress: Progress | None = None,
+    progress: StepProgress | None = None,
 ) -> Evidence:
     """Calibrate and read the touches.
 

@@ -11,7 +11,7 @@ from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.errors import InputError
 from bayestouch.reporting.differences import three
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, FingerModel, table_1, table_2
+from bayestouch.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, TouchPredictor, table_1, table_2
 
 _QUANTITIES = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak", "noise_percent_peak")
 
@@ -76,7 +76,7 @@ class PaperFits:
             "condition_number": float(found.condition_number),
         }
 
-    def empirical_finger(self, evidence: Evidence, contact: str) -> FingerModel | None:
+    def empirical_finger(self, evidence: Evidence, contact: str) -> TouchPredictor | None:
         """The identified map with a contact model to read touches with; None where an element has no map."""
         found = self.empirical
         if found is None or not np.isfinite(found.response).all():

@@ -19,7 +19,7 @@ from bayestouch.contact import indenter_radius
 from bayestouch.inference.finger_modes import find_modes
 from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.results import Calibration
-from bayestouch.simplex import FingerModel
+from bayestouch.simplex import TouchPredictor
 
 FloatArray = NDArray[np.float64]
 
@@ -65,14 +65,14 @@ class _FlatInLogit:
         return np.asarray(self.largest * np.asarray(probability, dtype=float))
 
 
-def model_finger(calibration: Calibration, contact: str) -> FingerModel:
+def model_finger(calibration: Calibration, contact: str) -> TouchPredictor:
     """The finger at the mode of its calibration, read with a contact model that may be another."""
     chain = finger_chain(calibration)
     return chain if contact == chain.contact else chain.with_(contact=contact)
 
 
 def fit_points(
-    means: TouchMeans, calibration: Calibration, finger: FingerModel, *, use_load: bool = False
+    means: TouchMeans, calibration: Calibration, finger: TouchPredictor, *, use_load: bool = False
 ) -> PointFits:
     """Fit radius, location and load of every touch.
 
@@ -91,7 +91,7 @@ def fit_points(
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     load_sd = calibration.noise.force_sd / np.sqrt(np.maximum(counts.max(axis=1), 1))
     readings = TouchReadings(means.readings, counts, load, load_sd)
-    # The search asks for no more than a `FingerModel` has: angles, outer radius, predictions.
+    # The search asks for no more than a `TouchPredictor` has: angles, outer radius, predictions.
     chain = cast(FingerChain, finger)
     wide = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
     priors = IndenterPriors(_FlatInLogit(finger.outer_radius_mm), wide.location, wide.load)

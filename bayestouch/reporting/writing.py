@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bayestouch.reporting.assemble import all_numbers
+from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.reporting.live import live_figures
@@ -15,7 +15,7 @@ from bayestouch.reporting.picture_list import all_pictures
 
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write every file of a report into an existing folder; returns what ``report.json`` holds."""
-    numbers = all_numbers(evidence)
+    numbers = report_numbers(evidence)
     pictures = all_pictures(evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)

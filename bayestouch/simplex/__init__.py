@@ -6,15 +6,15 @@ from bayestouch.simplex.elements import ElementFit, fit_element
 from bayestouch.simplex.empirical import EmpiricalTable, table_2
 from bayestouch.simplex.empirical_finger import EmpiricalFinger
 from bayestouch.simplex.tables import ElementTable, table_1
-from bayestouch.simplex.touches import FingerModel, TouchFit, fit_touch, fit_touches
+from bayestouch.simplex.touches import TouchFit, TouchPredictor, fit_touch, fit_touches
 
 __all__ = [
     "ElementFit",
     "ElementTable",
     "EmpiricalFinger",
     "EmpiricalTable",
-    "FingerModel",
     "TouchFit",
+    "TouchPredictor",
     "fit_element",
     "fit_touch",
     "fit_touches",

@@ -27,7 +27,7 @@ STEPS = np.array([1.0, 1.0, 10.0])  # first simplex: mm, degree, N/m
 LARGEST_INDENTER_MM = 1e4  # a flat, where r_c is the unknown
 
 
-class FingerModel(Protocol):
+class TouchPredictor(Protocol):
     """What the fit needs of a calibrated finger: `FingerChain`, or an `EmpiricalFinger`."""
 
     @property
@@ -90,7 +90,9 @@ class TouchFit:
     converged: bool
 
 
-def fit_touch(finger: FingerModel, reading: ArrayLike, *, load: float | None = None, radius: Radius = "R") -> TouchFit:
+def fit_touch(
+    finger: TouchPredictor, reading: ArrayLike, *, load: float | None = None, radius: Radius = "R"
+) -> TouchFit:
     """Fit radius, location and load of one touch.
 
     Parameters
@@ -114,7 +116,7 @@ def fit_touch(finger: FingerModel, reading: ArrayLike, *, load: float | None = N
 
 
 def fit_touches(
-    finger: FingerModel,
+    finger: TouchPredictor,
     readings: ArrayLike,
     *,
     loads: Sequence[float] | FloatArray | None = None,
@@ -145,7 +147,7 @@ class _Starts:
     strain: FloatArray
 
     @classmethod
-    def of(cls, finger: FingerModel) -> _Starts:
+    def of(cls, finger: TouchPredictor) -> _Starts:
         margin = np.radians(START_MARGIN_DEG)
         line = np.arange(finger.angle.min() - margin, finger.angle.max() + margin, np.radians(START_STEP_DEG))
         radius, angle = (
@@ -165,12 +167,12 @@ class _Starts:
         return np.array([self.radius_mm[i], self.angle[i], best[i]])
 
 
-def _rest(finger: FingerModel) -> FloatArray:
+def _rest(finger: TouchPredictor) -> FloatArray:
     """Readings without touch."""
     return finger.predict(0.0, 0.0, 0.0)
 
 
-def _fit(finger: FingerModel, reading: FloatArray, load: float | None, radius: Radius, starts: _Starts) -> TouchFit:
+def _fit(finger: TouchPredictor, reading: FloatArray, load: float | None, radius: Radius, starts: _Starts) -> TouchFit:
     from scipy.optimize import minimize
 
     outer = finger.outer_radius_mm

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.errors import InputError
-from bayestouch.simulation.recording import Recording
+from bayestouch.simulation.recording import SimulatedRecording
 
 FloatArray = NDArray[np.float64]
 Stage = Literal["rig", "contact", "body", "element", "readout", "noise"]
-Apply = Callable[[Recording, float, np.random.Generator], Recording]
+Apply = Callable[[SimulatedRecording, float, np.random.Generator], SimulatedRecording]
 
 ECCENTRICITY_PHASE_DEG = 30.0
 SOFT_SPOT_DEG, SOFT_SPOT_WIDTH_DEG = 7.0, 10.0
@@ -63,67 +63,67 @@ class SimulatedEffect:
         return self.stage in ("rig", "contact") or self.apply is aperture
 
 
-def prober_eccentricity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def prober_eccentricity(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, place=(r.angle_deg + value * np.sin(np.radians(r.angle_deg - ECCENTRICITY_PHASE_DEG)),))
 
 
-def load_offset(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def load_offset(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, load_reading=r.load_reading + value)
 
 
-def load_misalignment(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def load_misalignment(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, load_reading=r.load_reading * (1 + value * np.sin(np.radians(r.angle_deg))))
 
 
-def blunt_edge(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def blunt_edge(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, indenter_radius_mm=np.where(r.indenter_radius_mm == 0, value, r.indenter_radius_mm))
 
 
-def aperture(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def aperture(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, aperture_mm=value)
 
 
-def soft_spot(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def soft_spot(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     bump = np.exp(-0.5 * ((r.angle_deg - SOFT_SPOT_DEG) / SOFT_SPOT_WIDTH_DEG) ** 2)
     return replace(r, signal=r.signal * (1 + value * bump)[:, None])
 
 
-def crosstalk(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def crosstalk(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     leak = np.zeros_like(r.signal)
     leak[:, 1:] += r.signal[:, :-1]
     leak[:, :-1] += r.signal[:, 1:]
     return replace(r, signal=r.signal + value * leak)
 
 
-def channel_lag(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def channel_lag(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     scan = r.signal.ravel()
     before = np.concatenate([scan[:1], scan[:-1]])
     return replace(r, signal=(scan + value * (before - scan)).reshape(r.signal.shape))
 
 
-def proximity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def proximity(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     turn = (r.element_place[0] - r.angle_deg[:, None] + 180) % 360 - 180
     return replace(r, signal=r.signal + value * r.peak * np.exp(-0.5 * (turn / PROXIMITY_WIDTH_DEG) ** 2))
 
 
-def gain_nonlinearity(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def gain_nonlinearity(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, signal=r.signal * (1 + value * r.signal / r.peak))
 
 
-def saturation(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def saturation(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, signal=np.clip(r.signal, -value * r.peak, value * r.peak))
 
 
-def gain_drift(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def gain_drift(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     share = (r.time_s - r.time_s[0]) / max(r.time_s[-1] - r.time_s[0], 1e-300)
     return replace(r, signal=r.signal * (1 + value * share)[:, None])
 
 
-def creep(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def creep(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, signal=r.signal * (1 + value * -np.expm1(-r.held_s / CREEP_TIME_S))[:, None])
 
 
-def memory(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def memory(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     first = np.flatnonzero(r.sample == 0)
     before = np.concatenate([[0], first[1:] - 1])  # last row of the touch before
     left = np.where(np.arange(len(first))[:, None] > 0, r.signal[before], 0.0)
@@ -131,7 +131,7 @@ def memory(r: Recording, value: float, rng: np.random.Generator) -> Recording:
     return replace(r, signal=r.signal + value * left[r.touch] * fade[:, None])
 
 
-def baseline_drift(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def baseline_drift(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     # Ornstein-Uhlenbeck process, stationary from the start, one for each element.
     keep = np.exp(-np.diff(r.time_s, prepend=r.time_s[0] - 1e9) / DRIFT_TIME_S)
     shocks = rng.standard_normal(r.signal.shape) * np.sqrt(1 - keep**2)[:, None]
@@ -141,15 +141,15 @@ def baseline_drift(r: Recording, value: float, rng: np.random.Generator) -> Reco
     return replace(r, signal=r.signal + value * r.peak * drift)
 
 
-def common_mode_noise(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def common_mode_noise(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, signal=r.signal + value * r.peak * rng.standard_normal((len(r.signal), 1)))
 
 
-def signal_dependent_noise(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def signal_dependent_noise(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     return replace(r, signal=r.signal * (1 + value * rng.standard_normal(r.signal.shape)))
 
 
-def outliers(r: Recording, value: float, rng: np.random.Generator) -> Recording:
+def outliers(r: SimulatedRecording, value: float, rng: np.random.Generator) -> SimulatedRecording:
     wrong = rng.random(r.signal.shape) < value
     return replace(r, signal=r.signal + wrong * r.peak * rng.uniform(-1, 1, r.signal.shape))
 
@@ -213,7 +213,9 @@ def check_effects(effects: Mapping[str, float], *, finger: bool) -> None:
             raise InputError(f"effect {name} is one of fingers, and this sensor is a pad")
 
 
-def apply_effects(recording: Recording, effects: Mapping[str, float], seed: int, *, before_body: bool) -> Recording:
+def apply_effects(
+    recording: SimulatedRecording, effects: Mapping[str, float], seed: int, *, before_body: bool
+) -> SimulatedRecording:
     """Apply the effects that come before, or after, the strain is worked out.
 
     Each draws from a stream of its own, so that one does not change another.

@@ -19,7 +19,7 @@ from bayestouch.chain.response import modes_needed
 from bayestouch.contact import composite_radius, contact_model
 from bayestouch.sensor import Finger, Rubber, Sensor
 from bayestouch.simulation.designs import REFERENCE_LOAD, FingerDesign
-from bayestouch.simulation.recording import Plan, Recording
+from bayestouch.simulation.recording import Plan, SimulatedRecording
 
 FloatArray = NDArray[np.float64]
 
@@ -111,7 +111,7 @@ class BuiltFinger:
         scale = load / 1000 / design.shear_modulus_MPa / (2 * np.pi * radii[1])
         return np.asarray(scale[:, None] * series)
 
-    def press(self, recording: Recording) -> Recording:
+    def press(self, recording: SimulatedRecording) -> SimulatedRecording:
         """Contact, body and gain: the signal, without noise. Equal touches are worked out once."""
         touches = np.stack([recording.indenter_radius_mm, recording.angle_deg, recording.load], axis=1)
         distinct, row = np.unique(touches, axis=0, return_inverse=True)

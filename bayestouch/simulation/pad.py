@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bayestouch.sensor import Pad, Rubber, Sensor
 from bayestouch.simulation.designs import PadDesign
-from bayestouch.simulation.recording import Plan, Recording
+from bayestouch.simulation.recording import Plan, SimulatedRecording
 
 FloatArray = NDArray[np.float64]
 
@@ -57,7 +57,7 @@ class BuiltPad:
         """Middle of the load range, N."""
         return float(np.mean(self.design.load_range))
 
-    def press(self, recording: Recording) -> Recording:
+    def press(self, recording: SimulatedRecording) -> SimulatedRecording:
         """Body and gain: the signal, without noise."""
         axes = zip(recording.place, self.place, strict=True)
         distance = np.sqrt(sum((touch[:, None] - element) ** 2 for touch, element in axes))

@@ -20,7 +20,7 @@ LIFT_INTERVAL_S = 4.0
 
 
 @dataclass(frozen=True, eq=False)
-class Recording:
+class SimulatedRecording:
     """Every sample of every touch, calibration first; n rows, m elements.
 
     Attributes
@@ -88,7 +88,7 @@ class Built(Protocol):
         """Load to which peak readings and noise refer, N/m or N."""
         ...
 
-    def press(self, recording: Recording) -> Recording:
+    def press(self, recording: SimulatedRecording) -> SimulatedRecording:
         """Contact, body and gain: the signal, without noise."""
         ...
 
@@ -142,10 +142,10 @@ class Plan:
         cycle = self.samples * SAMPLE_INTERVAL_S + LIFT_INTERVAL_S
         return self.touch * cycle + self.sample * SAMPLE_INTERVAL_S
 
-    def start(self, sensor: Built) -> Recording:
+    def start(self, sensor: Built) -> SimulatedRecording:
         """Recording of this plan before the first stage."""
         load = np.repeat(self.load, self.samples)
-        return Recording(
+        return SimulatedRecording(
             touch=self.touch,
             sample=self.sample,
             time_s=self.time_s,
@@ -158,7 +158,7 @@ class Plan:
             signal=np.zeros((len(load), len(sensor.response))),
         )
 
-    def tables(self, recording: Recording, columns: tuple[str, ...]) -> tuple[Touches, Touches]:
+    def tables(self, recording: SimulatedRecording, columns: tuple[str, ...]) -> tuple[Touches, Touches]:
         """Touch tables of calibration and of touches to be read: commanded places, read loads, signals."""
         rows = recording.touch
         split = self.n_calibration
@@ -177,7 +177,7 @@ class Plan:
             )
         return tables[0], tables[1]
 
-    def true_touches(self, recording: Recording, names: tuple[str, ...]) -> dict[str, dict[str, list[float]]]:
+    def true_touches(self, recording: SimulatedRecording, names: tuple[str, ...]) -> dict[str, dict[str, list[float]]]:
         """True location and load of every touch, by table and name."""
         first = recording.sample == 0
         columns = dict(zip(names, recording.place, strict=False)) | {"P": recording.load}
