@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.reliability.comparison import Beside
+from bayestouch.reliability.comparison import Beside, shown_number
 from bayestouch.reporting.pictures import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 
 OUTPUT = Path(__file__).parent / "figures_out"
