@@ -30,7 +30,7 @@ import numpy as np
 NOT_RESULTS = {"created_at", "bayestouch_version", "version", "creation_library_version", "seconds", "made", "time"}
 
 
-def make(folder: Path) -> None:
+def make(folder: Path, only: str | None = None) -> None:
     """Write data sets, calibrations, posteriors, diagnoses and reports."""
     import bayestouch
 
@@ -45,6 +45,8 @@ def make(folder: Path) -> None:
         "pad_creep": (grid, {"creep": 0.05}),
     }
     for name, (design, effects) in sets.items():
+        if only not in (None, name):
+            continue
         _verbs(folder / name, bayestouch.simulate(design, effects=effects, seed=3).dataset)
 
 
@@ -133,7 +135,7 @@ def _values(one: Any, other: Any, at: str = "") -> Iterator[str]:
             yield from _values(a, b, f"{at}[{i}]")
     elif isinstance(one, str) and isinstance(other, str) and one[:1] == other[:1] == "{":
         yield from _values(json.loads(one), json.loads(other), at)
-    elif type(one) is not type(other) or not np.all(one == other):
+    elif str(one) != str(other) and (type(one) is not type(other) or not np.all(one == other)):
         yield f"{at}: {str(one)[:60]!r} and {str(other)[:60]!r}"
 
 
@@ -141,10 +143,11 @@ def main(arguments: list[str] | None = None) -> int:
     """Write a folder, or compare two."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, help="folder to write")
+    parser.add_argument("--only", help="make this data set alone, such as pad_grid")
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("BEFORE", "AFTER"), help="folders to compare")
     options = parser.parse_args(arguments)
     if options.output is not None:
-        make(options.output)
+        make(options.output, options.only)
     if options.compare is None:
         return 0
     lines = list(differences(*options.compare))

@@ -18,37 +18,20 @@ from bayestouch.inference.fault_notes import fault_notes, fault_settings
 from bayestouch.inference.faults import SensorCheck
 from bayestouch.inference.options import Kept, Options
 from bayestouch.inference.pad_check import check_pad, corrected_readings
-from bayestouch.inference.pad_components import components_of
+from bayestouch.inference.pad_draws import CHAINS, demands, draw_pad
 from bayestouch.inference.pad_effects import as_loads_vary, loads_as_read
 from bayestouch.inference.pad_lattice import Lattice, lattice_for
-from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
-from bayestouch.inference.pad_reader import PadReader, PadTouches
+from bayestouch.inference.pad_reader import PadReader
 from bayestouch.inference.run import TouchRun, in_blocks
 from bayestouch.parameters import Normal, Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors, TouchRows
-from bayestouch.sampling import BlockDraws, Demands, sample_blocks
 from bayestouch.survey import Survey, survey
 from bayestouch.touch_source import InMemory, TouchSource
 from bayestouch.touches import Touches
 from bayestouch.version import __version__
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-
-CHAINS = 4
-
-# Touches of which the parts of the posteriors are held in memory: at most 1,000 parts of 150 B each, 80 MB for all.
-_TOUCHES = 512
-
-# Touches drawn together, of about the same number of parts.
-_BLOCK = 128
-
-# Fewer effective draws than this share of all, or than 400, call for another round.
-_LEAST_SHARE = 0.4
-
-# Draws of each touch that the level of its reference is found from, and that its readings are predicted with.
-_THINNED = 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,36 +66,22 @@ class PadBlocks:
         return lattice_for(self.reader)
 
     def read(self, block: PadReadings, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of touches that are numbered from `first`; one process does it."""
+        """Posteriors of touches that are numbered from `first`, by so many processes."""
         reader, readings = self.reader, block
         known = reader.touches(readings)
+        drawn = draw_pad(
+            reader,
+            known,
+            readings.location,
+            self.lattice,
+            draws=self.draws,
+            seed=self.seed,
+            first=first,
+            workers=workers,
+            progress=progress,
+        )
         names = (*COORDINATES[: reader.map.dimensions], "P")
-        n, t = -(-self.draws // CHAINS), readings.n_touches
-        posterior = {name: np.empty((CHAINS, n, t)) for name in names}
-        stats = {name: np.empty(t) for name in _STATS}
-        predicted, sd = np.empty(known.readings.shape), np.empty(known.readings.shape)
-        done = 0
-        for index, parts, modes in _blocks(reader, known, self.lattice):
-            result = sample_blocks(
-                lambda x, blocks: reader.log_density(known, x, blocks - first),
-                parts,
-                walkers=CHAINS,
-                draws=n,
-                seed=self.seed,
-                blocks=first + index,
-                demands=_demands(n),
-            )
-            for axis, name in enumerate(names):
-                posterior[name][:, :, index] = result.draws[..., axis]
-            for name, values in _grades(result).items():
-                stats[name][index] = values
-            stats["modes"][index] = modes
-            thinned = _thinned(result.draws)
-            stats["reference_level"][index] = _levels(parts, thinned, readings.location[index])
-            predicted[index], sd[index] = _predicted(reader, known.select(index), thinned)
-            done += len(index)
-            if progress is not None:
-                progress(done / t)
+        posterior = {name: np.ascontiguousarray(drawn.draws[..., axis]) for axis, name in enumerate(names)}
         load = self._as_read(readings.load)
         if self.effects is not None:
             calibrated = self.calibration.rows.load
@@ -121,7 +90,7 @@ class PadBlocks:
             sensor=self.calibration.sensor,
             parameters=self._parameters(),
             posterior=posterior,
-            sample_stats=stats,
+            sample_stats=drawn.stats,
             reference={**_by_axis(readings.location), "P": load},
             rows=TouchRows(
                 touch=readings.touch,
@@ -129,8 +98,8 @@ class PadBlocks:
                 radius_mm=readings.radius_mm,
                 load=load,
                 observed=readings.readings,
-                predicted=predicted,
-                sd=sd,
+                predicted=drawn.predicted,
+                sd=drawn.sd,
                 counts=known.counts,
             ),
             settings=self.settings,
@@ -180,7 +149,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         "plug_in": float(options.plug_in),
         "use_load": float(options.use_load),
         "draws": float(draws),
-        "least_ess": _demands(-(-draws // CHAINS)).ess_bulk,
+        "least_ess": demands(-(-draws // CHAINS)).ess_bulk,
         "seed": float(options.seed),
         "version": __version__,
     }
@@ -195,14 +164,17 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         readings = readings if options.use_load else readings.without_load()
         return readings if check is None else corrected_readings(readings, check)
 
+    # What effects do may depend on the touches before: then the whole table is read at once.
+    whole = None if effects is None else source.whole()
+
     def pieces() -> Iterator[Touches]:
-        # effects may depend on what was before a touch: they want the whole table
-        every = source.pieces() if effects is None else iter([source.whole()])
+        every = source.pieces() if whole is None else iter([whole])
         return (piece for piece in every if piece.in_contact.any())
 
     notes = (*found.notes, baseline.note, *_notes(reader, found, options.use_load), *_effect_notes(effects))
-    if options.check_sensor and effects is None:
-        check = check_pad(averaged(found.sample), reader)  # and `averaged` follows what it finds from here on
+    if options.check_sensor:
+        looked_at = found.sample if whole is None else whole
+        check = check_pad(averaged(looked_at), reader)  # from here on `averaged` follows what it finds
         reader = replace(reader, noise=widened(reader.noise, check.excess))
         settings |= fault_settings(check)
         notes = (*notes, *fault_notes(check, str(calibration.settings["load_unit"])))
@@ -229,61 +201,6 @@ def infer_pad(
     options.check(source, calibration)
     run = pad_run(source, survey(source), calibration, options)
     return run.reader.read(next(run.blocks(run.n_touches)), 0, 1, progress)
-
-
-def _demands(n: int) -> Demands:
-    """What chains of n draws must reach."""
-    # R-hat of chains that are right scatters by as many hundredths as there are chains for each hundred draws.
-    return Demands(ess_bulk=min(400.0, _LEAST_SHARE * CHAINS * n), rhat=1 + max(0.02, 3 / n))
-
-
-_STATS = ("ess_bulk", "rhat", "acceptance", "pareto_k", "second_round", "grade", "modes", "reference_level")
-
-
-def _blocks(reader: PadReader, known: PadTouches, lattice: Lattice) -> Iterator[tuple[IntArray, ManyParts, IntArray]]:
-    """Touches to be drawn together: which, their proposals, and how many places each names."""
-    for first in range(0, known.n_touches, _TOUCHES):
-        index = np.arange(first, min(first + _TOUCHES, known.n_touches))
-        components = components_of(reader, known.select(index), lattice)
-        modes = count_places(components, len(index))
-        parts = many_parts(components, len(index))
-        order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
-        for start in range(0, len(order), _BLOCK):
-            some = np.sort(order[start : start + _BLOCK])
-            yield index[some], parts.select(some), modes[some]
-
-
-def _grades(result: BlockDraws) -> dict[str, FloatArray]:
-    return {
-        "ess_bulk": result.worst_ess,
-        "rhat": result.worst_rhat,
-        "acceptance": result.acceptance,
-        "pareto_k": result.pareto_k,
-        "second_round": result.second_round.astype(float),
-        "grade": result.grade.astype(float),
-    }
-
-
-def _thinned(draws: FloatArray) -> FloatArray:
-    """Some of the draws (chain, draw, t, d) of all chains together, (t, n, d)."""
-    joined = np.moveaxis(draws, 2, 0).reshape(draws.shape[2], -1, draws.shape[3])
-    return joined[:, :: max(1, joined.shape[1] // _THINNED)]
-
-
-def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> FloatArray:
-    """Share of draws at which the location's density is higher than at the reference (t, D), shape (t,)."""
-    location = parts.without_last()
-    with np.errstate(invalid="ignore"):
-        known = location.log_density(reference[:, None])
-        level = (location.log_density(draws[..., :-1]) > known).mean(axis=1)
-    return np.where(np.isfinite(reference).all(axis=1), level, np.nan)
-
-
-def _predicted(reader: PadReader, known: PadTouches, draws: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Posterior mean of the readings, (t, m), and the standard deviation of a reading about it."""
-    signal, variance = reader.predict(draws[..., :-1], draws[..., -1], known.counts[:, None])
-    spread = np.sqrt(variance.mean(axis=1) + signal.var(axis=1))
-    return reader.map.offset + signal.mean(axis=1), np.where(known.counts > 0, spread, np.inf)
 
 
 def _by_axis(location: FloatArray) -> dict[str, FloatArray]:
