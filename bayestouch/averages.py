@@ -8,11 +8,12 @@ import numpy as np
 
 from bayestouch.arrays import FloatArray, IntArray
 from bayestouch.errors import InputError
+from bayestouch.summary import Summarised
 from bayestouch.touches import Touches
 
 
-@dataclass(frozen=True, eq=False)
-class TouchMeans:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchMeans(Summarised):
     """One row per touch, over its samples in contact; t touches, m elements.
 
     Touches stand in the order of their first row in contact; a touch that has none is left out.

@@ -14,10 +14,11 @@ from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.results import Calibration
+from bayestouch.summary import Summarised
 
 
-@dataclass(frozen=True, eq=False)
-class Stand:
+@dataclass(frozen=True, eq=False, repr=False)
+class Stand(Summarised):
     """One model of the sensor with its calibration and its errors.
 
     Attributes
@@ -41,8 +42,8 @@ class Stand:
     read: TouchReading | None
 
 
-@dataclass(frozen=True, eq=False)
-class Traced:
+@dataclass(frozen=True, eq=False, repr=False)
+class Traced(Summarised):
     """A traced residual.
 
     Attributes
