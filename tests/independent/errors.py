@@ -54,7 +54,7 @@ EFFECTS = (
         10.0,
         root_of_signal,
         in_catalogue=True,
-        reason="the catalogue's power of the signal at 0.5, one of its probe values",
+        reason="the catalogue's power of the signal at 0.5, one of its probe values; only sizes by element differ",
     ),
     Effect(
         "outliers",
@@ -74,6 +74,6 @@ EFFECTS = (
         10.0,
         rare,
         in_catalogue=True,
-        reason="two normal distributions, as in the catalogue",
+        reason="two normal distributions, as in the catalogue; only sizes by element differ",
     ),
 )
