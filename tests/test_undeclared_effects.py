@@ -46,7 +46,7 @@ def named(diagnosis: dict[str, Any]) -> set[str]:
 
 
 def test_an_effect_is_named_and_removed(tmp_path: Path) -> None:
-    """Size 3, lack of fit about 10, by a formula that the catalogue's cannot be: named first, most of the excess goes."""
+    """Size 3, lack of fit about 10, by a formula that the catalogue's cannot be: most of the excess goes."""
     key = "gain_nonlinearity: tanh"
     diagnosis = diagnosed(tmp_path, SMALL, [(key, 3.0)])
     assert diagnosis["effects"][0]["name"] == EFFECTS[key].name
