@@ -9,6 +9,8 @@ import numpy as np
 from PIL import Image
 from study_modules import STUDIES, study
 
+from bayestouch.effects import effect_classes
+
 
 def test_the_soft_spot_is_found_and_errors_of_the_radius_fall(tmp_path: Path) -> None:
     module = study("before_and_after")
@@ -26,9 +28,11 @@ def test_the_soft_spot_is_found_and_errors_of_the_radius_fall(tmp_path: Path) ->
         assert picture.width >= 800
 
 
-def test_first_page_and_readme_show_the_picture() -> None:
+def test_first_page_and_readme_show_the_picture_and_count_the_effects() -> None:
     docs = STUDIES.parent / "docs"
     for page in (docs / "index.md", STUDIES.parent / "README.md"):
-        shown = re.findall(r"!\[[^\]]+\]\(([\w./-]+before_and_after\.png)\)", page.read_text("utf-8"))
+        text = page.read_text("utf-8")
+        assert "more than twenty" in text and len(effect_classes()) > 20
+        shown = re.findall(r"!\[[^\]]+\]\(([\w./-]+before_and_after\.png)\)", text)
         assert len(shown) == 1
         assert (page.parent / shown[0]).samefile(docs / "gallery" / "before_and_after.png")
