@@ -115,13 +115,18 @@ def test_whatever_a_file_holds_it_is_read_as_by_single_rows(
 @pytest.mark.parametrize("separator", [",", ";"])
 @pytest.mark.parametrize("cell", ODD)
 def test_an_odd_cell_is_read_as_by_single_rows(tmp_path: Path, separator: str, cell: str) -> None:
-    for table in (["1", cell], [cell, "1"], ["1.5", cell], [cell, "1,5"]), (["1", "2"], [cell, cell]):
+    for table in [["1", cell]], [[cell, "1"]], [["1", "2"], [cell, cell]], [["1.5", cell]], [[cell, "1.5"], ["2", "3"]]:
         rows = [["a", "b"], *table]
         (tmp_path / "table.csv").write_text("\n".join(separator.join(row) for row in rows), newline="")
         for wanted in ("ab", "b", "a"):
-            assert outcome(tmp_path / "table.csv", wanted, plain_rows) == outcome(
-                tmp_path / "table.csv", wanted, by_rows
-            )
+            read, expected = (outcome(tmp_path / "table.csv", wanted, reader) for reader in (plain_rows, by_rows))
+            assert read == expected
+
+
+def test_rows_too_short_and_too_long_do_not_make_up_for_each_other(tmp_path: Path) -> None:
+    (tmp_path / "table.csv").write_text("a,b\n1,2\n3\n4,5,6\n")
+    with pytest.raises(InputError, match=r"row 3: expected 2 cells as in the header, got 1$"):
+        tables.read_csv(tmp_path / "table.csv", lambda header: {"a", "b"})
 
 
 def numbers_of(cells: Sequence[str], separator: str = ",") -> list[float] | None:
