@@ -63,6 +63,9 @@ def plain_rows(
     if (cells := _Cells.of(lines, len(names), separator)) is None:
         return None
     numeric = {k: name for k, name in enumerate(names) if name in wanted}
+    # pandas takes a column of True and False for numbers, and may leave a cell to Python's float, which takes 1_000
+    if any(cells.hold(letter, list(numeric)) for letter in "rRsS_"):
+        return None
     marks = [mark for mark in ",." if cells.hold(mark, list(numeric))] if reader.decimal_comma else ["."]
     if len(marks) > 1 or (marks and reader.decimal not in (None, *marks)):
         return None
@@ -131,6 +134,8 @@ class _Cells(NamedTuple):
 
     def hold(self, mark: str, columns: npt.ArrayLike) -> bool:
         """Whether a character is in any cell of these columns."""
+        if mark.encode() not in self.data:
+            return False
         places = np.flatnonzero(np.frombuffer(self.data, np.uint8) == ord(mark))
         return bool(np.isin(np.searchsorted(self.marks, places) % self.empty.shape[1], columns).any())
 
