@@ -68,6 +68,11 @@ def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[
     assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
 
 
+def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[str]) -> None:
+    assert study("benchmarks/reading").main(1, 1) > 0
+    assert "7,380 rows" in capsys.readouterr().out
+
+
 def test_table_3_modulus() -> None:
     """One soft modulus explains the Hertz columns, and predicts the rest of the paper that depends on it."""
     found = study("table_3_modulus").main(small=True)
