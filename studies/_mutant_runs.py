@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import compileall
 import contextlib
-import json
 import multiprocessing
 import os
 import py_compile
@@ -84,12 +83,3 @@ def timed(test: Path, limit: float) -> float | None:
 def tested(item: WorkItem, tests: Sequence[Path], limit: float) -> WorkResult:
     """Make the change, run the tests to the first failure, undo the change. Above `limit` seconds is a failure."""
     return mutate_and_test(item.mutations, _command(tests), limit)
-
-
-def read_times(path: Path) -> dict[Path, float | None]:
-    """Times of test files that were measured before, none where there is no such file."""
-    return {Path(name): took for name, took in json.loads(path.read_text()).items()} if path.is_file() else {}
-
-
-def write_times(path: Path, times: dict[Path, float | None]) -> None:
-    path.write_text(json.dumps({each.as_posix(): took for each, took in sorted(times.items())}, indent=1))

@@ -1,16 +1,18 @@
 """Would the tests notice? Small changes to the core, made one at a time at random places, each tested.
 
 cosmic-ray makes the changes and keeps the results; ``mutants/parts.toml`` says what the core is and which tests go with
-each part. A run that was stopped goes on where it was; results belong to one state of the package, the tests and the
-settings. The score and the survivors go to ``docs/verified.md``; ``mutants/judged.toml`` says of survivors why.
+each part. A run that was stopped goes on where it was; results belong to one state of the core and one choice of
+settings. The score and the survivors go to ``docs/verified.md``; ``mutants/judged.toml`` says what was found on looking
+at a survivor.
 
     python studies/mutants.py                    160 changes, an hour or more of two cores
     python studies/mutants.py --number 15 --part chain
-    python studies/mutants.py --again            only the survivors, after tests were added
+    python studies/mutants.py --again            only what was not killed, after tests were added
 """
 
 from __future__ import annotations
 
+import json
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, as_completed
@@ -18,7 +20,7 @@ from pathlib import Path
 
 import click
 from _mutant_page import Tried, section, summary
-from _mutant_runs import read_times, tested, timed, workers, write_times
+from _mutant_runs import tested, timed, workers
 from _mutant_tests import ROOT, Part, Tests, parts
 from _mutants import OPERATORS, Mutant, fingerprint, sample
 from _page import put_into_page
@@ -37,16 +39,16 @@ def _outcome(result: WorkResult) -> str:
 
 
 def _seconds(tests: Sequence[Path], pool: Executor, limit: float) -> dict[Path, float]:
-    """What each file takes unchanged, measured where that was not done before."""
-    state = fingerprint([path for folder in ("bayestouch", "tests") for path in (ROOT / folder).rglob("*.py")])
-    kept = KEPT / f"times-{state}.json"
-    times = read_times(kept)
-    runs = {pool.submit(timed, test, limit): test for test in tests if test not in times}
+    """What each file takes unchanged, measured where it was not with this package and this text of the file."""
+    kept = KEPT / f"times-{fingerprint(list((ROOT / 'bayestouch').rglob('*.py')))}.json"
+    times: dict[str, float | None] = json.loads(kept.read_text()) if kept.is_file() else {}
+    keys = {test: f"{test.as_posix()} {fingerprint([ROOT / test])}" for test in tests}
+    runs = {pool.submit(timed, test, limit): key for test, key in keys.items() if key not in times}
     for run in as_completed(runs):
         times[runs[run]] = took = run.result()
-        write_times(kept, times)
-        print(f"{runs[run]}: {'not used' if took is None else f'{took:.0f} s'}", flush=True)
-    return {test: took for test in tests if (took := times[test]) is not None}
+        kept.write_text(json.dumps(times, indent=1))
+        print(f"{runs[run].split()[0]}: {'not used' if took is None else f'{took:.0f} s'}", flush=True)
+    return {test: took for test, key in keys.items() if (took := times[key]) is not None}
 
 
 def _run(
@@ -67,8 +69,8 @@ def _run(
         print(f"    {mutant.before}\n    {mutant.after}", flush=True)
 
 
-def _forget_survivors(session: WorkDB) -> None:
-    """A session with the same changes, less the results of those that survived."""
+def _keep_killed(session: WorkDB) -> None:
+    """Keep the results of what was killed, so that the rest is tested again."""
     done = [(item, result) for item, result in session.completed_work_items if _outcome(result) == "killed"]
     items = session.work_items
     session.clear()
@@ -87,7 +89,7 @@ def _part_of(module: Path, among: Sequence[Part]) -> Part:
 @click.option("--processes", default=2, show_default=True)
 @click.option("--budget", default=60.0, show_default=True, help="Seconds of tests that a change has to survive.")
 @click.option("--part", help="Only this part of the core, as parts.toml names it; the page is left as it is.")
-@click.option("--again", is_flag=True, help="Test the survivors of an earlier run again.")
+@click.option("--again", is_flag=True, help="Test again what an earlier run did not kill.")
 @click.option("--page/--no-page", default=True, help="Write docs/verified.md.")
 def main(number: int, seed: int, processes: int, budget: float, part: str | None, again: bool, page: bool) -> None:
     """Change the core at random places, one at a time, and see whether the tests notice."""
@@ -108,7 +110,7 @@ def main(number: int, seed: int, processes: int, budget: float, part: str | None
         if not session.num_work_items:
             session.add_work_items(mutant.item() for mutant in chosen)
         if again:
-            _forget_survivors(session)
+            _keep_killed(session)
         if session.pending_work_items:
             with workers(ROOT, processes) as pool:
                 took = _seconds(files, pool, 60 + 4 * budget)
