@@ -87,7 +87,7 @@ def _part_of(module: Path, among: Sequence[Part]) -> Part:
 @click.option("--number", default=160, show_default=True, help="How many changes.")
 @click.option("--seed", default=14, show_default=True, help="Which places.")
 @click.option("--processes", default=2, show_default=True)
-@click.option("--budget", default=60.0, show_default=True, help="Seconds of tests that a change has to survive.")
+@click.option("--budget", default=90.0, show_default=True, help="Seconds of tests that a change has to survive.")
 @click.option("--part", help="Only this part of the core, as parts.toml names it; the page is left as it is.")
 @click.option("--again", is_flag=True, help="Test again what an earlier run did not kill.")
 @click.option("--page/--no-page", default=True, help="Write docs/verified.md.")
