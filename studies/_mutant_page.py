@@ -34,7 +34,7 @@ class Tried:
 
 def judgements() -> dict[tuple[str, str, str], Judgement]:
     """Judgements by module, line before and line after."""
-    read = tomllib.loads(JUDGED.read_text("utf-8"))["survivor"]
+    read = tomllib.loads(JUDGED.read_text("utf-8")).get("survivor", ())
     return {(s["module"], s["before"], s["after"]): Judgement(s["equivalent"], s["reason"]) for s in read}
 
 
