@@ -113,12 +113,12 @@ def main(number: int, seed: int, processes: int, budget: float, part: str | None
             _keep_killed(session)
         if session.pending_work_items:
             with workers(ROOT, processes) as pool:
-                took = _seconds(files, pool, 60 + 4 * budget)
+                took = _seconds(files, pool, 60 + 2 * budget)
                 order = {
                     job: tests.chosen(path := m.spec.module_path, _part_of(path, among), took, budget)
                     for job, m in mutants.items()
                 }
-                _run(session, mutants, order, 60 + 4 * budget, pool)
+                _run(session, mutants, order, 60 + 2 * budget, pool)
         results = {item.job_id: result for item, result in session.completed_work_items}
     tried = [
         Tried(
