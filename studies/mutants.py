@@ -1,8 +1,8 @@
 """Would the tests notice? Small changes to the core, made one at a time at random places, each tested.
 
 cosmic-ray makes the changes and keeps the results; ``mutants/parts.toml`` says what the core is and which tests go with
-each part. A run that was stopped goes on where it was; results belong to one state of the core and one choice of
-settings. The score and the survivors go to ``docs/verified.md``; ``mutants/judged.toml`` says what was found on looking
+each part. A run that was stopped goes on where it was; results belong to one state of the core and one
+sample. The score and the survivors go to ``docs/verified.md``; ``mutants/judged.toml`` says what was found on looking
 at a survivor.
 
     python studies/mutants.py                    160 changes, an hour or more of two cores
@@ -22,7 +22,7 @@ import click
 from _mutant_page import Tried, section, summary
 from _mutant_runs import tested, timed, workers
 from _mutant_tests import ROOT, Part, Tests, parts
-from _mutants import OPERATORS, Mutant, fingerprint, sample
+from _mutants import Mutant, fingerprint, sample
 from _page import put_into_page
 from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import TestOutcome, WorkResult
@@ -105,7 +105,7 @@ def main(number: int, seed: int, processes: int, budget: float, part: str | None
     tests = Tests.read(every)
     wanted = {m: tests.candidates(m, _part_of(m, among)) for m in {each.spec.module_path for each in chosen}}
     files = sorted({path for groups in wanted.values() for group in groups for path in group})
-    state = fingerprint([ROOT / module for module in modules], number, seed, OPERATORS)
+    state = fingerprint([ROOT / module for module in modules], *sorted(mutants))
     with use_db(KEPT / f"session-{state}.sqlite") as session:
         if not session.num_work_items:
             session.add_work_items(mutant.item() for mutant in chosen)
