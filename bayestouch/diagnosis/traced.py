@@ -28,8 +28,9 @@ class Stand:
         Correction without a cause that was fitted with it.
     calibration : Calibration
         The same as a posterior that `infer` uses.
-    held_out : HeldOut or None
-        Residuals of the held-out touches; None where none could be held out.
+    held_out, held_stated : HeldOut or None
+        Residuals of the held-out touches, and those at the references that the data set states (see
+        `bayestouch.diagnosis.as_stated`); None where none could be held out.
     read : TouchReading or None
         The held-out touches read as unknown; None where they were not.
     """
@@ -38,6 +39,7 @@ class Stand:
     correction: Correction | None
     calibration: Calibration
     held_out: HeldOut | None
+    held_stated: HeldOut | None
     read: TouchReading | None
 
 
