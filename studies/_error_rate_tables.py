@@ -71,7 +71,7 @@ READ = (
     ("R, bias (mm)", "R_bias_mm"),
     ("R, rms (mm)", "R_rms_mm"),
     ("θ_c, rms (degree)", "theta_rms_deg"),
-    ("P, rms (N/m)", "P_rms_N_per_m"),
+    ("P, read without the force sensor, rms (N/m)", "P_rms_N_per_m"),
     ("R, coverage of 90 % intervals", "coverage_90"),
 )
 

@@ -46,7 +46,7 @@ class Case:
 @pytest.fixture(scope="module")
 def eccentric() -> Case:
     """A finger on a prober that is off its axis."""
-    simulated = simulate(DESIGN, effects={"prober_eccentricity": 0.5}, seed=5)
+    simulated = simulate(DESIGN, effects={"prober_eccentricity": 2.0}, seed=5)
     return Case(simulated, bayestouch.diagnose(simulated.dataset, draws=200, seed=0))
 
 
@@ -82,7 +82,7 @@ def test_errors_against_references_as_stated(eccentric: Case) -> None:
     # Draws scatter by 2 % of an error.
     assert against["theta_rms_deg"] == pytest.approx(rms(read.mean("theta_c")[order] - stated), rel=0.03)
     assert against["R_rms_mm"] == pytest.approx(rms(read.mean("R")[order] - radius), rel=0.05)
-    # The prober is off by 0.5 degree: references as they are corrected are far better.
+    # The prober is off by up to 2 degrees: references as they are corrected are far better.
     assert numbers["after"]["theta_rms_deg"] < 0.5 * against["theta_rms_deg"]
 
 
@@ -94,7 +94,7 @@ def test_the_prediction_at_stated_references_has_no_effect_that_moves_them(eccen
     means = held.observed.means
     tip = composite_radius(means.indenter_radius_mm, DESIGN.outer_radius_mm)
     predicted = chain.predict(tip, np.radians(means.angle_deg), means.load)
-    residual = 100 * (means.readings - predicted) / model.peak
+    residual = 100 * (means.readings - predicted) / (np.abs(chain.response) * model.reference_load)
     expected = float(np.mean([rms(column) for column in residual.T]))
     numbers = eccentric.diagnosis.numbers
     assert numbers["after_against_stated"]["prediction_error_percent_peak"] == pytest.approx(expected, rel=1e-3)

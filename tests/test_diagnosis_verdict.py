@@ -16,6 +16,8 @@ from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.pad import PadChain
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.verdict import LackOfFit, Remaining, null_moments, verdict
+from bayestouch.reporting.page import before_after
+from bayestouch.reporting.verdict import _fix
 from tests.pad_simulation import SimulatedPad
 
 WITHIN = "as well as the noise allows"
@@ -180,5 +182,19 @@ def test_the_papers_finger_whose_maps_are_off_is_not_called_explained(
     tips = (1.59, 6.01, 12.3, 25.25)
     simulated = bayestouch.simulate(paper_design(touch_radii_mm=tips, gain_spread=0.3, depth_spread_mm=0.2), seed=seed)
     diagnosis = bayestouch.diagnose(with_map_errors(simulated, 2.06, seed), sample=False)
-    assert diagnosis.numbers["after"]["lack_of_fit"] > 1.3
+    after, limits = diagnosis.numbers["after"], diagnosis.numbers["lack_of_fit_limits"]["after"]
+    assert after["lack_of_fit"] > 1.3 and limits["expected"] == 1.1
     assert diagnosis.verdict in ("partly explained", "unattributed") and WITHIN not in str(diagnosis)
+
+
+def test_the_reports_page_tells_what_got_worse_and_both_references() -> None:
+    stated = ERRORS | {"R_rms_mm": 0.45}
+    found = numbers(after_against_stated=stated, effects=[{"name": "blunt_edge"}])
+    (row,) = (row for row in before_after(found) if row["quantity"] == "rms error of R")
+    assert (row["before"], row["after"], row["after_against_stated"]) == (0.4, 0.2, 0.45)
+    told = _fix({"diagnosis": found, "next": []})
+    assert told["reason"].startswith("Worse than before") and "lowers" not in told["reason"]
+    (load,) = (row for row in before_after(found) if "P" in row["quantity"])
+    assert "without the force sensor" in load["quantity"]
+    adequate = numbers("adequate", after={"lack_of_fit": 0.2})
+    assert WITHIN not in _fix({"diagnosis": adequate, "next": []})["reason"]

@@ -34,7 +34,7 @@ _SAID = (
 
 def sentences(numbers: Mapping[str, Any]) -> list[str]:
     """What got worse, verdict, effects, what is left, and errors before and after; a line each."""
-    out = [*_worse(numbers), _verdict(numbers)]
+    out = [*worse_lines(numbers), verdict_sentence(numbers)]
     for effect in numbers["effects"]:
         values = ", ".join(_value(name, each) for name, each in effect["parameters"].items())
         line = f"Found {effect['name']} ({effect['summary']}): {values}."
@@ -66,8 +66,8 @@ def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
     return out
 
 
-def _worse(numbers: Mapping[str, Any]) -> list[str]:
-    """Said first: a model that reads touches worse is not to be taken for a better one."""
+def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
+    """What is said first, where anything got worse: such a model is not to be taken for a better one."""
     keys = worse_quantities(numbers)
     if not keys:
         return []
@@ -79,8 +79,8 @@ def _worse(numbers: Mapping[str, Any]) -> list[str]:
     return [line]
 
 
-def _verdict(numbers: Mapping[str, Any]) -> str:
-    """The sentence follows the lack of fit that is printed."""
+def verdict_sentence(numbers: Mapping[str, Any]) -> str:
+    """What is said of the model after; it follows the lack of fit that is printed."""
     word, lack = numbers["verdict"], numbers["after"].get("lack_of_fit")
     limits = numbers.get("lack_of_fit_limits", {}).get("after", _LIMITS)
     low, high = limits["low"], limits["high"]
