@@ -11,6 +11,7 @@ import pytest
 import bayestouch
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.change import standard_errors
+from bayestouch.diagnosis.held_out import rms_percent
 from bayestouch.diagnosis.touch_errors import errors_by_touch, summarised
 from bayestouch.simulation import FingerDesign, SimulatedDataSet, simulate
 from bayestouch.touches import Touches
@@ -133,3 +134,23 @@ def test_standard_error_of_a_change_is_paired() -> None:
     assert np.isnan(found["P_rms_N_per_m"])
     unpaired = np.hypot(*(e.std() for e in errors)) / np.sqrt(n)
     assert found["R_bias_mm"] < 0.5 * unpaired
+
+
+def test_standard_error_of_the_prediction_error_where_readings_are_missing() -> None:
+    """By the bootstrap over touches; one element is dead, another has every third reading."""
+    rng = np.random.default_rng(1)
+    n, m = 300, 5
+    first = rng.standard_normal((n, m)) * 0.01
+    second = 0.8 * first + 0.004 * rng.standard_normal((n, m))
+    for residual in (first, second):
+        residual[:, 0] = np.nan
+        residual[np.arange(n) % 3 > 0, 1] = np.nan
+    held = [SimpleNamespace(errors=r, samples=None, whitened=np.nan_to_num(r), freedom=900.0) for r in (first, second)]
+    for each in held:
+        each.observed = SimpleNamespace(n_touches=n)
+    stands = [SimpleNamespace(held_out=each, held_stated=each, read=None) for each in held]
+    picks = rng.integers(0, n, (2000, n))
+    change = [rms_percent(second[pick]) - rms_percent(first[pick]) for pick in picks]
+    # 2000 resamples give a standard deviation to 1.6 %, and the rare element is resampled in number, too.
+    found = standard_errors(*stands)["prediction_error_percent_peak"]
+    assert found == pytest.approx(np.std(change), rel=0.1)

@@ -40,9 +40,12 @@ def _influence(key: str, values: FloatArray) -> FloatArray:
 
 def _of_error(held: HeldOut) -> FloatArray:
     """The same of `HeldOut.error_percent_peak`: a mean over elements of root mean squares."""
-    squares = held.errors**2
-    rms = np.sqrt(np.nanmean(squares, axis=0))
-    each = 100 * np.nanmean(squares / (2 * rms), axis=1)
+    alive = np.isfinite(held.errors).any(axis=0)
+    squares = held.errors[:, alive] ** 2
+    mean = np.nanmean(squares, axis=0)
+    # What a mean over the readings of an element is made of, where some are missing.
+    weight = len(squares) / np.isfinite(squares).sum(axis=0)
+    each = 100 * np.nansum(weight * squares / (2 * np.sqrt(mean)), axis=1) / alive.sum()
     if held.samples is None:
         return np.asarray(each)
     row, n = held.observed.row_touch, held.observed.n_touches
