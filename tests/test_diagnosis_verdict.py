@@ -171,20 +171,18 @@ def test_floor_and_lack_of_fit_of_one_element_have_one_yardstick() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [0, 1])
-def test_the_papers_finger_whose_maps_are_off_is_not_called_explained(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """A drift follows it from touch to touch; with seed 1 the held-out lack of fit stays at 1.5."""
+def test_the_papers_finger_whose_maps_are_off_is_not_called_explained(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A drift follows it from touch to touch, and its lack of fit on held-out touches is 1.49."""
     monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[1] / "studies"), *sys.path])
     from _paper import paper_design, with_map_errors
 
-    tips = (1.59, 6.01, 12.3, 25.25)
-    simulated = bayestouch.simulate(paper_design(touch_radii_mm=tips, gain_spread=0.3, depth_spread_mm=0.2), seed=seed)
-    diagnosis = bayestouch.diagnose(with_map_errors(simulated, 2.06, seed), sample=False)
-    after, limits = diagnosis.numbers["after"], diagnosis.numbers["lack_of_fit_limits"]["after"]
-    assert after["lack_of_fit"] > 1.3 and limits["expected"] == 1.1
-    assert diagnosis.verdict in ("partly explained", "unattributed") and WITHIN not in str(diagnosis)
+    design = paper_design(touch_radii_mm=(1.59, 6.01, 12.3, 25.25), gain_spread=0.3, depth_spread_mm=0.2)
+    data = with_map_errors(bayestouch.simulate(design, seed=1), 2.06, 1)
+    diagnosis = bayestouch.diagnose(data, sample=False)
+    test = diagnosis.numbers["unexplained"]["test"]
+    # A correction without a cause, which the verdict does not count, lowers what `after` holds.
+    assert test["ratio"] > 1.3 and test["expected"] == pytest.approx(1.1)
+    assert diagnosis.verdict == "partly explained" and WITHIN not in str(diagnosis)
 
 
 def test_the_reports_page_tells_what_got_worse_and_both_references() -> None:
