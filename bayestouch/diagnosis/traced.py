@@ -29,8 +29,9 @@ class Stand(Summarised):
         Correction without a cause that was fitted with it.
     calibration : Calibration
         The same as a posterior that `infer` uses.
-    held_out : HeldOut or None
-        Residuals of the held-out touches; None where none could be held out.
+    held_out, held_stated : HeldOut or None
+        Residuals of the held-out touches, and those at the references that the data set states (see
+        `bayestouch.diagnosis.as_stated`); None where none could be held out.
     read : TouchReading or None
         The held-out touches read as unknown; None where they were not.
     """
@@ -39,6 +40,7 @@ class Stand(Summarised):
     correction: Correction | None
     calibration: Calibration
     held_out: HeldOut | None
+    held_stated: HeldOut | None
     read: TouchReading | None
 
 
