@@ -13,15 +13,17 @@ export OPENBLAS_NUM_THREADS := 1
 # the newest Python at hand: ArviZ 1.x wants 3.12 or later
 NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo $$python && break; done)
 
-.PHONY: help report test test-slow test-oldest test-newest lint docs studies gallery lock clean
+.PHONY: help report test test-slow test-all test-oldest test-newest lint docs studies mutants gallery lock clean
 help:
 	@echo "make report     the first report, on simulated touches, in report/index.html"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make test-slow  the tests that take minutes"
+	@echo "make test-all   ruff, mypy and all tests, what .ci/run does"
 	@echo "make test-oldest, make test-newest"
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
-	@echo "make studies    every script in studies/ but the fuzzers, with its time"
+	@echo "make studies    every script in studies/ but the fuzzers and mutants.py, with its time"
+	@echo "make mutants    whether the tests notice small changes to the core: an hour or more"
 	@echo "make gallery    the pictures of docs/gallery.md anew, by their studies"
 	@echo "make lock       constraints.txt made anew (maintainers)"
 	@echo "make clean      remove what make made, except .venv"
@@ -34,6 +36,10 @@ test: lint
 
 test-slow: $(VENV)/.ready-dev
 	$(BIN)/pytest -n 2 -q -m slow
+
+# One run for both, so that no core waits for the other's last test: the slow ones begin (conftest.py).
+test-all: lint
+	$(BIN)/pytest -n 2 --dist worksteal -q -m 'slow or not slow'
 
 # What old libraries say of newer ones beneath them is no fault of ours: warnings are no errors here.
 test-oldest: .venv-oldest/.ready
@@ -52,20 +58,23 @@ docs: $(VENV)/.ready-docs
 	@echo "docs/_build/html/index.html"
 
 studies: $(VENV)/.ready-dev
-	@for study in $(sort $(filter-out studies/fuzz_% studies/gallery.py,$(wildcard studies/[!_]*.py))); do \
+	@for study in $(sort $(filter-out studies/fuzz_% studies/gallery.py studies/mutants.py,$(wildcard studies/[!_]*.py))); do \
 		echo "== $$study"; start=$$(date +%s); \
 		$(BIN)/python "$$study" || exit 1; \
 		echo "== $$study: $$(($$(date +%s) - start)) s"; \
 	done
 
+mutants: $(VENV)/.ready-mutants
+	$(BIN)/python studies/mutants.py
+
 gallery: $(VENV)/.ready-dev
 	$(BIN)/python studies/gallery.py
 
 # uv is a maintainer's tool; one file of exact versions with markers serves every Python and platform.
-# hatchling and editables build the package itself, so they are locked with the rest.
+# hatchling and editables build the package itself, setuptools a dependency of cosmic-ray, so they are locked with the rest.
 lock: $(VENV)/.created
 	$(BIN)/python -m pip install -q --upgrade uv
-	printf 'hatchling\neditables\n' | $(BIN)/uv pip compile pyproject.toml - -o constraints.txt --upgrade -q \
+	printf 'hatchling\neditables\nsetuptools\n' | $(BIN)/uv pip compile pyproject.toml - -o constraints.txt --upgrade -q \
 		--universal --python-version 3.11 --all-extras --no-annotate --no-header --no-emit-index-url
 
 clean:
@@ -92,8 +101,9 @@ $(VENV)/.created:
 $(VENV)/.ready-runtime: EXTRAS :=
 $(VENV)/.ready-dev: EXTRAS := [dev]
 $(VENV)/.ready-docs: EXTRAS := [docs]
+$(VENV)/.ready-mutants: EXTRAS := [mutants]
 $(VENV)/.ready-%: $(VENV)/.created pyproject.toml constraints.txt
 	@echo "setting up $(VENV) for bayestouch$(EXTRAS) (a few minutes, once)"
-	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt hatchling editables
+	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt hatchling editables setuptools
 	@$(BIN)/python -m pip install -q --disable-pip-version-check -c constraints.txt --no-build-isolation -e '.$(EXTRAS)'
 	@touch $@

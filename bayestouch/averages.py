@@ -10,10 +10,11 @@ from bayestouch.arrays import FloatArray, IntArray
 from bayestouch.errors import InputError
 from bayestouch.grouping import first_of, grouped_mean, groups
 from bayestouch.sample_rows import SampleRows
+from bayestouch.summary import Summarised
 
 
-@dataclass(frozen=True, eq=False)
-class TouchMeans:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchMeans(Summarised):
     """One row per touch, over its samples in contact; t touches, m elements.
 
     Touches stand in the order of their first row in contact; a touch that has none is left out.

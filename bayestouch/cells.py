@@ -69,6 +69,12 @@ class NumberReader:
             dtype=np.float64,
         )
 
+    def take_words(self, count: int, column: str, rows: Sequence[int]) -> None:
+        """Count words for a missing number in a column, of which the first one is in the first of these rows."""
+        if count:
+            self.first_missing_word = self.first_missing_word or f"row {rows[0]}, column {column}"
+            self.missing_words += count
+
     def notes(self) -> tuple[str, ...]:
         """Tell what was handled."""
         notes = []
@@ -85,8 +91,7 @@ class NumberReader:
         if not cell:
             return math.nan
         if cell.lower() in MISSING:
-            self.first_missing_word = self.first_missing_word or f"row {row}, column {column}"
-            self.missing_words += 1
+            self.take_words(1, column, [row])
             return math.nan
         text = cell
         if self.decimal_comma and (mark := "," if "," in cell else "." if "." in cell else None):

@@ -11,6 +11,7 @@ from bayestouch.errors import InputError
 from bayestouch.files import write_together
 from bayestouch.sensor import Sensor
 from bayestouch.sensor_toml import read_sensor, sensor_writer
+from bayestouch.summary import Summarised
 from bayestouch.touch_table import check_fit, read_touches, table_columns, touches_writer
 from bayestouch.touches import Touches
 
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 _FORMATS = ("csv", "parquet")
 
 
-@dataclass(frozen=True, eq=False)
-class DataSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class DataSet(Summarised):
     """A sensor and its touches.
 
     Attributes

@@ -15,6 +15,7 @@ import numpy as np
 from bayestouch.errors import InputError
 from bayestouch.parameters import Prior, Uniform
 from bayestouch.radius_prior import QUANTITIES, DerivedRadius, Quantity, RadiusOfTips
+from bayestouch.summary import Summarised
 
 
 @runtime_checkable
@@ -26,8 +27,8 @@ class IndenterPrior(Protocol):
         ...
 
 
-@dataclass(frozen=True)
-class UniformRadius:
+@dataclass(frozen=True, repr=False)
+class UniformRadius(Summarised):
     """Uniform in the composite radius R from a knife edge to a flat; the default."""
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
@@ -38,8 +39,8 @@ class UniformRadius:
         return "uniform"
 
 
-@dataclass(frozen=True)
-class UniformCurvature:
+@dataclass(frozen=True, repr=False)
+class UniformCurvature(Summarised):
     """Uniform in the curvature ``1/r_c``, from a flat to the sharpest indenter.
 
     Attributes
@@ -65,8 +66,8 @@ class UniformCurvature:
         return f"curvature:{self.sharpest_mm:g}"
 
 
-@dataclass(frozen=True)
-class IndenterDistribution:
+@dataclass(frozen=True, repr=False)
+class IndenterDistribution(Summarised):
     """Any one-dimensional prior of the indenter's radius or curvature, such as `bayestouch.parameters.LogNormal`.
 
     Attributes
@@ -94,8 +95,8 @@ class IndenterDistribution:
         return f"{self.prior} in {self.quantity}"
 
 
-@dataclass(frozen=True)
-class KnownTips:
+@dataclass(frozen=True, repr=False)
+class KnownTips(Summarised):
     """The indenter is one of a set of known tips; which one is inferred for each touch.
 
     Attributes
@@ -138,8 +139,8 @@ class KnownTips:
         return "tips:" + ",".join(f"{radius:g}={weight:g}" for radius, weight in pairs)
 
 
-@dataclass(frozen=True)
-class EdgeOrRound:
+@dataclass(frozen=True, repr=False)
+class EdgeOrRound(Summarised):
     """The indenter is a knife edge or something round; which of them is inferred for each touch.
 
     Attributes

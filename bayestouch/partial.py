@@ -13,7 +13,7 @@ import shutil
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import IO, Any
 
@@ -115,7 +115,7 @@ def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
 
 
 def fingerprint_of(*parts: Any) -> str:
-    """Hash of arrays, data sets, mappings and whatever else prints all it is."""
+    """Hash of arrays, dataclasses, mappings and whatever else has a ``repr`` that says all it is."""
     digest = hashlib.sha256()
     for part in parts:
         _feed(digest, part)
@@ -132,6 +132,10 @@ def _feed(digest: Any, part: Any) -> None:
         for name, value in part.items():
             digest.update(f"{name}:".encode())
             _feed(digest, value)
+    elif is_dataclass(part):
+        # their repr may be a summary
+        digest.update(f"{type(part).__qualname__}(".encode())
+        _feed(digest, {each.name: getattr(part, each.name) for each in fields(part)})
     else:
         digest.update(f"{part!r};".encode())
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from bayestouch.errors import InputError, few
+from bayestouch.summary import Summarised, summary_html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +30,8 @@ COLUMNS = 5
 LETTERS = 24
 
 
-@dataclass(frozen=True, eq=False)
-class RankStatistics:
+@dataclass(frozen=True, eq=False, repr=False)
+class RankStatistics(Summarised):
     """Ranks of the truth among posterior draws.
 
     Attributes
@@ -86,12 +87,8 @@ class RankStatistics:
         )
 
     def _repr_html_(self) -> str:
-        from html import escape
-
-        count = len(next(iter(self.ranks.values())))
-        verdict = "uniform" if self.passes() else "not uniform"
         table = self.to_dataframe().to_html(index=False, float_format="{:.3f}".format, border=0)
-        return f"<p><strong>Ranks of {count} simulations: {escape(verdict)} at 1 %</strong></p>{table}"
+        return summary_html(self) + table
 
     def plot_ranks(self, name: str, axes: Axes | None = None) -> Axes:
         """Histogram of one parameter's ranks, with the band in which 99 % of a uniform histogram's bars lie.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.reporting.text import number, plus_minus
+from bayestouch.summary import summary_html
 
 if TYPE_CHECKING:
     from bayestouch.results import Calibration, TouchPosteriors
@@ -45,10 +46,7 @@ def calibration_html(calibration: Calibration) -> str:
             ]
         )
     head = ("parameter", "unit", "meaning", "prior", "posterior mean ± sd", "over the elements")
-    statistics = ", ".join(
-        f"{name.replace('_', ' ')} {number(value)}" for name, value in calibration.statistics.items() if value == value
-    )
-    return f"<p><strong>{_title('Calibration', calibration)}</strong>: {escape(statistics)}</p>{html_table(head, rows)}"
+    return summary_html(calibration) + html_table(head, rows)
 
 
 def touches_html(posteriors: TouchPosteriors) -> str:
@@ -63,10 +61,4 @@ def touches_html(posteriors: TouchPosteriors) -> str:
     if count > _ROWS:
         rows.append(["…"] * (1 + len(parameters)))
     head = ("touch", *(f"{p.symbol} ({p.unit})" for p in parameters))
-    missed = posteriors.missed
-    grade = f"{missed} of {count} missed the sampler's targets" if missed else "all meet the sampler's targets"
-    return f"<p><strong>{_title('Touches', posteriors)}</strong>: {count} touches; {grade}</p>{html_table(head, rows)}"
-
-
-def _title(what: str, result: Calibration | TouchPosteriors) -> str:
-    return f"{what} of {escape(result.sensor.name)}"
+    return summary_html(posteriors) + html_table(head, rows)

@@ -13,6 +13,7 @@ from bayestouch.arrays import quantiles
 from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter
 from bayestouch.sensor import Sensor
+from bayestouch.summary import Summarised
 from bayestouch.tip_probabilities import TipProbabilities
 
 if TYPE_CHECKING:
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False)
-class TouchRows:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchRows(Summarised):
     """Touches with what was read and what the model says, one row a touch; t touches, m elements.
 
     Attributes
@@ -54,8 +55,8 @@ class TouchRows:
     counts: NDArray[np.int64]
 
 
-@dataclass(frozen=True, eq=False)
-class Calibration:
+@dataclass(frozen=True, eq=False, repr=False)
+class Calibration(Summarised):
     """A calibrated sensor: every calibration parameter as a random variable.
 
     Attributes
@@ -136,8 +137,8 @@ class Calibration:
         return to_dataframe(self)
 
 
-@dataclass(frozen=True, eq=False)
-class TouchPosteriors:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchPosteriors(Summarised):
     """Posteriors of touches.
 
     Attributes

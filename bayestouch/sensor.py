@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from bayestouch.errors import InputError, shown
+from bayestouch.summary import Summarised
 
 
 def _number(value: object, column: str) -> float:
@@ -49,8 +50,8 @@ def _text(value: object, column: str) -> str:
     return value
 
 
-@dataclass(frozen=True)
-class Finger:
+@dataclass(frozen=True, repr=False)
+class Finger(Summarised):
     """A rigid cylindrical core with a bonded layer of rubber; elements at one depth, read as radial strain.
 
     Parameters
@@ -104,8 +105,8 @@ class Finger:
         return len(self.element_angles_deg)
 
 
-@dataclass(frozen=True)
-class Pad:
+@dataclass(frozen=True, repr=False)
+class Pad(Summarised):
     """A flat layer of rubber over elements in a line (1-D) or in the plane (2-D).
 
     Parameters
@@ -166,8 +167,8 @@ class Pad:
         return ("x_mm",) if self.element_y_mm is None else ("x_mm", "y_mm")
 
 
-@dataclass(frozen=True)
-class Rubber:
+@dataclass(frozen=True, repr=False)
+class Rubber(Summarised):
     """Nominal elastic constants; None where they are not known (the prior is then wide).
 
     Parameters
@@ -191,8 +192,8 @@ class Rubber:
             object.__setattr__(self, "poisson_ratio", ratio)
 
 
-@dataclass(frozen=True)
-class Sensor:
+@dataclass(frozen=True, repr=False)
+class Sensor(Summarised):
     """A sensor as built.
 
     Parameters

@@ -6,9 +6,7 @@ This file knows nothing of touches. Writing is in `bayestouch.table_writing`, Pa
 
 from __future__ import annotations
 
-import csv
 import io
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -19,8 +17,10 @@ import numpy as np
 
 from bayestouch.arrays import FloatArray, IntArray, ObjectArray
 from bayestouch.cells import NumberReader
+from bayestouch.csv_lines import SEPARATORS, Lines, records, separator_of
 from bayestouch.errors import InputError
 from bayestouch.files import reading
+from bayestouch.plain_rows import plain_rows
 
 #: Beyond these a file is no touch table, and reading it would only fill the memory.
 MAX_BYTES = 4 * 2**30
@@ -29,8 +29,6 @@ MAX_COLUMNS = 10_000
 
 #: Rows converted at a time: large enough for speed, small enough that text never fills the memory.
 CHUNK = 20_000
-
-_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 
 class Header(NamedTuple):
@@ -79,7 +77,8 @@ def csv_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
 
     A byte order mark, Windows line ends, other separators than the comma, decimal commas (where the
     comma does not separate), empty lines and words for a missing number (``nan``, ``NA``) are handled
-    and noted. The notes come with the last piece, which has no rows.
+    and noted. The notes come with the last piece, which has no rows. Pieces of plain rows are read by pandas, others
+    row by row: the values, the notes and the errors are the same.
 
     Raises
     ------
@@ -100,40 +99,50 @@ def csv_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
 
 
 def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) -> Iterator[RawTable]:
-    lines = _bounded_lines(stream, file)
-    separator, skipped, first = _separator(lines)
-    if separator is None:
+    lines = Lines(stream, file, MAX_LINE)
+    separator = separator_of(lines)
+    rows = records(lines, separator, file)
+    if (first := next(rows, None)) is None:
         raise InputError("expected a header with column names, got an empty file", file=file)
     if separator != ",":
-        notes.append(f"{file.name}: read with {_SEPARATORS[separator]} between the columns")
-    records = _records(_chain(first, lines), separator, file, skipped)
-    row, cells = next(records)
-    header = Header(check_names(cells, file, row), file, row)
+        notes.append(f"{file.name}: read with {SEPARATORS[separator]} between the columns")
+    header = Header(check_names(first[1], file, first[0]), file, first[0])
     wanted = set(schema(header))
-    width = len(header.names)
     reader = NumberReader(file, decimal_comma=separator != ",")
     empty, some = 0, False
-    while chunk := list(islice(records, CHUNK)):
-        full = [(at, cells) for at, cells in chunk if len(cells) == width and any(cells)]
-        if len(full) < len(chunk):
-            empty += _check_widths(chunk, width, file)
-        if not full:
-            continue
-        some = True
-        at = [at for at, _ in full]
-        columns = dict(zip(header.names, zip(*(cells for _, cells in full), strict=True), strict=True))
-        yield RawTable(
-            header=header,
-            numbers={name: reader.numbers(cells, name, at) for name, cells in columns.items() if name in wanted},
-            texts={name: text_array(cells) for name, cells in columns.items() if name not in wanted},
-            line=np.array(at, dtype=np.int64),
-            notes=(),
-        )
+    while True:
+        block, at = lines.block(CHUNK), lines.taken + 1
+        if block and (plain := plain_rows(block, at, header.names, wanted, separator, reader)):
+            line = np.arange(at, at + len(block))
+            lines.take_block()
+            some = True
+            yield RawTable(header, *plain, line, notes=())
+        elif chunk := list(islice(rows, CHUNK)):
+            empty += _check_widths(chunk, len(header.names), file)
+            if full := [(at, cells) for at, cells in chunk if any(cells)]:
+                some = True
+                yield _row_by_row(full, header, wanted, reader)
+        else:
+            break
     if empty:
         notes.append(f"{file.name}: {empty} empty {'row' if empty == 1 else 'rows'} skipped")
     if not some:
-        raise InputError("expected at least one row under the header, got none", file=file, row=row)
+        raise InputError("expected at least one row under the header, got none", file=file, row=header.row)
     yield without_rows(header, wanted, (*notes, *reader.notes()))
+
+
+def _row_by_row(
+    rows: Sequence[tuple[int, list[str]]], header: Header, wanted: Collection[str], reader: NumberReader
+) -> RawTable:
+    at = [at for at, _ in rows]
+    columns = dict(zip(header.names, zip(*(cells for _, cells in rows), strict=True), strict=True))
+    return RawTable(
+        header=header,
+        numbers={name: reader.numbers(cells, name, at) for name, cells in columns.items() if name in wanted},
+        texts={name: text_array(cells) for name, cells in columns.items() if name not in wanted},
+        line=np.array(at, dtype=np.int64),
+        notes=(),
+    )
 
 
 def without_rows(header: Header, wanted: Collection[str], notes: tuple[str, ...]) -> RawTable:
@@ -192,42 +201,6 @@ def _byte_notes(file: Path) -> Iterator[str]:
         yield f"{file.name}: a byte order mark was skipped"
     if start.endswith(b"\r\n"):
         yield f"{file.name}: read with Windows line ends"
-
-
-def _bounded_lines(stream: io.TextIOBase, file: Path) -> Iterator[str]:
-    row = 0
-    while line := stream.readline(MAX_LINE + 1):
-        row += 1
-        if len(line) > MAX_LINE:
-            raise InputError(f"expected a line of at most {MAX_LINE} characters", file=file, row=row)
-        yield line
-
-
-def _separator(lines: Iterator[str]) -> tuple[str | None, int, str]:
-    """Separator that the header has most of outside quotes, the lines skipped before it, and its own line."""
-    for skipped, line in enumerate(lines):
-        if line.strip():
-            bare = re.sub(r'"[^"]*("|$)', "", line)
-            return max(_SEPARATORS, key=bare.count), skipped, line
-    return None, 0, ""
-
-
-def _chain(first: str, rest: Iterator[str]) -> Iterator[str]:
-    yield first
-    yield from rest
-
-
-def _records(lines: Iterator[str], separator: str, file: Path, skipped: int) -> Iterator[tuple[int, list[str]]]:
-    """Cells of each record with the line on which it begins; lines with nothing on them are passed over."""
-    last = skipped
-    reader = csv.reader(lines, delimiter=separator, strict=True)
-    try:
-        for cells in reader:
-            first, last = last + 1, skipped + reader.line_num
-            if cells and not (len(cells) == 1 and not cells[0].strip()):
-                yield first, cells
-    except csv.Error as error:
-        raise InputError(f"expected cells of a table: {error}", file=file, row=last + 1) from None
 
 
 def _check_widths(chunk: Sequence[tuple[int, list[str]]], width: int, file: Path) -> int:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from bayestouch.errors import InputError
 from bayestouch.posterior_arrays import array_of, dataset, group_of
 from bayestouch.radius_prior import RadiusOfTips
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,8 +22,8 @@ FloatArray = NDArray[np.float64]
 ROUND = "round"
 
 
-@dataclass(frozen=True, eq=False)
-class TipProbabilities:
+@dataclass(frozen=True, eq=False, repr=False)
+class TipProbabilities(Summarised):
     """Posterior probabilities of the alternatives of each touch; t touches, k alternatives.
 
     Attributes

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -23,6 +23,8 @@ from bayestouch.touches import Touches
 
 #: A file up to this size is read whole, bytes.
 READ_WHOLE = 1 << 24
+#: A table up to this size stays in memory once its pieces were read, bytes; a larger one is read again.
+ROOM = 1 << 27
 
 
 class Scattered(Exception):
@@ -90,7 +92,7 @@ class InMemory:
 
 @dataclass(frozen=True, eq=False)
 class OnFile:
-    """A table on file, of which one piece at a time is in memory.
+    """A table on file, of which one piece at a time is in memory, or all of them where there is `ROOM` for them.
 
     Attributes
     ----------
@@ -102,18 +104,18 @@ class OnFile:
         Names of the columns.
     columns : Columns
         What they mean.
-    digest : str
-        Hash of the file.
     state : (int, int)
-        Its size and time of change.
+        Size of the file and time of its change.
+    held : list of Touches
+        All pieces, once they were read and where there is room for them.
     """
 
     path: Path
     sensor: Sensor
     header: Header
     columns: Columns
-    digest: str
     state: tuple[int, int]
+    held: list[Touches] = field(default_factory=list)
 
     @classmethod
     def of(cls, path: Path, sensor: Sensor) -> OnFile:
@@ -125,8 +127,6 @@ class OnFile:
             It cannot be read, or its header will not do.
         """
         state = _state(path)
-        with reading(path) as file, file.open("rb") as stream:
-            digest = hashlib.file_digest(stream, "sha256").hexdigest()
         found: list[Columns] = []
 
         def schema(header: Header) -> frozenset[str]:
@@ -134,7 +134,7 @@ class OnFile:
             return found[0].numeric
 
         header = next(_raw_pieces(path, schema)).header
-        return cls(path, sensor, header, found[0], digest, state)
+        return cls(path, sensor, header, found[0], state)
 
     @property
     def n_elements(self) -> int:
@@ -151,8 +151,34 @@ class OnFile:
         Scattered
             Touches do not stand together.
         """
-        if _state(self.path) != self.state:
-            raise InputError("has changed while it was read", file=self.path)
+        if self.held:
+            yield from self.held
+            return
+        parts: list[Touches] = []
+        size = 0
+        for piece in self._read():
+            size += _bytes(piece)
+            parts = [*parts, piece] if size <= ROOM else []
+            yield piece
+        self.held.extend(parts)
+
+    def whole(self) -> Touches:
+        """The table in memory."""
+        return joined_touches(self.held) if self.held else read_touches(self.path, self.sensor)
+
+    def mark(self) -> tuple[str, str]:
+        """Hash of the file."""
+        with reading(self.path) as file, file.open("rb") as stream:
+            digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        self._check()
+        return "file", digest
+
+    def remarks(self, tally: Tally) -> tuple[str, ...]:
+        """As in the notes of `bayestouch.touch_table.read_touches`."""
+        return notes_on(self.header, self.columns, tally)
+
+    def _read(self) -> Iterator[Touches]:
+        self._check()
         held: RawTable | None = None
         seen = _Seen()
         for piece in _raw_pieces(self.path, lambda _: self.columns.numeric):
@@ -166,17 +192,9 @@ class OnFile:
             if cut:
                 yield self._touches(_rows(table, slice(0, cut), table.notes if last else ()), seen)
 
-    def whole(self) -> Touches:
-        """The table in memory."""
-        return read_touches(self.path, self.sensor)
-
-    def mark(self) -> tuple[str, str]:
-        """Hash of the file."""
-        return "file", self.digest
-
-    def remarks(self, tally: Tally) -> tuple[str, ...]:
-        """As in the notes of `bayestouch.touch_table.read_touches`."""
-        return notes_on(self.header, self.columns, tally)
+    def _check(self) -> None:
+        if _state(self.path) != self.state:
+            raise InputError("has changed while it was read", file=self.path)
 
     def _touches(self, table: RawTable, seen: _Seen) -> Touches:
         check_values(table.numbers, file=self.header.file, line=table.line)
@@ -247,3 +265,8 @@ def _state(path: Path) -> tuple[int, int]:
     with reading(path) as file:
         state = file.stat()
         return state.st_size, state.st_mtime_ns
+
+
+def _bytes(touches: Touches) -> int:
+    arrays = (getattr(touches, each.name) for each in fields(touches))
+    return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))

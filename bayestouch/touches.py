@@ -23,6 +23,7 @@ from bayestouch.arrays import (
     whole_array,
 )
 from bayestouch.errors import InputError
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     from bayestouch.averages import TouchMeans
@@ -31,8 +32,8 @@ _PER_ROW = ("time_s", "indenter_radius_mm", "load", "depth_mm", "contact")
 _MAYBE_PER_ROW = ("angle_deg", "x_mm", "y_mm", "reads")
 
 
-@dataclass(frozen=True, eq=False)
-class Touches:
+@dataclass(frozen=True, eq=False, repr=False)
+class Touches(Summarised):
     """Samples of touches; n rows, m elements. Arrays are read-only. `touches_from` fills in what is absent.
 
     Attributes

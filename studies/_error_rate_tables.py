@@ -4,194 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable
-from contextlib import redirect_stdout
-from io import StringIO
 from typing import Any
 
 import numpy as np
-from independent.unlisted import PLACED as PLACED_EFFECTS
-from scipy.stats import beta
+from independent.dataset import EFFECTS
 
 Record = dict[str, Any]
-
-#: Effects outside the catalogue that are functions of element, relative location and load, which a correction can hold.
-PLACED = tuple(effect.name for effect in PLACED_EFFECTS)
-
-PAGE = """# Error rates of the diagnosis
-
-How often `bayestouch diagnose` is right, on simulated fingers of which it is told nothing. The simulator shares no code
-with the package and gives effects other formulas than the catalogue's: a tanh for a power of the reading, a triangular
-aperture for a rectangular one, two exponentials for a spectrum, second neighbours for ever further ones. A *size* is
-what an effect leaves in the touch means after the base parameters have absorbed what they can, root mean square, over
-the noise of an averaged touch: the lack of fit is about 1 + size².
-
-This page is written by `studies/error_rates.py` from its results and holds {n} diagnoses of two kinds of fingers. Small
-ones have 8 elements, 175 touches that are fitted and 52 that are held out; whole ones are as the practice fingers, with
-16 elements, 468 touches that are fitted and 225 that are held out. Ten small fingers take 40 minutes on two
-cores, ten whole ones two to three hours. Cases of a finger are run in random order, so that a part of a run is a
-smaller study:
-
-    python studies/error_rates.py -o FOLDER --small --light
-    python studies/error_rates.py -o FOLDER --light --minutes 60 --docs docs/error_rates.md
-
-Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study;
-those of a finger share its touches, and are less sure by that. The noise of readings is drawn anew for each case.
-
-The lack of fit of 416 held-out readings of a small finger scatters by 0.07 of itself if nothing is missing, and what
-the fit leaves open adds a few hundredths (a drift more): the test of [](diagnosis.md) allows for both, and the rows
-"no effect" show what chance alone leaves above 1.1. In large effects the difference between an effect's own formula and
-the catalogue's is beyond the noise, too; then the verdict is "partly explained", and a correction takes what it can.
-
-{headlines}
-
-```{{figure}} figures/error_rates_detection.png
-Share of fingers in which an effect was detected and named, against its size.
-```
-
-```{{figure}} figures/error_rates_confusion.png
-What was named first, for what was there (size 1 and above). Both figures are of the small fingers.
-```
-
-{tables}
-"""
-
-SECTION = """## {Design} fingers
-
-| what | how often | interval | aim |
-|---|---|---|---|
-{rows}
-
-| touches held out, mean ± standard error (cases) | before | after | no effect |
-|---|---|---|---|
-{read}
-"""
-
-#: Errors of readings: what, key.
-READ = (
-    ("R, bias (mm)", "R_bias_mm"),
-    ("R, rms (mm)", "R_rms_mm"),
-    ("θ_c, rms (degree)", "theta_rms_deg"),
-    ("P, rms (N/m)", "P_rms_N_per_m"),
-    ("R, coverage of 90 % intervals", "coverage_90"),
-)
-
-TABLES = """## Tables of the {design} fingers
-
-```text
-{tables}
-```
-"""
-
-
-def interval(hits: int, n: int) -> str:
-    """95 % interval of a rate after Clopper and Pearson, in percent."""
-    low = beta.ppf(0.025, hits, n - hits + 1) if hits else 0.0
-    high = beta.ppf(0.975, hits + 1, n - hits) if hits < n else 1.0
-    return f"{100 * low:.0f} to {100 * high:.0f} %"
-
-
-def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
-    """What was aimed at: question, hits, of how many, aim."""
-    plain, two, outside = (of_kind(records, kind) for kind in ("none", "pair", "unlisted"))
-    large, named = at_least(records, 1.0), named_first(records)
-
-    def count(question: str, some: list[Record], hit: Callable[[Record], bool], aim: str) -> tuple[str, int, int, str]:
-        return question, sum(map(hit, some)), len(some), aim
-
-    return [
-        count("no effect: `adequate`", plain, lambda r: r["diagnosis"]["verdict"] == "adequate", "95 %"),
-        count("size 1 and above: named first", large, is_named, "90 %"),
-        count(
-            "... or declared indistinguishable from what was named",
-            large,
-            is_named_or_alike,
-            "",
-        ),
-        count("pairs, size 1.5 each: both found", two, lambda r: set(r["names"]) <= set(found(r)), "80 %"),
-        count(
-            "outside the catalogue: `unattributed`",
-            outside,
-            lambda r: r["diagnosis"]["verdict"] == "unattributed",
-            "90 %",
-        ),
-        count(
-            "... and half of the held-out excess or more corrected",
-            outside,
-            lambda r: excess_cut(r) >= 0.5,
-            "",
-        ),
-        count(
-            "... where it goes with element, relative location and load",
-            [r for r in outside if r["names"][0] in PLACED],
-            lambda r: excess_cut(r) >= 0.5,
-            "",
-        ),
-        count(
-            "named first: nothing is left that the test sees",
-            named,
-            lambda r: r["diagnosis"]["verdict"] == "explained",
-            "",
-        ),
-        *(
-            count(
-                f"... held-out lack of fit after at most 1.1, size {size:g}",
-                [record for record in named if record["effects"][0][1] == size],
-                fits,
-                "",
-            )
-            for size in sorted({record["effects"][0][1] for record in named})
-        ),
-        count("no effect: held-out lack of fit at most 1.1", plain, fits, ""),
-    ]
-
-
-def fits(record: Record) -> bool:
-    """Whether the lack of fit after is what was aimed at."""
-    return float(record["diagnosis"]["after"]["lack_of_fit"]) <= 1.1
-
-
-def readings(records: list[Record]) -> str:
-    """Held-out errors of readings of touches before and after, beside those of fingers without effects.
-
-    Means over cases and their standard errors, where the true effect was named first and touches were read.
-    """
-    right, plain = named_first(records), of_kind(records, "none")
-
-    def mean(some: list[Record], when: str, key: str) -> str:
-        known = [record["diagnosis"][when][key] for record in some]
-        values = np.array([value for value in known if value is not None])
-        if len(values) < 2:
-            return "-"
-        return f"{values.mean():.3g} ± {values.std(ddof=1) / np.sqrt(len(values)):.1g} ({len(values)})"
-
-    rows = [
-        f"| {what} | {mean(right, 'before', key)} | {mean(right, 'after', key)} | {mean(plain, 'after', key)} |"
-        for what, key in READ
-    ]
-    return "\n".join(rows)
-
-
-def by_design(records: list[Record]) -> dict[str, list[Record]]:
-    """Records of small fingers, then of whole ones."""
-    several = {design: [r for r in records if r["design"] == design] for design in ("small", "whole")}
-    return {design: some for design, some in several.items() if any("diagnosis" in record for record in some)}
-
-
-def page(records: list[Record]) -> str:
-    """A page of the documentation."""
-    headlines, tables = [], []
-    for design, some in by_design(records).items():
-        done = [record for record in some if "diagnosis" in record]
-        rows = [
-            f"| {question} | {hits} of {n} | {interval(hits, n) if n else '-'} | {aim} |"
-            for question, hits, n, aim in headline(done)
-        ]
-        headlines.append(SECTION.format(Design=design.capitalize(), rows="\n".join(rows), read=readings(done)))
-        with StringIO() as text, redirect_stdout(text):
-            print_tables(some)
-            tables.append(TABLES.format(design=design, tables=text.getvalue().rstrip()))
-    n = sum("diagnosis" in record for record in records)
-    return PAGE.format(headlines="\n".join(headlines), tables="\n".join(tables).rstrip(), n=n)
 
 
 def print_tables(records: list[Record]) -> None:
@@ -251,6 +69,16 @@ def is_named_or_alike(record: Record) -> bool:
     return is_named(record) or record["names"][0] in alike(record)
 
 
+def is_member(record: Record) -> bool:
+    """Whether the catalogue's formulas can be the forms of all effects that are there."""
+    return all(EFFECTS[key].in_catalogue for key, _ in record["effects"])
+
+
+def fits(record: Record) -> bool:
+    """Whether the lack of fit after is what was aimed at."""
+    return float(record["diagnosis"]["after"]["lack_of_fit"]) <= 1.1
+
+
 def named_first(records: list[Record]) -> list[Record]:
     """Single effects of size 1 and above that were named first."""
     return list(filter(is_named, at_least(records, 1.0)))
@@ -265,22 +93,25 @@ def nothing_there(records: list[Record]) -> None:
 
 
 def detection(records: list[Record]) -> None:
-    """Detected (anything but adequate), named first, named first or not told from what was, by effect and size."""
+    """Detected (anything but adequate), named first, named first or not told from what was, by form and size."""
     ones = of_kind(records, "one")
     sizes = sorted({record["effects"][0][1] for record in ones})
     print("detected / named first / named first or declared alike, by size (noise of an averaged touch)")
-    print(f"{'':26s}" + "".join(f"{size:>22g}" for size in sizes))
-    for name in [*dict.fromkeys(record["names"][0] for record in ones), "all"]:
+    print("* forms that the catalogue's formula can be")
+    print(f"{'':42s}" + "".join(f"{size:>22g}" for size in sizes))
+    forms = sorted({record["effects"][0][0] for record in ones}, key=list(EFFECTS).index)
+    for form in [*forms, "all"]:
         cells = []
         for size in sizes:
-            here = [r for r in ones if r["effects"][0][1] == size and name in ("all", r["names"][0])]
+            here = [r for r in ones if r["effects"][0][1] == size and form in ("all", r["effects"][0][0])]
             counts = (
                 rate(here, lambda r: r["diagnosis"]["verdict"] != "adequate"),
                 rate(here, is_named),
                 rate(here, is_named_or_alike),
             )
             cells.append(" ".join(f"{count:>6s}" for count in counts))
-        print(f"{name:26s}" + "".join(f"{cell:>22s}" for cell in cells))
+        star = " *" if form != "all" and EFFECTS[form].in_catalogue else ""
+        print(f"{form + star:42s}" + "".join(f"{cell:>22s}" for cell in cells))
     print("size 1 and above, named first:", rate(at_least(records, 1.0), is_named), "(aim: 90 %)")
 
 
@@ -321,7 +152,7 @@ def unlisted(records: list[Record]) -> None:
             counts = Counter(r["diagnosis"]["verdict"] + "".join(f" +{each}" for each in found(r)) for r in here)
             verdicts = rate(here, lambda r: r["diagnosis"]["verdict"] == "unattributed")
             half = rate(here, lambda r: excess_cut(r) >= 0.5)
-            cut = np.nanmedian([excess_cut(record) for record in here]) if here else np.nan
+            cut = _median([share for share in map(excess_cut, here) if not np.isnan(share)])
             listed = ", ".join(f"{what} {count}" for what, count in counts.most_common(4)) if name != "all" else ""
             print(f"{name:18s}{size:4g}{verdicts:>8s}  cut {cut:5.2f}, half or more {half:>6s}  {listed}")
 

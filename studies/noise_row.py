@@ -5,17 +5,18 @@ deviations of 0.14 degree, 9.6 N/m and 0.79 mm about each location's mean (model
 Cramér-Rao bound and the rms posterior standard deviation of the same design, over the shear modulus, which the paper
 does not print.
 
-    python studies/noise_row.py [samples a touch]
+    python studies/noise_row.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
 
 import os
-import sys
+from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
+from _published import figure, options, plain_ticks, save
 
 from bayestouch import published
 from bayestouch.chain.finger import FingerChain
@@ -71,9 +72,29 @@ def posterior_sds(chain: FingerChain, noise_sd: float, samples: int) -> np.ndarr
     return np.sqrt(np.mean(np.square(sds), axis=1))
 
 
-def main(samples: int = 20) -> dict[float, tuple[np.ndarray, np.ndarray]]:
-    """Print the table; returns (bound, posterior sds) by modulus."""
-    paper = [published.number(f"table_4.model.noise.{name}").value for name in ("theta_c", "P", "R")]
+def printed() -> list[float]:
+    """The paper's standard deviations of θ_c (degree), P (N/m) and R (mm)."""
+    return [published.number(f"table_4.model.noise.{name}").value for name in ("theta_c", "P", "R")]
+
+
+def picture(folder: Path, results: dict[float, tuple[np.ndarray, np.ndarray]]) -> None:
+    """Bound and posterior sd over the modulus, beside what is printed."""
+    drawn, axes = figure(columns=3)
+    moduli = list(results)
+    for column, (axis, name) in enumerate(zip(axes, ("$\\theta_c$ (degree)", "P (N/m)", "R (mm)"), strict=True)):
+        axis.semilogx(moduli, [results[modulus][0][column] for modulus in moduli], "o-", label="Cramér-Rao bound")
+        axis.semilogx(moduli, [results[modulus][1][column] for modulus in moduli], "s--", label="posterior sd")
+        axis.axhline(printed()[column], color="0.5", linestyle=":", label="paper")
+        axis.set(xlabel="shear modulus μ (MPa)", ylabel=f"sd of {name}")
+        plain_ticks(axis.xaxis, MODULI)
+        axis.set_ylim(bottom=0)
+    axes[0].legend()
+    save(drawn, folder, "noise_row")
+
+
+def main(samples: int = 20, folder: Path | None = None) -> dict[float, tuple[np.ndarray, np.ndarray]]:
+    """Print the table and save the picture; returns (bound, posterior sds) by modulus."""
+    paper = printed()
     print(f"{'':28s}{'θ_c (deg)':>12s}{'P (N/m)':>12s}{'R (mm)':>12s}")
     print(f"{'paper, noise row (model)':28s}{paper[0]:12.2f}{paper[1]:12.1f}{paper[2]:12.2f}")
     results = {}
@@ -85,8 +106,11 @@ def main(samples: int = 20) -> dict[float, tuple[np.ndarray, np.ndarray]]:
         results[modulus] = (bound, sds)
         print(f"{f'μ {modulus:5.3f} MPa  Cramér-Rao':28s}{bound[0]:12.3f}{bound[1]:12.2f}{bound[2]:12.3f}")
         print(f"{'           posterior sd':28s}{sds[0]:12.3f}{sds[1]:12.2f}{sds[2]:12.3f}")
+    if folder is not None:
+        picture(folder, results)
     return results
 
 
 if __name__ == "__main__":
-    main(*(int(argument) for argument in sys.argv[1:]))
+    small, pictures = options(__doc__)
+    main(1 if small else 20, pictures)

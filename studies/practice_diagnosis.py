@@ -40,17 +40,17 @@ def diagnose(dataset: Path, output: Path, scheduler: str | None) -> tuple[dict[s
     return json.loads((output / "diagnosis.json").read_text(encoding="utf-8")), time.perf_counter() - start
 
 
-def examine(exam: Path, calibration: Path, *, use_load: bool) -> dict[str, float]:
+def examine(exam: Path, calibration: Path, *, use_load: bool) -> dict[str, float | None]:
     """Errors of the posterior means of R (mm), θ_c (degree) and P (N/m), and coverage of their 90 % intervals.
 
     Location and radius are as commanded; the load is the force sensor's mean, whose noise is small beside the error of
-    a load that is inferred.
+    a load that is inferred without it. A load that is inferred with it follows it: its errors are None.
     """
     calibrated = bayestouch.load(calibration)
     assert isinstance(calibrated, bayestouch.Calibration)
     posteriors = bayestouch.infer(read_touches(exam, calibrated.sensor), calibrated, use_load=use_load, seed=0)
-    scores = {}
-    for name in ("R", "theta_c", "P"):
+    scores: dict[str, float | None] = dict.fromkeys(SCORES)
+    for name in ("R", "theta_c") if use_load else ("R", "theta_c", "P"):
         draws, true = posteriors.posterior[name], posteriors.reference[name]
         miss = draws.mean(axis=(0, 1)) - true
         low, high = np.quantile(draws, [0.05, 0.95], axis=(0, 1))
@@ -61,9 +61,10 @@ def examine(exam: Path, calibration: Path, *, use_load: bool) -> dict[str, float
     return scores
 
 
-def line(label: str, values: dict[str, float]) -> str:
+def line(label: str, values: dict[str, float | None]) -> str:
     """One line of the exam's table."""
-    return f"  {label:22s}" + "".join(f"{values[name]:>16.3f}" for name in SCORES)
+    known = [values[name] for name in SCORES]
+    return f"  {label:22s}" + "".join(f"{'-':>16s}" if value is None else f"{value:>16.3f}" for value in known)
 
 
 def print_finger(name: str, diagnosis: dict[str, Any], truth: dict[str, float], seconds: float) -> None:
@@ -80,9 +81,10 @@ def print_finger(name: str, diagnosis: dict[str, Any], truth: dict[str, float], 
     if diagnosis["unexplained"]["where"]:
         print(f"  unexplained: {diagnosis['unexplained']['where']}")
     for key in diagnosis["before"]:
-        before, after = diagnosis["before"][key], diagnosis["after"][key]
-        if before is not None and after is not None:
-            print(f"  held out, {key:32s} {before:8.3f} -> {after:8.3f}")
+        values = [diagnosis[when][key] for when in ("before", "after", "after_against_stated")]
+        if None not in values:
+            before, after, stated = values
+            print(f"  held out, {key:32s} {before:8.3f} -> {after:8.3f} (references as stated: {stated:.3f})")
 
 
 def main(arguments: list[str] | None = None) -> dict[str, dict[str, Any]]:

@@ -57,4 +57,4 @@ def main(
 if __name__ == "__main__":
     scheduler, others = scheduler_of(sys.argv[1:])
     small, pictures = options(__doc__, others)
-    main(60, SMALL, pictures, scheduler) if small else main(folder=pictures, scheduler=scheduler)
+    main(100, SMALL, pictures, scheduler) if small else main(folder=pictures, scheduler=scheduler)

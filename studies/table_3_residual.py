@@ -166,11 +166,16 @@ def print_rows(found: Findings) -> None:
 def print_residuals(found: Findings) -> None:
     """By tip."""
     base = found.effects[LINEAR_NAME]
-    print("\nPrinted minus predicted R (mm) of the frictionless columns, by tip")
+    print("\nPrinted minus predicted R (mm) of the frictionless columns, by tip; last, of the Hertz columns")
     print(
         f"(the tip of {TIPS_MM[ODD_TIP]:g} mm is read too sharp in all four columns, which nothing smooth in R can do)"
     )
-    columns = {"as printed": table_3()[1] - TRUTH, "rigid core": found.rigid_core.residual[1], "base": base.residual[1]}
+    columns = {
+        "as printed": table_3()[1] - TRUTH,
+        "rigid core": found.rigid_core.residual[1],
+        "base": base.residual[1],
+        "base, Hertz": base.residual[0],
+    }
     print(f"{'tip (mm)':>10s}" + "".join(f"{f'{name}, {c}':>24s}" for name in columns for c in CALIBRATIONS))
     for i, tip in enumerate(TIPS_MM):
         print(f"{tip:10.2f}" + "".join(f"{c[i]:24.2f}" for pair in columns.values() for c in pair))

@@ -10,6 +10,11 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the slow tests, if any are chosen: one that begins last is waited for by every other core."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is None)
+
+
 @pytest.fixture(scope="session")
 def shared_folder() -> Path:
     """Folder of measured and practice data: `$BAYESTOUCH_SHARED` or else `../shared` beside the checkout."""

@@ -19,6 +19,8 @@ from bayestouch.simulation import FingerDesign
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+BLOCK = re.compile(r"^\s*(```|~~~) ?(python|console|toml)\b|^    bayestouch .+$", re.MULTILINE)
+WITH_BLOCKS = [page for page in PAGES if BLOCK.search((ROOT / page).read_text("utf-8"))]
 # These make whole reports, as the quick start does too, which is run always.
 WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
 # What a page takes for granted; everything else it makes itself, block by block.
@@ -66,12 +68,11 @@ def run_commands(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in PAGES]
+    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in WITH_BLOCKS]
 )
 def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = blocks(ROOT / page)
-    if not found:
-        pytest.skip("no block to run on this page")
+    assert found
     for name in GIVEN:
         copy = shutil.copytree if (given / name).is_dir() else shutil.copy
         copy(given / name, tmp_path / name)
@@ -89,6 +90,10 @@ def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.
             run_commands(text)
         else:
             exec(compile(text, page, "exec", dont_inherit=True), names)
+
+
+def test_no_page_with_a_block_is_left_out() -> None:
+    assert [page for page in PAGES if page not in WITH_BLOCKS and blocks(ROOT / page)] == []
 
 
 def test_api_page_lists_the_public_names() -> None:

@@ -115,7 +115,7 @@ def make(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
 
 
-@pytest.mark.parametrize("stamp", [".ready-runtime", ".ready-dev", ".ready-docs"])
+@pytest.mark.parametrize("stamp", [".ready-runtime", ".ready-dev", ".ready-docs", ".ready-mutants"])
 def test_set_up_is_done_once_and_again_only_for_a_new_lock(bare_checkout: Path, stamp: str) -> None:
     venv = bare_checkout / ".venv"
     venv.mkdir()

@@ -1,4 +1,4 @@
-"""The paper's numbers: each is where `bayestouch.published` says it is, and the notes on them hold."""
+"""The paper's numbers: `bayestouch.published` and a second typing agree, both are in the paper; its notes hold."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
+from paper_transcription import TRANSCRIPTION
 
 from bayestouch import published
 
@@ -33,12 +34,31 @@ def paper(shared_folder: Path) -> str:
     return plain(source.read_text(encoding="utf-8"))
 
 
+def stands_alone(number: str, words: str) -> bool:
+    """Whether the literal is a number of its own there: 0.9 is not found inside 0.95."""
+    return re.search(rf"(?<![\d.]){re.escape(number)}(?!\.?\d)", words) is not None
+
+
 @pytest.mark.parametrize("item", NUMBERS, ids=lambda item: item.key)
-def test_number_is_in_the_paper(item: published.PublishedNumber, paper: str) -> None:
-    for part in item.quote.split(" … "):
-        assert plain(part) in paper
-    # the literal stands by itself in the quote, so that 0.9 is not found inside 0.95
-    assert re.search(rf"(?<![\d.]){re.escape(item.printed)}(?!\.?\d)", item.quote)
+def test_number_is_the_one_that_was_typed_from_the_paper(item: published.PublishedNumber) -> None:
+    """The same number, unit, place and words in two typings: that of the package and that of the tests."""
+    places = [typed for typed in TRANSCRIPTION if typed.key == item.key]
+    assert {(typed.printed, typed.value, typed.unit) for typed in places} == {(item.printed, item.value, item.unit)}
+    quote = plain(item.quote)
+    assert any(typed.where == item.where and typed.words in quote for typed in places)
+    assert stands_alone(item.printed, item.quote)
+
+
+def test_both_typings_hold_the_same_numbers() -> None:
+    assert {typed.key for typed in TRANSCRIPTION} == {item.key for item in NUMBERS}
+
+
+def test_both_typings_are_in_the_paper(paper: str) -> None:
+    """Every quote of the package and all words of the transcription, with its number by itself in them."""
+    quotes = {plain(part) for item in NUMBERS for part in item.quote.split(" … ")}
+    assert {words for words in quotes if words not in paper} == set()
+    assert {typed for typed in TRANSCRIPTION if typed.words not in paper} == set()
+    assert {typed for typed in TRANSCRIPTION if not stands_alone(typed.printed, typed.words)} == set()
 
 
 def test_no_number_of_the_text_is_left_out(paper: str) -> None:

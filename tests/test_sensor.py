@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import astuple
 
 import pytest
 from data_strategies import sensors
@@ -78,9 +79,8 @@ def test_saved_and_read_back_is_the_same_sensor(sensor: Sensor) -> None:
     again = sensor_from_toml(sensor_to_toml(sensor), default_name="another")
     assert again == sensor
     # Equality takes -0.0 for 0.0; the text of a float does not.
-    assert repr((again.body, again.rubber, again.force_noise_sd)) == repr(
-        (sensor.body, sensor.rubber, sensor.force_noise_sd)
-    )
+    one, other = ((*astuple(s.body), *astuple(s.rubber), s.force_noise_sd) for s in (again, sensor))
+    assert repr(one) == repr(other)
 
 
 def test_a_sensor_without_a_name_is_called_after_its_folder(tmp_path) -> None:

@@ -228,6 +228,7 @@ def test_a_file_in_pieces_is_read_like_one_in_memory(
     monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
     assert len(list(touch_source.source_of(path, calibration.sensor).pieces())) > 5
     same(bayestouch.infer(path, calibration, **options), whole)  # type: ignore[arg-type]
+    monkeypatch.setattr(touch_source, "ROOM", 0)
     same(bayestouch.infer(path, calibration, output=tmp_path / "a.nc", **options), whole)  # type: ignore[arg-type]
 
 
@@ -268,6 +269,25 @@ def test_a_file_that_changes_is_refused(
     path.write_text(path.read_text() + "\n")
     with pytest.raises(InputError, match="has changed"):
         next(source.pieces())
+
+
+@pytest.mark.parametrize("room", [0, 1 << 20])
+def test_a_file_is_read_once_where_there_is_room(
+    read: tuple[Touches, Calibration], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, room: int
+) -> None:
+    path, times = tmp_path / "touches.csv", []
+    write_touches(_several_samples(), path, read[1].sensor)
+    raw = touch_source.csv_pieces
+    monkeypatch.setattr(tables, "CHUNK", 23)
+    monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
+    monkeypatch.setattr(touch_source, "ROOM", room)
+    source = touch_source.source_of(path, read[1].sensor)
+    monkeypatch.setattr(touch_source, "csv_pieces", lambda *a: (times.append(1), raw(*a))[1])
+    first, again = list(source.pieces()), list(source.pieces())
+    assert len(times) == (1 if room else 2)
+    assert len(first) == len(again) > 5
+    assert all(one.same_as(other) and one.notes == other.notes for one, other in zip(first, again, strict=True))
+    assert source.whole().same_as(_several_samples())
 
 
 def test_the_command_says_how_many_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

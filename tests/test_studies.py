@@ -35,14 +35,15 @@ def is_drawn(path: Path) -> bool:
     return picture.width > 600 and picture.height > 250 and ink > 0.025
 
 
-def test_noise_row() -> None:
+def test_noise_row(tmp_path: Path) -> None:
     """The paper's location row wants a modulus near 0.15 MPa, its radius row one near 0.1; and the bound is a bound."""
-    results = study("noise_row").main(1)
+    results = study("noise_row").main(1, tmp_path)
     bound, sds = results[0.15]
     assert bound[0] == pytest.approx(0.14, abs=0.01)
     assert results[0.1][0][2] == pytest.approx(0.79, abs=0.08)
     # prior and truncation can only add information: 240 touches scatter the rms sd by a few per cent
     assert np.all(sds < 1.05 * bound)
+    assert is_drawn(tmp_path / "noise_row.png")
 
 
 def test_log_likelihood_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -65,6 +66,11 @@ def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[
     lines = [line for line in capsys.readouterr().out.splitlines() if "least ESS" in line]
     assert len(lines) == 4
     assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
+
+
+def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[str]) -> None:
+    assert study("benchmarks/reading").main(1, 1) > 0
+    assert "7,380 rows" in capsys.readouterr().out
 
 
 def test_table_3_modulus() -> None:

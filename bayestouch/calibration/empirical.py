@@ -60,8 +60,9 @@ class EmpiricalFit:
         How many coefficients of the departure the touches determine, rather than the prior.
     lack_of_fit : (m,) array
         Mean square of what is left over that of repeats, ``φ²``. Well above one, touches differ by something that is
-        no function of location (drift, memory, nonlinearity), and a map fitted to it misleads: it takes what
-        happened while a place was touched for a property of the place.
+        no smooth function of location in proportion to the load: drift, memory, nonlinearity, or an error that changes
+        from place to place faster than the map. A map fitted to a drift takes what happened while a place was touched
+        for a property of the place.
     predicted, sd : (t, m) arrays
         Prediction for the calibration touches, and standard deviation of reading minus prediction.
     """

@@ -118,8 +118,9 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
     notes = calibration.notes
     if lack_of_fit > 1.5:
         notes += (
-            f"Lack of fit stays at {lack_of_fit:.2f} with the identified E map: what is missing is no property of "
-            "place (drift and nonlinear gains are not), and the map may mislead.",
+            f"Lack of fit stays at {lack_of_fit:.2f} with the identified E map: what is missing is not a smooth "
+            "function of element and location in proportion to the load. It may change with time or load, with the "
+            "width of the contact, or from place to place faster than the map; readings with the map may be wrong.",
         )
     return replace(
         calibration,

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 __all__ = ["DataCheck", "check"]
 
 
-@dataclass(frozen=True, eq=False)
-class DataCheck:
+@dataclass(frozen=True, eq=False, repr=False)
+class DataCheck(Summarised):
     """What a data set holds.
 
     Attributes

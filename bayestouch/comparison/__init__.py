@@ -11,6 +11,7 @@ from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 __all__ = ["Comparison", "compare"]
 
 
-@dataclass(frozen=True, eq=False)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(Summarised):
     """A written comparison.
 
     Attributes

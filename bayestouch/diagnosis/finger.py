@@ -60,8 +60,10 @@ class _FingerStands:
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out(calibration, self.data, held, seed=self.seed)
-        return Stand(fitted, correction, calibration, held, read)
+        return Stand(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
 
-    def held(self, fitted: Fitted, correction: Correction | None) -> HeldOut | None:
+    def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""
-        return None if self.observed is None else held_out(fitted, correction, self.observed, force_noise(fitted))
+        if self.observed is None:
+            return None
+        return held_out(fitted, correction, self.observed, force_noise(fitted), stated=stated)

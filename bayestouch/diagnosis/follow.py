@@ -34,8 +34,8 @@ class Stands(Protocol):
         """Calibration, and errors on the held-out touches."""
         ...
 
-    def held(self, fitted: Fitted, correction: Correction | None) -> HeldOut | None:
-        """Residuals of the held-out touches; None where none could be held out."""
+    def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
+        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
         ...
 
 

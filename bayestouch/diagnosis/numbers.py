@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from bayestouch.affected.added import AddedEffect
+from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import Stand, Traced
-from bayestouch.diagnosis.verdict import verdict
+from bayestouch.diagnosis.verdict import LackOfFit, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.results import Calibration
 
@@ -21,6 +22,7 @@ Numbers = dict[str, Any]
 def diagnosis_numbers(traced: Traced) -> Numbers:
     """Everything, in plain types; None what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
+    held = traced.before.held_out
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
@@ -30,8 +32,13 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
             "held_out_touches": data.n_held_out,
         },
         "noise_floor_percent_peak": _noise_floor(traced),
+        "noise_from_repeats": _has_repeats(traced),
+        "loads_measured": held is None or bool(np.isfinite(held.observed.load).all()),
         "before": _errors(traced.before),
         "after": _errors(after),
+        "after_against_stated": _errors(after, stated=True),
+        "change_against_stated_se": standard_errors(traced.before, after),
+        "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(remaining.after)},
         "verdict": verdict(len(traced.added), remaining),
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
@@ -56,10 +63,12 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     return plain
 
 
-def _errors(stand: Stand) -> Numbers:
-    held = stand.held_out
-    names = [each.name for each in fields(TouchErrors)]
-    of_touches = dict.fromkeys(names) if stand.read is None else asdict(stand.read.errors)
+def _errors(stand: Stand, *, stated: bool = False) -> Numbers:
+    """Errors against references as the model corrects them, or as the data set states them."""
+    held = stand.held_stated if stated else stand.held_out
+    of_touches: Numbers = dict.fromkeys(each.name for each in fields(TouchErrors))
+    if stand.read is not None:
+        of_touches = asdict(stand.read.against_stated if stated else stand.read.errors)
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
         "lack_of_fit": None if held is None else held.lack_of_fit,
@@ -67,17 +76,20 @@ def _errors(stand: Stand) -> Numbers:
     }
 
 
+def _limits(test: LackOfFit) -> Numbers:
+    return {"low": test.low, "high": test.high, "expected": test.expected}
+
+
+def _has_repeats(traced: Traced) -> bool:
+    """Whether repeats tell the noise of the readings."""
+    held, means = traced.before.held_out, traced.before.fitted.model.known.means
+    return (held is None or held.repeated) and bool(np.nansum(means.pure_error_dof) > 0)
+
+
 def _noise_floor(traced: Traced) -> float | None:
-    """Prediction error of a model that is right: noise of a touch's mean reading, as the repeats have it."""
-    held, fitted = traced.before.held_out, traced.before.fitted
-    means = fitted.model.known.means if held is None else held.observed.means
-    if (held is not None and not held.repeated) or not np.nansum(fitted.model.known.means.pure_error_dof) > 0:
-        return None
-    counts = np.where(np.isnan(means.readings), 0, means.counts)
-    some = (counts > 0).any(axis=0)
-    with np.errstate(divide="ignore"):
-        variance = np.where(counts > 0, fitted.noise.sd**2 / counts, np.nan)[:, some]
-    return float(100 * np.mean(np.sqrt(np.nanmean(variance, axis=0)) / fitted.model.peak[some]))
+    """Prediction error of a model that is right: noise of the readings, as repeats have it, and the load's error."""
+    held = traced.before.held_out
+    return held.floor_percent_peak if held is not None and _has_repeats(traced) else None
 
 
 def _effect(added: AddedEffect, tried: Tried, calibration: Calibration) -> Numbers:

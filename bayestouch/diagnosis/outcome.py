@@ -5,18 +5,36 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-#: By the word for it in ``diagnosis.json``.
+#: By the word for it in ``diagnosis.json``: what is said of a model that leaves structure, or that leaves none.
 VERDICTS = {
-    "adequate": "Adequate: the model predicts held-out touches as well as the noise allows.",
-    "explained": "Explained: with what was found the model predicts held-out touches as well as the noise allows.",
+    "adequate": "Adequate: the model",
+    "explained": "Explained: with what was found the model",
     "partly explained": "Partly explained: an effect was found, and structure remains that no effect explains.",
     "unattributed": "Unattributed: the model misses something, and no known effect explains it.",
 }
+_BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
+# Limits of a lack of fit where a file of an earlier version states none, and a fit that leaves little open.
+_LIMITS, _LITTLE = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
+# A change of an error by more than so many standard errors is one.
+_ERRORS = 2.0
+
+#: Errors in a sentence: key, what it is called, format, unit, factor.
+_SAID = (
+    ("prediction_error_percent_peak", "prediction error", ".2f", " % of the peak", 1.0),
+    ("lack_of_fit", "lack of fit", ".2f", "", 1.0),
+    ("R_rms_mm", "rms error of R", ".2f", " mm", 1.0),
+    ("R_bias_mm", "bias of R", "+.2f", " mm", 1.0),
+    ("theta_rms_deg", "rms error of the location", ".3f", " degree", 1.0),
+    ("location_rms_mm", "rms error of the location", ".2f", " mm", 1.0),
+    ("P_rms_N_per_m", "rms error of the load, read without the force sensor,", ".2g", " N/m", 1.0),
+    ("P_rms_N", "rms error of the load, read without the force sensor,", ".2f", " N", 1.0),
+    ("coverage_90", "coverage of 90 % intervals", ".0f", " %", 100.0),
+)
 
 
 def sentences(numbers: Mapping[str, Any]) -> list[str]:
-    """Verdict, effects, what is left, and errors before and after; a line each."""
-    out = [VERDICTS[numbers["verdict"]]]
+    """What got worse, verdict, effects, what is left, and errors before and after; a line each."""
+    out = [*worse_lines(numbers), verdict_sentence(numbers)]
     for effect in numbers["effects"]:
         values = ", ".join(_value(name, each) for name, each in effect["parameters"].items())
         line = f"Found {effect['name']} ({effect['summary']}): {values}."
@@ -30,8 +48,61 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
         out.append("A correction by element and location is in the calibration after; it is no cause.")
     if numbers["measure"] is not None:
         out.append(numbers["measure"]["advice"])
-    out += _before_and_after(numbers)
+    return out + _before_and_after(numbers)
+
+
+def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
+    """Keys of the errors that are larger after than before, against stated references, beyond their standard error."""
+    before, after = numbers["before"], numbers.get("after_against_stated", numbers["after"])
+    spread = numbers.get("change_against_stated_se", {})
+    out = []
+    for key, *_ in _SAID:
+        one, two = before.get(key), after.get(key)
+        # Coverage is no error: larger is better, up to a point.
+        if key == "coverage_90" or one is None or two is None:
+            continue
+        if abs(two) - abs(one) > max(_ERRORS * (spread.get(key) or 0.0), 1e-9 * abs(one)):
+            out.append(key)
     return out
+
+
+def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
+    """What is said first, where anything got worse: such a model is not to be taken for a better one."""
+    keys = worse_quantities(numbers)
+    if not keys:
+        return []
+    stated = numbers.get("after_against_stated", numbers["after"])
+    shown = ", ".join(_pairs(numbers["before"], stated, keys).values())
+    line = f"Worse than before, against references as the data set states them: {shown}."
+    if stated != numbers["after"]:
+        line += " What was found says that references are off; where they are right, the calibration before is better."
+    return [line]
+
+
+def verdict_sentence(numbers: Mapping[str, Any]) -> str:
+    """What is said of the model after; it follows the lack of fit that is printed."""
+    word, lack = numbers["verdict"], numbers["after"].get("lack_of_fit")
+    limits = numbers.get("lack_of_fit_limits", {}).get("after", _LIMITS)
+    low, high = limits["low"], limits["high"]
+    if lack is not None and high is not None and lack > high:
+        word = _BEYOND_NOISE.get(word, word)
+    if word not in _BEYOND_NOISE:
+        return VERDICTS[word]
+    begin, repeats = VERDICTS[word], numbers.get("noise_from_repeats")
+    if repeats is None:
+        repeats = numbers["noise_floor_percent_peak"] is not None
+    if not repeats:
+        return f"{begin} leaves nothing that these data show; the noise is not known from repeats."
+    if not numbers["data"]["held_out_touches"]:
+        return f"{begin} fits its touches as well as the noise allows; none were held out."
+    if lack is None:
+        why = "" if numbers.get("loads_measured", True) else ": the loads were not measured"
+        return f"{begin} leaves nothing that these data show; they cannot be held against the noise{why}."
+    if low is not None and lack < low:
+        return f"{begin} leaves less than the noise that is assumed for readings and loads, which is too large."
+    if limits["expected"] > _LITTLE:
+        return f"{begin} predicts held-out touches as well as the noise, and what its fit leaves open, allow."
+    return f"{begin} predicts held-out touches as well as the noise allows."
 
 
 def _value(name: str, each: Mapping[str, Any]) -> str:
@@ -39,27 +110,30 @@ def _value(name: str, each: Mapping[str, Any]) -> str:
     return f"{name} {each['mean']:.3g}{spread} {each['unit']}".rstrip()
 
 
+def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] | None = None) -> dict[str, str]:
+    """Errors before and after in words, by key; once where nothing was changed."""
+    found = (before,) if before == after else (before, after)
+    out = {}
+    for key, name, form, unit, factor in _SAID:
+        known = [each[key] for each in found if each.get(key) is not None]
+        if len(known) == len(found) and (keys is None or key in keys):
+            out[key] = f"{name} {' → '.join(format(factor * value, form) for value in known)}{unit}"
+    return out
+
+
 def _before_and_after(numbers: Mapping[str, Any]) -> list[str]:
-    before, after = numbers["before"], numbers["after"]
-    changed = before != after
-
-    def pair(key: str, form: str, factor: float = 1.0) -> str | None:
-        values = [each.get(key) for each in ((before, after) if changed else (before,))]
-        return None if None in values else " → ".join(format(factor * value, form) for value in values)
-
-    floor = numbers["noise_floor_percent_peak"]
-    parts = [
-        ("prediction error", pair("prediction_error_percent_peak", ".2f"), " % of the peak"),
-        ("lack of fit", pair("lack_of_fit", ".2f"), ""),
-        ("rms error of R", pair("R_rms_mm", ".2f"), " mm"),
-        ("bias of R", pair("R_bias_mm", "+.2f"), " mm"),
-        ("rms error of the location", pair("location_rms_mm", ".2f"), " mm"),
-        ("of the load", pair("P_rms_N", ".2f"), " N"),
-        ("coverage of 90 % intervals", pair("coverage_90", ".0f", 100), " %"),
-    ]
-    shown = [f"{name} {values}{unit}" for name, values, unit in parts if values is not None]
+    before, after, stated = numbers["before"], numbers["after"], numbers.get("after_against_stated")
+    shown = _pairs(before, after)
     if not shown:
         return ["No touches were held out: errors are not estimated."]
+    floor, limits = numbers["noise_floor_percent_peak"], numbers.get("lack_of_fit_limits", {}).get("after")
     if floor is not None:
-        shown[0] += f" (noise alone {floor:.2f})"
-    return [f"On {numbers['data']['held_out_touches']} held-out touches: " + ", ".join(shown) + "."]
+        shown["prediction_error_percent_peak"] += f" (noise alone {floor:.2f})"
+    if "lack_of_fit" in shown and limits is not None and limits["high"] is not None:
+        shown["lack_of_fit"] += f" ({limits['low']:.2f} to {limits['high']:.2f} if nothing is missing)"
+    touches = numbers["data"]["held_out_touches"]
+    out = [f"On {touches} held-out touches: " + ", ".join(shown.values()) + "."]
+    if stated is not None and stated != after:
+        against = ", ".join(_pairs(before, stated).values())
+        out.append(f"Against references as the data set states them: {against}.")
+    return out

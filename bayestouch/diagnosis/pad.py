@@ -17,9 +17,10 @@ from bayestouch.affected.pad_start import pad_fit
 from bayestouch.affected.timing import Timing
 from bayestouch.affected.whitening import Whitening
 from bayestouch.dataset import DataSet
+from bayestouch.diagnosis.as_stated import at_stated_references
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
-from bayestouch.diagnosis.held_out import HeldOut, design_of, functions_at, without_wrong_readings
+from bayestouch.diagnosis.held_out import HeldOut, design_of, free_load, functions_at, without_wrong_readings
 from bayestouch.diagnosis.pad_touches import read_held_out_pad
 from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.quantities import of_pad
@@ -114,46 +115,62 @@ class _PadStands:
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out_pad(calibration, data, held, seed=self.seed)
-        return Stand(fitted, correction, calibration, held, read)
+        return Stand(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
 
-    def held(self, fitted: Fitted, correction: Correction | None) -> HeldOut | None:
+    def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""
-        return None if self.observed is None else held_out_pad(fitted, correction, self.observed)
+        return None if self.observed is None else held_out_pad(fitted, correction, self.observed, stated=stated)
 
 
-def held_out_pad(fitted: Fitted, correction: Correction | None, observed: Observations) -> HeldOut:
+def held_out_pad(
+    fitted: Fitted, correction: Correction | None, observed: Observations, *, stated: bool = False
+) -> HeldOut:
     """Residuals of a pad's model on touches that it was not fitted to.
 
     Where touches have several samples the prediction error is that of samples: a pad's samples may be of another time
-    of the hold each.
+    of the hold each. A load that was not measured may be anything: what it does to a touch's readings is no lack of
+    fit (nor can it be told from one, on a pad of one element).
+
+    Parameters
+    ----------
+    fitted, correction, observed, stated
+        As `bayestouch.diagnosis.held_out.held_out`.
     """
+    shown = at_stated_references(fitted) if stated else fitted
     observed = without_wrong_readings(fitted, observed)
-    model = fitted.model.observing(observed)
+    model = shown.model.observing(observed)
     assert isinstance(model, PadModel)
-    added, functions = functions_at(fitted, correction, observed)
-    prediction = model.predict(fitted.vector)
+    added, functions = functions_at(shown, correction, observed)
+    prediction = model.predict(shown.vector)
     predicted = prediction.touches + added
-    reads = np.maximum(observed.means.counts.max(axis=1), 1)
+    means, rows = observed.means, observed.row_touch
+    reads = np.maximum(means.counts.max(axis=1), 1)
     known = fitted.model.known
-    share = np.median(fitted.noise.load_sd * np.sqrt(np.maximum(known.means.counts.max(axis=1), 1)))
-    load_sd = share / np.sqrt(reads) if np.isfinite(known.load).any() else share * model.load
-    noise = fitted.noise.with_(load_sd=load_sd)
-    whitening = Whitening.of(observed, noise, predicted, model.by_load(fitted.vector))
-    residual = observed.means.readings - predicted
+    one_load = np.median(fitted.noise.load_sd * np.sqrt(np.maximum(known.means.counts.max(axis=1), 1)))
+    measured = np.isfinite(observed.load)
+    noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(reads), model.load))
+    by_load = model.by_load(shown.vector)
+    whitening = Whitening.of(observed, noise, predicted, by_load)
+    residual = means.readings - predicted
     present = whitening.present
-    recording = model.poses(fitted.vector)
-    reference = {name: axis for name, axis in zip(("x", "y"), recording.place, strict=False)}
+    recording = model.poses(shown.vector)
+    places = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
     changing = 0.0 if prediction.samples is None else prediction.samples
-    by_sample = residual[observed.row_touch] + observed.deviation - changing
-    signal = (predicted - model.chain(fitted.vector).offset) / model.peak
+    by_sample = residual[rows] + observed.deviation - changing
+    signal = (predicted - model.chain(shown.vector).offset) / model.peak
+    of_load = by_load * noise.load_sd[:, None]
+    noise_sd = np.hypot(noise.sd / np.sqrt(observed.weight)[:, None], of_load[rows]) / model.peak
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / model.peak,
         whitened=np.where(present, whitening.touches(residual), 0.0),
         present=present,
-        design=design_of(fitted, model.derivatives(fitted.vector)[0], functions, whitening),
-        reference={**reference, "P": observed.load},
+        design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
+        reference={**dict(zip(("x", "y"), recording.place, strict=False)), "P": observed.load},
+        stated={**dict(zip(("x", "y"), places, strict=False)), "P": observed.load},
         quantities=of_pad(observed, model.element_place, recording.place, observed.load, signal, model.peak),
+        noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
+        load_free=free_load(whitening, of_load, measured),
         samples=by_sample / model.peak,
         repeated=bool(reads.min(initial=ENOUGH_SAMPLES) >= ENOUGH_SAMPLES),
     )

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.affected.effect_list import KEY, EffectList
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading
+from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
 from bayestouch.inference import infer
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.touches import Touches
@@ -25,9 +25,9 @@ class PadTouchErrors(TouchErrors):
     Attributes
     ----------
     location_rms_mm : float
-        Of the location, all coordinates together.
+        Of the location, all coordinates together. Touches are read with the force sensor's load where there is one.
     P_rms_N : float
-        Of the load, read without the force sensor and held against it.
+        Of the load that is inferred from the elements alone, against the force sensor.
     coverage_90 : float
         Share of the touches whose location is in the smallest region that holds 90 % of its posterior.
     """
@@ -39,7 +39,8 @@ class PadTouchErrors(TouchErrors):
 def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int) -> TouchReading:
     """Read the held-out touches with a calibration and compare with their references.
 
-    Where effects depend on what came before, the touches in between are read too.
+    No effect on a pad moves a location, and a load is what the force sensor reads: references are those stated. Where
+    effects depend on what came before, the touches in between are read too.
     """
     # The table has had its rest reading subtracted.
     plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
@@ -47,27 +48,28 @@ def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldO
     read = infer(table, plain, draws=DRAWS, seed=seed)
     place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
     index = np.array([place[int(touch)] for touch in held.observed.means.touch])
-    axes = [name for name in ("x", "y") if name in held.reference]
-    squares = np.sum([(read.mean(name)[index] - held.reference[name]) ** 2 for name in axes], axis=0)
+    axes = [name for name in ("x", "y") if name in held.stated]
+    squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
-    errors = PadTouchErrors(
-        R_bias_mm=float("nan"),
-        R_rms_mm=float("nan"),
-        theta_rms_deg=float("nan"),
-        P_rms_N_per_m=float("nan"),
-        coverage_90=float(np.mean(level <= COVERAGE)),
-        location_rms_mm=float(np.sqrt(squares.mean())),
-        P_rms_N=_load_error(table, plain, held, index, seed),
-    )
-    return TouchReading(errors, unknown, unknown, unknown)
+    by_touch = {
+        "location_rms_mm": np.sqrt(squares),
+        "P_rms_N": _load_error(table, plain, held, index, seed),
+        "coverage_90": (level <= COVERAGE).astype(float),
+    }
+    of_a_finger = dict.fromkeys(("R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m"), float("nan"))
+    errors = PadTouchErrors(**of_a_finger, **{key: summarised(key, values) for key, values in by_touch.items()})
+    return TouchReading(errors, errors, unknown, unknown, unknown, by_touch)
 
 
-def _load_error(table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int) -> float:
-    if not (np.isfinite(held.reference["P"]).all() and calibration.settings["load_measured"]):
-        return float("nan")
+def _load_error(
+    table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int
+) -> FloatArray:
+    """Load read without the force sensor less its reading, (t,); NaN where it was not read."""
+    if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
+        return np.full(len(index), np.nan)
     read: TouchPosteriors = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
-    return float(np.sqrt(np.mean((read.mean("P")[index] - held.reference["P"]) ** 2)))
+    return np.asarray(read.mean("P")[index] - held.stated["P"])
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:

@@ -13,14 +13,15 @@ from bayestouch.diagnosis.numbers import diagnosis_numbers
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.results import Calibration
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame
 
 
-@dataclass(frozen=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Summarised):
     """A diagnosed sensor.
 
     Attributes

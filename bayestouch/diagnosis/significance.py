@@ -49,3 +49,13 @@ def lack_of_fit_tail(ratio: float, freedom: float, pure_freedom: float) -> float
     from scipy.special import fdtrc
 
     return float(fdtrc(freedom, pure_freedom, ratio)) if freedom > 0 and pure_freedom > 0 else float("nan")
+
+
+def lack_of_fit_limits(chance: float, freedom: float, pure_freedom: float) -> tuple[float, float]:
+    """Limits that hold all but a share `chance` of the lacks of fit of a model that misses nothing."""
+    from scipy.special import fdtri
+
+    if freedom <= 0 or pure_freedom <= 0:
+        return float("nan"), float("nan")
+    low, high = fdtri(freedom, pure_freedom, [0.5 * chance, 1 - 0.5 * chance])
+    return float(low), float(high)

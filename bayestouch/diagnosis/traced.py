@@ -14,10 +14,11 @@ from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.results import Calibration
+from bayestouch.summary import Summarised
 
 
-@dataclass(frozen=True, eq=False)
-class Stand:
+@dataclass(frozen=True, eq=False, repr=False)
+class Stand(Summarised):
     """One model of the sensor with its calibration and its errors.
 
     Attributes
@@ -28,8 +29,9 @@ class Stand:
         Correction without a cause that was fitted with it.
     calibration : Calibration
         The same as a posterior that `infer` uses.
-    held_out : HeldOut or None
-        Residuals of the held-out touches; None where none could be held out.
+    held_out, held_stated : HeldOut or None
+        Residuals of the held-out touches, and those at the references that the data set states (see
+        `bayestouch.diagnosis.as_stated`); None where none could be held out.
     read : TouchReading or None
         The held-out touches read as unknown; None where they were not.
     """
@@ -38,11 +40,12 @@ class Stand:
     correction: Correction | None
     calibration: Calibration
     held_out: HeldOut | None
+    held_stated: HeldOut | None
     read: TouchReading | None
 
 
-@dataclass(frozen=True, eq=False)
-class Traced:
+@dataclass(frozen=True, eq=False, repr=False)
+class Traced(Summarised):
     """A traced residual.
 
     Attributes

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bayestouch.dataset import DataSet
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.summary import Summarised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
 __all__ = ["Report", "report"]
 
 
-@dataclass(frozen=True, eq=False)
-class Report:
+@dataclass(frozen=True, eq=False, repr=False)
+class Report(Summarised):
     """A written report.
 
     Attributes

@@ -48,6 +48,13 @@ _SHAPE: dict[Any, Any] = {
     "measure": (None, {"advice": _TEXT}),
     "figures": [_FIGURE],
 }
+_LIMITS = {"low": _PERHAPS, "high": _PERHAPS, "expected": _NUMBER}
+# The same of keys that files of version 0.1 do not have.
+_LATER: dict[Any, Any] = {
+    "after_against_stated": {...: _PERHAPS, "prediction_error_percent_peak": _PERHAPS},
+    "change_against_stated_se": {...: _PERHAPS},
+    "lack_of_fit_limits": {"before": _LIMITS, "after": _LIMITS},
+}
 
 
 def read_diagnosis(file: Path) -> dict[str, Any]:
@@ -69,7 +76,8 @@ def read_diagnosis(file: Path) -> dict[str, Any]:
     except (ValueError, RecursionError):
         raise InputError(f"expected {_WHAT}, got no JSON", file=file) from None
     try:
-        _check(numbers, _SHAPE, "")
+        later = {key: shape for key, shape in _LATER.items() if isinstance(numbers, dict) and key in numbers}
+        _check(numbers, _SHAPE | later, "")
     except InputError as error:
         raise InputError(f"expected {_WHAT}: {error.message}", file=file) from None
     checked: dict[str, Any] = numbers

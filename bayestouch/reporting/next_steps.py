@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from bayestouch.diagnosis.outcome import worse_lines
 from bayestouch.lacking import lacking
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.text import listed, number, percent
@@ -22,7 +23,8 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
 
 
 def _effects(found: dict[str, Any] | None) -> list[dict[str, str]]:
-    if not found or not found.get("effects"):
+    # A calibration that reads touches worse is nobody's next step.
+    if not found or not found.get("effects") or worse_lines(found):
         return []
     names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
     return [

@@ -100,20 +100,31 @@ def _symbol(name: str) -> str:
 
 
 def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
-    """Errors before and after, a row each, of those that the data give."""
+    """Errors before and after, a row each, of those that the data give; after also against stated references."""
     rows = (
         ("prediction_error_percent_peak", "prediction error", "% of peak", 1),
         ("lack_of_fit", "lack of fit (1: none)", "", 1),
         ("R_bias_mm", "bias of R", "mm", 1),
         ("R_rms_mm", "rms error of R", "mm", 1),
         ("theta_rms_deg", "rms error of θ_c", "degree", 1),
-        ("P_rms_N_per_m", "rms error of P", "N/m", 1),
+        ("P_rms_N_per_m", "rms error of P, read without the force sensor", "N/m", 1),
+        ("location_rms_mm", "rms error of the location", "mm", 1),
+        ("P_rms_N", "rms error of P, read without the force sensor", "N", 1),
         ("coverage_90", "touches inside 90 % intervals", "%", 100),
     )
+    # Files of version 0.1 do not have them.
+    stated = diagnosis.get("after_against_stated", diagnosis["after"])
     found = []
     for key, quantity, unit, factor in rows:
-        values = [diagnosis[when].get(key) for when in ("before", "after")]
+        values = [whole.get(key) for whole in (diagnosis["before"], diagnosis["after"], stated)]
         if any(value is not None for value in values):
-            before, after = (None if value is None else factor * value for value in values)
-            found.append({"quantity": quantity, "unit": unit, "before": before, "after": after})
+            before, after, against = (None if value is None else factor * value for value in values)
+            row = {
+                "quantity": quantity,
+                "unit": unit,
+                "before": before,
+                "after": after,
+                "after_against_stated": against,
+            }
+            found.append(row)
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from bayestouch.diagnosis.outcome import verdict_sentence, worse_lines
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
 from bayestouch.reporting.text import fixed, listed, number, percent
 
@@ -96,13 +97,14 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         names = [effect["name"].replace("_", " ") for effect in found["effects"]]
         before, after = (found[key]["prediction_error_percent_peak"] for key in ("before", "after"))
         gain = "" if None in (before, after) else f" ({number(before, 2)} % of the peak falls to {number(after, 2)} %)"
-        parts.append(f"Taking {listed(names)} into account lowers the prediction error on held-out touches{gain}.")
+        lowers = f"Taking {listed(names)} into account lowers the prediction error on held-out touches{gain}."
+        parts += worse_lines(found) or [lowers]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif found is not None and found.get("verdict") == "unattributed":
         parts.append("The model misses something that no known effect explains.")
         short = "Something that no known effect explains"
     elif found is not None and found.get("verdict") == "adequate":
-        parts.append("The search for effects found none: held-out touches are predicted as well as noise allows.")
+        parts.append(f"The search for effects found none. {verdict_sentence(found)}")
         short = "Nothing that was looked for"
     else:
         parts.append("No effect was searched for: bayestouch diagnose does that.")

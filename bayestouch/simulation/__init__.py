@@ -18,6 +18,7 @@ from bayestouch.simulation.effects import SIMULATED_EFFECTS, SimulatedEffect, ap
 from bayestouch.simulation.finger import BuiltFinger
 from bayestouch.simulation.pad import BuiltPad
 from bayestouch.simulation.recording import Built
+from bayestouch.summary import Summarised, summary_html
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -36,8 +37,8 @@ __all__ = [
 EMBEDDED_SEED = 1995
 
 
-@dataclass(frozen=True, eq=False)
-class SimulatedDataSet:
+@dataclass(frozen=True, eq=False, repr=False)
+class SimulatedDataSet(Summarised):
     """A simulated data set and what is true of it.
 
     Attributes
@@ -61,8 +62,7 @@ class SimulatedDataSet:
     def _repr_html_(self) -> str:
         from bayestouch.checking import check
 
-        effects = ", ".join(f"{name} {size:g}" for name, size in self.truth["effects"].items()) or "none"
-        return f"{check(self.dataset)._repr_html_()}<p>Simulated, seed {self.truth['seed']}; effects: {effects}.</p>"
+        return summary_html(self) + check(self.dataset)._repr_html_()
 
 
 def save_simulated(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.errors import InputError
 from bayestouch.published import TABLE_3
+from bayestouch.summary import Summarised
 
 FloatArray = NDArray[np.float64]
 
@@ -16,8 +17,8 @@ FloatArray = NDArray[np.float64]
 REFERENCE_LOAD = 200.0
 
 
-@dataclass(frozen=True)
-class FingerDesign:
+@dataclass(frozen=True, repr=False)
+class FingerDesign(Summarised):
     """A cylindrical finger and the touches made on it; by default the paper's finger and the paper's touches.
 
     Attributes
@@ -108,8 +109,8 @@ class FingerDesign:
         return np.asarray((np.arange(self.n_elements) - (self.n_elements - 1) / 2) * self.pitch_deg)
 
 
-@dataclass(frozen=True)
-class PadDesign:
+@dataclass(frozen=True, repr=False)
+class PadDesign(Summarised):
     """A flat pad of rubber on a board with pressure sensors, touched by a probe of constant contact size.
 
     Attributes

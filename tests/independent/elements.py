@@ -51,7 +51,7 @@ def recursive_lag(r: Recording, value: float, rng: np.random.Generator) -> Recor
 
 
 def two_stage_lag(r: Recording, value: float, rng: np.random.Generator) -> Recording:
-    """Multiplexer and filter behind it settle alike, one after the other: what is left first grows, then falls."""
+    """Multiplexer and filter behind it settle alike, one after the other: 2h, 3h², 4h³ ... of the channels before."""
     scan = r.signal.ravel()
     for _ in range(2):
         scan = lfilter([1 - value / 2], [1, -value / 2], scan)
@@ -71,12 +71,84 @@ def hyperbolic_proximity(r: Recording, value: float, rng: np.random.Generator) -
 
 
 EFFECTS = (
-    Effect("soft_spot", "raised cosine", "after", 0.1, 2.0, raised_cosine_spot),
-    Effect("soft_spot", "narrow Gaussian", "after", 0.1, 0.9, gaussian_spot),
-    Effect("aperture", "triangle", "before", 2.0, 3.0, triangular_aperture),
-    Effect("crosstalk", "unequal, second neighbours", "after", 0.05, 0.5, unequal_crosstalk),
-    Effect("channel_lag", "recursive", "after", 0.03, 0.6, recursive_lag),
-    Effect("channel_lag", "two stages", "after", 0.03, 0.6, two_stage_lag),
-    Effect("proximity", "Lorentzian", "after", 0.02, 0.5, lorentzian_proximity),
-    Effect("proximity", "hyperbolic", "after", 0.02, 0.5, hyperbolic_proximity),
+    Effect(
+        "soft_spot",
+        "raised cosine",
+        "after",
+        0.1,
+        2.0,
+        raised_cosine_spot,
+        in_catalogue=True,
+        reason="the catalogue's bell follows it, with tails between a parabola's and a normal bell's",
+    ),
+    Effect(
+        "soft_spot",
+        "narrow Gaussian",
+        "after",
+        0.1,
+        0.9,
+        gaussian_spot,
+        in_catalogue=True,
+        reason="the catalogue's bell with tails 0",
+    ),
+    Effect(
+        "aperture",
+        "triangle",
+        "before",
+        2.0,
+        3.0,
+        triangular_aperture,
+        in_catalogue=False,
+        reason="the catalogue's element is a running mean, a rectangle",
+    ),
+    Effect(
+        "crosstalk",
+        "unequal, second neighbours",
+        "after",
+        0.05,
+        0.5,
+        unequal_crosstalk,
+        in_catalogue=False,
+        reason="the catalogue's leak goes on to third neighbours and further",
+    ),
+    Effect(
+        "channel_lag",
+        "recursive",
+        "after",
+        0.03,
+        0.6,
+        recursive_lag,
+        in_catalogue=True,
+        reason="the catalogue's lag with `carry` equal to `share`; only the first scan of a touch differs",
+    ),
+    Effect(
+        "channel_lag",
+        "two stages",
+        "after",
+        0.03,
+        0.6,
+        two_stage_lag,
+        in_catalogue=True,
+        reason="the catalogue's lag follows it, with a carry of its own",
+    ),
+    Effect(
+        "proximity",
+        "Lorentzian",
+        "after",
+        0.02,
+        0.5,
+        lorentzian_proximity,
+        in_catalogue=True,
+        reason="the catalogue's bell with tails 1 and a load power of 0",
+    ),
+    Effect(
+        "proximity",
+        "hyperbolic",
+        "after",
+        0.02,
+        0.5,
+        hyperbolic_proximity,
+        in_catalogue=True,
+        reason="the catalogue's bell follows it, with tails between normal and Lorentzian; load power 0.25",
+    ),
 )

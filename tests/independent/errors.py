@@ -36,8 +36,44 @@ def rare(r: Recording, value: float, rng: np.random.Generator) -> Recording:
 
 
 EFFECTS = (
-    Effect("common_mode_noise", "autoregressive", "error", 1.0, 10.0, autoregressive_common_mode),
-    Effect("signal_dependent_noise", "square root", "error", 1.0, 10.0, root_of_signal),
-    Effect("outliers", "Student", "error", 1.0, 10.0, contaminated),
-    Effect("outliers", "rare", "error", 1.0, 10.0, rare),
+    Effect(
+        "common_mode_noise",
+        "autoregressive",
+        "error",
+        1.0,
+        10.0,
+        autoregressive_common_mode,
+        in_catalogue=False,
+        reason="the catalogue's shared error is new in every sample",
+    ),
+    Effect(
+        "signal_dependent_noise",
+        "square root",
+        "error",
+        1.0,
+        10.0,
+        root_of_signal,
+        in_catalogue=True,
+        reason="the catalogue's power of the signal at 0.5, one of its probe values; only sizes by element differ",
+    ),
+    Effect(
+        "outliers",
+        "Student",
+        "error",
+        1.0,
+        10.0,
+        contaminated,
+        in_catalogue=False,
+        reason="the catalogue's wrong readings are normal",
+    ),
+    Effect(
+        "outliers",
+        "rare",
+        "error",
+        1.0,
+        10.0,
+        rare,
+        in_catalogue=True,
+        reason="two normal distributions, as in the catalogue; only sizes by element differ",
+    ),
 )

@@ -15,14 +15,14 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
     with drawing():
         figure, axes = canvas(3.7, 1, 2, sharex=True, sharey=True)
         for axis, (label, read, held, colour) in zip(axes[0], panels, strict=True):
-            truth = held.reference["R"]
+            truth = held.stated["R"]
             # Touches of one tip stand side by side.
             width = 0.02 * float(np.ptp(truth))
-            shift = width * (np.argsort(np.argsort(held.reference["theta_c"])) / max(len(truth) - 1, 1) - 0.5)
+            shift = width * (np.argsort(np.argsort(held.stated["theta_c"])) / max(len(truth) - 1, 1) - 0.5)
             axis.vlines(truth + shift, read.low_mm, read.high_mm, color=colour, lw=0.6, alpha=0.5)
             axis.plot(truth + shift, read.R_mm, ".", color=colour, ms=3)
             axis.axline((0, 0), slope=1, color=GREY, lw=1)
-            errors = read.errors
+            errors = read.against_stated
             axis.set(
                 xlabel="R of the probe (mm)",
                 title=f"{label}: bias {errors.R_bias_mm:+.2f} mm, rms {errors.R_rms_mm:.2f} mm",
@@ -33,8 +33,10 @@ def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOu
         "radii",
         "touches",
         "Radii of held-out touches",
-        "Posterior mean of R and its central 90 % for each held-out touch, against the R of the probe that made it.",
-        f"Rms error of R {before.errors.R_rms_mm:.2f} mm before and {after.errors.R_rms_mm:.2f} mm after.",
+        "Posterior mean of R and its central 90 % for each held-out touch, against the R of the probe as stated.",
+        "Rms error of R {:.2f} mm before and {:.2f} mm after.".format(
+            *(read.against_stated.R_rms_mm for read in (before, after))
+        ),
         content,
         "png",
     )

@@ -1,0 +1,64 @@
+"""Change of each error of a diagnosis with its standard error, touch by touch."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.diagnosis.touch_errors import summarised
+from bayestouch.diagnosis.traced import Stand
+
+FloatArray = NDArray[np.float64]
+
+
+def standard_errors(before: Stand, after: Stand) -> dict[str, float]:
+    """Standard error of each error after, against stated references, minus that before, by key; NaN unknown.
+
+    The same touches are compared before and after, so that what they share cancels. Summaries are made linear in the
+    squares of the errors (a root mean square r changes by ``d(e²) / (2 r)``); the standard error is that of a mean over
+    touches which are independent.
+    """
+    parts: list[tuple[str, FloatArray, FloatArray]] = []
+    if before.held_out is not None and after.held_stated is not None:
+        one, two = before.held_out, after.held_stated
+        parts.append(("prediction_error_percent_peak", _of_error(one), _of_error(two)))
+        parts.append(("lack_of_fit", _of_lack(one), _of_lack(two)))
+    if before.read is not None and after.read is not None:
+        for key, values in before.read.by_touch.items():
+            parts.append((key, _influence(key, values), _influence(key, after.read.by_touch[key])))
+    return {key: _of_mean(last - first) for key, first, last in parts}
+
+
+def _influence(key: str, values: FloatArray) -> FloatArray:
+    """What each touch adds to its summary (of which this is the mean, but for a constant), (t,)."""
+    if "rms" in key:
+        return np.asarray(values**2 / (2 * summarised(key, values)))
+    # A bias is worse the farther it is from zero, on either side.
+    return np.asarray(values * np.sign(summarised(key, values)) if "bias" in key else values)
+
+
+def _of_error(held: HeldOut) -> FloatArray:
+    """The same of `HeldOut.error_percent_peak`: a mean over elements of root mean squares."""
+    alive = np.isfinite(held.errors).any(axis=0)
+    squares = held.errors[:, alive] ** 2
+    mean = np.nanmean(squares, axis=0)
+    # What a mean over the readings of an element is made of, where some are missing.
+    weight = len(squares) / np.isfinite(squares).sum(axis=0)
+    each = 100 * np.nansum(weight * squares / (2 * np.sqrt(mean)), axis=1) / alive.sum()
+    if held.samples is None:
+        return np.asarray(each)
+    row, n = held.observed.row_touch, held.observed.n_touches
+    # Touches of more samples weigh more.
+    return np.asarray(np.bincount(row, weights=each, minlength=n) * n / len(row))
+
+
+def _of_lack(held: HeldOut) -> FloatArray:
+    """The same of `HeldOut.lack_of_fit`."""
+    n = held.observed.n_touches
+    return np.asarray((held.whitened**2).sum(axis=1) * n / held.freedom if held.freedom >= 1 else np.full(n, np.nan))
+
+
+def _of_mean(values: FloatArray) -> float:
+    values = values[np.isfinite(values)]
+    return float(values.std(ddof=1) / np.sqrt(len(values))) if len(values) > 1 else float("nan")
