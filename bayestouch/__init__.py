@@ -40,7 +40,7 @@ _PUBLIC = {
     "diagnose": "diagnosis",
     "check": "checking",
     "infer": "inference",
-    "load": "posterior",
+    "load": "posterior_reading",
     "load_dataset": "dataset",
     "new_dataset": "dataset_template",
     "pp_plot": "probability_plot",
@@ -71,7 +71,7 @@ if TYPE_CHECKING:
     from bayestouch.indenter_priors import UniformCurvature as UniformCurvature
     from bayestouch.indenter_priors import UniformRadius as UniformRadius
     from bayestouch.inference import infer as infer
-    from bayestouch.posterior import load as load
+    from bayestouch.posterior_reading import load as load
     from bayestouch.probability_plot import pp_plot as pp_plot
     from bayestouch.ranks import RankStatistics as RankStatistics
     from bayestouch.reporting import Report as Report

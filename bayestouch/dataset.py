@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Literal
 
 from bayestouch.errors import InputError
 from bayestouch.files import write_together
+from bayestouch.reporting.text import plural
 from bayestouch.sensor import Sensor
 from bayestouch.sensor_toml import read_sensor, sensor_writer
-from bayestouch.summary import Summarised
+from bayestouch.summary import Summarised, notes_line, path_in_short, span
 from bayestouch.touch_table import check_fit, read_touches, table_columns, touches_writer
 from bayestouch.touches import Touches
 
@@ -67,6 +68,21 @@ class DataSet(Summarised):
             ],
             ignore_index=True,
         )
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        return [f"DataSet of {self.sensor.in_short}", *self.tables_in_short()]
+
+    def tables_in_short(self) -> list[str]:
+        """A line for each table, for the notes and for the folder."""
+        lines = []
+        for name, table in (("calibration", self.calibration), ("touches", self.touches)):
+            if table is None:
+                lines.append(f"{name}: none")
+            else:
+                load = f", load{known} {self.sensor.body.load_unit}" if (known := span(table.load)) else ""
+                lines.append(f"{name}: {plural(table.n_touches, 'touch')}, {plural(table.n_rows, 'row')}{load}")
+        return [*lines, *notes_line(self.notes), *([] if self.path is None else [f"from {path_in_short(self.path)}"])]
 
 
 def load_dataset(path: str | Path) -> DataSet:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from bayestouch.parameters import Parameter
-    from bayestouch.results import Calibration, TouchPosteriors
+    from bayestouch.result_data import CalibrationData, PosteriorsData
 
 FloatArray = NDArray[np.float64]
 
@@ -32,12 +32,12 @@ def new_axes(axes: Axes | None, width: float = 6.4, height: float = 4.0) -> Axes
     return figure.subplots()
 
 
-def plot_parameter(calibration: Calibration, name: str, axes: Axes | None = None) -> Axes:
+def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = None) -> Axes:
     """Draw a calibration parameter's posterior beside its prior.
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : CalibrationData
     name : str
         Of a parameter: ``"sigma"``, ``"r_s"`` …
     axes : matplotlib Axes, optional
@@ -80,12 +80,12 @@ def plot_parameter(calibration: Calibration, name: str, axes: Axes | None = None
     return axes
 
 
-def plot_fit(calibration: Calibration, element: int = 1, axes: Axes | None = None) -> Axes:
+def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None = None) -> Axes:
     """Draw the calibration touches' readings of one element over location, beside what the model says.
 
     Parameters
     ----------
-    calibration : Calibration
+    calibration : CalibrationData
     element : int
         Counted from 1, as in ``e01``.
     axes : matplotlib Axes, optional
@@ -108,7 +108,7 @@ def plot_fit(calibration: Calibration, element: int = 1, axes: Axes | None = Non
     return axes
 
 
-def plot_estimates(posteriors: TouchPosteriors, name: str, axes: Axes | None = None) -> Axes:
+def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = None) -> Axes:
     """Draw each touch's posterior mean and 90 % interval over its reference (over its place in order without one).
 
     Raises
@@ -135,13 +135,13 @@ def plot_estimates(posteriors: TouchPosteriors, name: str, axes: Axes | None = N
 
 
 def plot_touch(
-    posteriors: TouchPosteriors, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None
+    posteriors: PosteriorsData, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None
 ) -> Axes:
     """Draw two parameters of one touch against each other: its draws, and its reference where there is one.
 
     Parameters
     ----------
-    posteriors : TouchPosteriors
+    posteriors : PosteriorsData
         With draws, not summaries alone.
     touch : int
         Its id.
@@ -179,7 +179,7 @@ def plot_touch(
     return axes
 
 
-def plot_residuals(posteriors: TouchPosteriors, axes: Axes | None = None) -> Axes:
+def plot_residuals(posteriors: PosteriorsData, axes: Axes | None = None) -> Axes:
     """Draw reading minus prediction over its standard deviation, by touch and element."""
     rows = posteriors.rows
     axes = new_axes(axes)

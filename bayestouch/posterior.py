@@ -1,4 +1,4 @@
-"""Posterior files: calibrations and posteriors of touches, saved in the ArviZ schema and read back.
+"""Posterior files: calibrations and posteriors of touches, saved in the ArviZ schema.
 
 `az.from_netcdf` and `xarray.open_datatree` open the files; see `bayestouch.posterior_groups` for what is in them.
 """
@@ -13,27 +13,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayestouch.arrays import quantiles
-from bayestouch.errors import InputError, shown
-from bayestouch.posterior_arrays import FloatArray, arrays_of, group_of
-from bayestouch.posterior_file import read_groups, write_groups
-from bayestouch.posterior_groups import (
-    FORMAT,
-    Attributes,
-    Groups,
-    calibration_from_groups,
-    calibration_groups,
-    notes_of,
-    touch_groups,
-    touches_of,
-)
-from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.posterior_file import write_groups
+from bayestouch.posterior_groups import Attributes, Groups, calibration_groups, touch_groups
+from bayestouch.result_data import CalibrationData, PosteriorsData
 from bayestouch.summaries import PROBABILITIES
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def save_calibration(calibration: Calibration, path: str | Path) -> None:
+def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
     """Save a calibration as netCDF; the file is there whole or not at all.
 
     Raises
@@ -44,60 +33,12 @@ def save_calibration(calibration: Calibration, path: str | Path) -> None:
     write_groups(path, *calibration_groups(calibration))
 
 
-def save_touches(result: TouchPosteriors, path: str | Path) -> None:
+def save_touches(result: PosteriorsData, path: str | Path) -> None:
     """Save posteriors of touches as netCDF; as `save_calibration`."""
     write_groups(path, *touch_groups(result))
 
 
-def load(path: str | Path) -> Calibration | TouchPosteriors:
-    """Read a posterior file, whichever of the two it holds.
-
-    Draws of touches beyond 1 GB stay on file and are read when asked for.
-
-    Raises
-    ------
-    InputError
-        The file is missing, is no posterior file of bayestouch, is damaged, or was written by a later version.
-    """
-    groups, attributes, draws = read_groups(path)
-    kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
-    if kind not in ("calibration", "touches"):
-        raise InputError("expected a posterior file that bayestouch wrote, got another netCDF file", file=path)
-    if form != FORMAT:
-        raise InputError(
-            f"expected format {FORMAT}, got {shown(form)}: another version of bayestouch wrote it", file=path
-        )
-    try:
-        if kind == "calibration":
-            return calibration_from_groups(groups, attributes)
-        return touches_of(groups, attributes, draws)
-    except InputError as error:
-        raise InputError(error.message, file=path, column=error.column) from None
-
-
-def load_calibration(path: str | Path) -> Calibration:
-    """Read a calibration; raises as `load`, and where the file holds posteriors of touches."""
-    result = load(path)
-    if not isinstance(result, Calibration):
-        raise InputError("expected a calibration, found posteriors of touches", file=path)
-    return result
-
-
-def load_touches(path: str | Path) -> TouchPosteriors:
-    """Read posteriors of touches; raises as `load`, and where the file holds a calibration."""
-    result = load(path)
-    if not isinstance(result, TouchPosteriors):
-        raise InputError("expected posteriors of touches, found a calibration", file=path)
-    return result
-
-
-def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Read how good each touch of a file is, `TouchPosteriors.sample_stats`, and the notes; nothing else."""
-    groups, attributes, _ = read_groups(path, only="sample_stats")
-    return arrays_of(group_of(groups, "sample_stats"), "touch"), notes_of(attributes)
-
-
-def to_arviz(result: Calibration | TouchPosteriors) -> Any:
+def to_arviz(result: CalibrationData | PosteriorsData) -> Any:
     """Give a result to ArviZ: `InferenceData` before ArviZ 1.0, `xarray.DataTree` from there on."""
     import arviz
 
@@ -112,7 +53,7 @@ def to_arviz(result: Calibration | TouchPosteriors) -> Any:
 
 
 def to_dataframe(
-    result: Calibration | TouchPosteriors, probabilities: Sequence[float] = (0.05, 0.5, 0.95)
+    result: CalibrationData | PosteriorsData, probabilities: Sequence[float] = (0.05, 0.5, 0.95)
 ) -> pd.DataFrame:
     """Summarise the draws of every parameter.
 
@@ -132,10 +73,10 @@ def to_dataframe(
     """
     import pandas as pd
 
-    touches = isinstance(result, TouchPosteriors)
-    summary = result.summary if isinstance(result, TouchPosteriors) and tuple(probabilities) == PROBABILITIES else {}
+    touches = isinstance(result, PosteriorsData)
+    summary = result.summary if isinstance(result, PosteriorsData) and tuple(probabilities) == PROBABILITIES else {}
     # Draws that lie on file stay there where the summary serves.
-    groups, _ = _groups(replace(result, posterior={}) if isinstance(result, TouchPosteriors) and summary else result)
+    groups, _ = _groups(replace(result, posterior={}) if isinstance(result, PosteriorsData) and summary else result)
     source = groups["summary" if summary else "posterior"]
     parts = []
     for name, variable in source.data_vars.items():
@@ -162,8 +103,8 @@ def to_dataframe(
     return pd.concat(parts, ignore_index=True)
 
 
-def _groups(result: Calibration | TouchPosteriors) -> tuple[Groups, Attributes]:
-    return calibration_groups(result) if isinstance(result, Calibration) else touch_groups(result)
+def _groups(result: CalibrationData | PosteriorsData) -> tuple[Groups, Attributes]:
+    return calibration_groups(result) if isinstance(result, CalibrationData) else touch_groups(result)
 
 
 def _elements(dims: tuple[Hashable, ...], count: int) -> pd.api.extensions.ExtensionArray:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.errors import InputError
-from bayestouch.results import TouchPosteriors
+from bayestouch.result_data import PosteriorsData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,13 +30,13 @@ DASHES = ("-", "--", "-.", ":")
 
 
 def shares_below(
-    posteriors: TouchPosteriors, truth: Mapping[str, ArrayLike] | None = None, names: Iterable[str] | None = None
+    posteriors: PosteriorsData, truth: Mapping[str, ArrayLike] | None = None, names: Iterable[str] | None = None
 ) -> dict[str, FloatArray]:
     """Share of the draws below the true value, for every touch whose truth is known.
 
     Parameters
     ----------
-    posteriors : TouchPosteriors
+    posteriors : PosteriorsData
         Posteriors of t touches.
     truth : mapping of (t,) array_like, optional
         True values by parameter, in the posteriors' units; NaN unknown. By default the reference values of location
@@ -132,7 +132,7 @@ def _two_sided(n: int) -> FloatArray:
 
 
 def pp_plot(
-    posteriors: TouchPosteriors,
+    posteriors: PosteriorsData,
     truth: Mapping[str, ArrayLike] | None = None,
     *,
     names: Iterable[str] | None = None,

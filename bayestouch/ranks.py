@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from bayestouch.errors import InputError, few
-from bayestouch.summary import Summarised, summary_html
+from bayestouch.reporting.text import number, plural
+from bayestouch.summary import Summarised, span, summary_html
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -124,6 +125,19 @@ class RankStatistics(Summarised):
         for axis in axes[len(self.ranks) :]:
             axis.remove()
         return figure
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        count = len(next(iter(self.ranks.values())))
+        worst = min(self.p_value, key=lambda name: self.p_value[name])
+        spans = (span(list(values.values())) for values in (self.mean_square, self.coverage_90))
+        square, coverage = spans
+        return [
+            f"Ranks of {plural(count, 'simulation')}: {'uniform' if self.passes() else 'not uniform'} at 1 %",
+            f"{plural(len(self.ranks), 'parameter')}, ranks among {self.ranked} draws",
+            f"least p-value {number(self.p_value[worst])} ({worst[:60]}), threshold {number(self.threshold())}",
+            f"mean square of the normal scores{square}; coverage of 90 % intervals{coverage}",
+        ]
 
 
 def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> RankStatistics:

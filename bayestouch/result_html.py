@@ -12,7 +12,7 @@ from bayestouch.reporting.text import number, plus_minus
 from bayestouch.summary import summary_html
 
 if TYPE_CHECKING:
-    from bayestouch.results import Calibration, TouchPosteriors
+    from bayestouch.result_data import CalibrationData, PosteriorsData
 
 _ROWS = 8
 
@@ -24,7 +24,7 @@ def html_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
     return f"<table><thead><tr>{top}</tr></thead><tbody>{lines}</tbody></table>"
 
 
-def calibration_html(calibration: Calibration) -> str:
+def calibration_html(calibration: CalibrationData) -> str:
     """Parameters with priors and posteriors, and how good the fit is."""
     rows = []
     for parameter in calibration.parameters:
@@ -49,7 +49,7 @@ def calibration_html(calibration: Calibration) -> str:
     return summary_html(calibration) + html_table(head, rows)
 
 
-def touches_html(posteriors: TouchPosteriors) -> str:
+def touches_html(posteriors: PosteriorsData) -> str:
     """The first touches, and how good the draws are."""
     count = len(posteriors.rows.touch)
     parameters = [p for p in posteriors.parameters if p.name in posteriors.posterior or p.name in posteriors.summary]

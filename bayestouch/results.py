@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.arrays import quantiles
-from bayestouch.noise import Noise
-from bayestouch.parameters import Parameter
-from bayestouch.sensor import Sensor
-from bayestouch.summary import Summarised
-from bayestouch.tip_probabilities import TipProbabilities
+from bayestouch.result_data import CalibrationData, PosteriorsData
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -25,38 +19,7 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TouchRows(Summarised):
-    """Touches with what was read and what the model says, one row a touch; t touches, m elements.
-
-    Attributes
-    ----------
-    touch : (t,) int array
-        Identifier.
-    location : mapping of (t,) arrays
-        Reference location by name: ``theta_c`` (degree), or ``x`` and ``y`` (mm); NaN unknown.
-    radius_mm : (t,) array
-        Reference indenter radius r_c in mm: 0 knife edge, inf flat, NaN unknown.
-    load : (t,) array
-        Measured load, N/m (finger) or N (pad); NaN where not measured.
-    observed, predicted, sd : (t, m) arrays
-        Mean reading, prediction and standard deviation of their difference, in the sensor's unit.
-    counts : (t, m) int array
-        Raw readings behind each mean.
-    """
-
-    touch: NDArray[np.int64]
-    location: Mapping[str, FloatArray]
-    radius_mm: FloatArray
-    load: FloatArray
-    observed: FloatArray
-    predicted: FloatArray
-    sd: FloatArray
-    counts: NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Summarised):
+class Calibration(CalibrationData):
     """A calibrated sensor: every calibration parameter as a random variable.
 
     Attributes
@@ -88,18 +51,11 @@ class Calibration(Summarised):
         What was handled or assumed, one sentence each, for the report.
     """
 
-    sensor: Sensor
-    parameters: tuple[Parameter, ...]
-    mode: Mapping[str, FloatArray]
-    posterior: Mapping[str, FloatArray]
-    covariance: FloatArray
-    layout: tuple[str, ...]
-    noise: Noise
-    rows: TouchRows
-    settings: Mapping[str, str | float]
-    statistics: Mapping[str, float]
-    extra: Mapping[str, FloatArray] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        from bayestouch.result_lines import calibration_lines
+
+        return calibration_lines(self)
 
     def plot_parameter(self, name: str, axes: Axes | None = None) -> Axes:
         """Posterior of a parameter beside its prior, see `bayestouch.plotting.plot_parameter`."""
@@ -137,8 +93,7 @@ class Calibration(Summarised):
         return to_dataframe(self)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class TouchPosteriors(Summarised):
+class TouchPosteriors(PosteriorsData):
     """Posteriors of touches.
 
     Attributes
@@ -166,48 +121,11 @@ class TouchPosteriors(Summarised):
         Mean, sd and 5, 50 and 95 % quantiles of all draws, however few were kept; empty where all are.
     """
 
-    sensor: Sensor
-    parameters: tuple[Parameter, ...]
-    posterior: Mapping[str, FloatArray]
-    sample_stats: Mapping[str, FloatArray]
-    reference: Mapping[str, FloatArray]
-    rows: TouchRows
-    settings: Mapping[str, str | float]
-    notes: tuple[str, ...] = ()
-    tips: TipProbabilities | None = None
-    summary: Mapping[str, FloatArray] = field(default_factory=dict)
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        from bayestouch.result_lines import touches_lines
 
-    def mean(self, name: str) -> FloatArray:
-        """Posterior mean of a parameter, shape (t,)."""
-        if name in self.summary:
-            return np.asarray(self.summary[name][0])
-        return np.asarray(self.posterior[name].mean(axis=(0, 1)))
-
-    def sd(self, name: str) -> FloatArray:
-        """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (a flat tip's r_c)."""
-        if name in self.summary:
-            return np.asarray(self.summary[name][1])
-        with np.errstate(invalid="ignore"):
-            return np.asarray(self.posterior[name].std(axis=(0, 1)))
-
-    def interval(self, name: str, probability: float = 0.9) -> tuple[FloatArray, FloatArray]:
-        """Central interval of a parameter: two (t,) arrays.
-
-        Raises
-        ------
-        InputError
-            Only summaries were kept, and the probability is not 0.9.
-        """
-        if name in self.summary and probability == 0.9:
-            return self.summary[name][2], self.summary[name][4]
-        tail = (1 - probability) / 2
-        low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
-        return low, high
-
-    @property
-    def missed(self) -> int:
-        """How many touches missed the targets of effective sample size, R-hat and Pareto shape."""
-        return int((self.sample_stats["grade"] == 0).sum())
+        return touches_lines(self)
 
     def plot_pp(self, truth: Mapping[str, FloatArray] | None = None, **options: Any) -> Axes:
         """P-P plot of touches with known truth, see `bayestouch.pp_plot`."""

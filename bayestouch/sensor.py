@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 from bayestouch.errors import InputError, shown
-from bayestouch.summary import Summarised
+from bayestouch.reporting.text import number, plural
+from bayestouch.summary import Summarised, fields_in_short
 
 
 def _number(value: object, column: str) -> float:
@@ -246,3 +247,15 @@ class Sensor(Summarised):
     def n_elements(self) -> int:
         """Number of elements."""
         return self.body.n_elements
+
+    @property
+    def in_short(self) -> str:
+        """Name, body and number of elements."""
+        return f"{self.name[:60]!r}: a {self.body.kind} of {plural(self.n_elements, 'element')}"
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        noise = "" if self.force_noise_sd is None else f"± {number(self.force_noise_sd)} {self.body.load_unit}"
+        quantity = " ".join(filter(None, [self.reading_quantity, self.reading_unit])) or "no unit stated"
+        lines = [f"Sensor {self.in_short}", fields_in_short(self.body), fields_in_short(self.rubber)]
+        return [*lines, f"force sensor {noise or 'not stated'}; readings: {quantity[:60]}"]

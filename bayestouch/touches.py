@@ -22,8 +22,9 @@ from bayestouch.arrays import (
     text_rows,
     whole_array,
 )
-from bayestouch.errors import InputError
-from bayestouch.summary import Summarised
+from bayestouch.errors import InputError, few
+from bayestouch.reporting.text import plural
+from bayestouch.summary import Summarised, size_in_short, span
 
 if TYPE_CHECKING:
     from bayestouch.averages import TouchMeans
@@ -182,6 +183,26 @@ class Touches(Summarised):
 
         return correct(self, rest)
 
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        counts = [plural(self.n_touches, "touch"), plural(self.n_rows, "row"), plural(self.n_elements, "element")]
+        lines = [f"Touches: {', '.join(counts)}"]
+        radii = np.unique(self.indenter_radius_mm[~np.isnan(self.indenter_radius_mm)])
+        if radii.size:
+            lines.append(f"indenters r_c: {few([size_in_short(radius) for radius in radii], 12)} mm")
+        # a table on a finger has angles, one on a pad has places; without either the body is not known
+        on_pad, on_finger = self.x_mm is not None, self.angle_deg is not None
+        load_unit = " N/m" if on_finger else " N" if on_pad else ""
+        columns = {
+            "angle": (self.angle_deg, "°"),
+            "x": (self.x_mm, " mm"),
+            "y": (self.y_mm, " mm"),
+            "load": (self.load, load_unit),
+        }
+        spans = [f"{name}{known}{unit}" for name, (column, unit) in columns.items() if (known := _span_of(column))]
+        missing = int(np.isnan(self.readings).sum())
+        return [*lines, *filter(None, [", ".join(spans)]), f"readings{span(self.readings)}, {missing} missing"]
+
 
 def touches_from(
     touch: npt.ArrayLike, readings: npt.ArrayLike, *, sample: npt.ArrayLike | None = None, **columns: Any
@@ -222,3 +243,7 @@ def numbered(touch: IntArray) -> IntArray:
     result = np.empty(len(touch), dtype=np.int64)
     result[order] = np.arange(len(touch)) - np.repeat(first, lengths)
     return result
+
+
+def _span_of(column: FloatArray | None) -> str:
+    return "" if column is None else span(column)

@@ -39,7 +39,7 @@ def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     """By name: suffix, valid files to start from, and the call that reads one."""
     from bayestouch.effects import StatedModel, read_model
     from bayestouch.indenter_text import indenter_from_text
-    from bayestouch.posterior import load
+    from bayestouch.posterior_reading import load
     from bayestouch.prior_text import prior_from_text
     from bayestouch.reporting.diagnosed import saved_diagnosis
     from bayestouch.reporting.page import before_after

@@ -73,7 +73,7 @@ def test_tips_are_inferred(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_same_seed_same_file(folder: Path, tmp_path: Path) -> None:
-    from bayestouch.posterior import load_calibration
+    from bayestouch.posterior_reading import load_calibration
 
     for name in ("a.nc", "b.nc"):
         assert main(["calibrate", str(folder), "-o", str(tmp_path / name), "--draws", "40", "--quiet"]) == 0

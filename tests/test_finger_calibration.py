@@ -20,7 +20,7 @@ from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.fit import whiten_rank_one
 from bayestouch.parameters import LogNormal, Normal, Prior, Uniform
-from bayestouch.posterior import load_calibration
+from bayestouch.posterior_reading import load_calibration
 from bayestouch.prior_text import priors_from_text
 from bayestouch.sampling import sample_plain
 from bayestouch.sensor import Finger, Rubber, Sensor

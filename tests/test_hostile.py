@@ -22,7 +22,7 @@ import bayestouch
 from bayestouch import hdf5_heaps
 from bayestouch.dataset import load_dataset
 from bayestouch.errors import InputError
-from bayestouch.posterior import load
+from bayestouch.posterior_reading import load
 from bayestouch.reporting.diagnosed import saved_diagnosis
 from bayestouch.reporting.diagnosis_file import read_diagnosis
 

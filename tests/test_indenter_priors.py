@@ -16,7 +16,7 @@ from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
 from bayestouch.errors import InputError
 from bayestouch.parameters import LogNormal
-from bayestouch.posterior import load_touches
+from bayestouch.posterior_reading import load_touches
 from bayestouch.touches import Touches, touches_from
 
 OUTER = 12.7

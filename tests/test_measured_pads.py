@@ -14,7 +14,7 @@ from study_modules import study
 
 from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.inference.pad import infer_pad
-from bayestouch.posterior import load
+from bayestouch.posterior_reading import load
 
 
 @pytest.fixture(scope="module")

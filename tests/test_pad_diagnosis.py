@@ -17,7 +17,7 @@ from bayestouch.affected.pad_start import pad_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
-from bayestouch.posterior import load_calibration
+from bayestouch.posterior_reading import load_calibration
 from bayestouch.touches import Touches
 from tests.pad_simulation import SimulatedPad, line
 

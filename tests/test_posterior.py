@@ -19,16 +19,10 @@ from bayestouch.errors import InputError
 from bayestouch.noise import Noise
 from bayestouch.parameter_text import PriorOfOtherCode, parameters_from_json, parameters_to_json
 from bayestouch.parameters import LogNormal, Normal, Parameter, Uniform
-from bayestouch.posterior import (
-    load,
-    load_calibration,
-    load_touches,
-    save_calibration,
-    save_touches,
-    to_arviz,
-    to_dataframe,
-)
-from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.posterior import save_calibration, save_touches, to_arviz, to_dataframe
+from bayestouch.posterior_reading import load, load_calibration, load_touches
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger, Pad, Rubber, Sensor
 
 FINGER = Sensor(

@@ -14,7 +14,7 @@ from test_posterior import calibration, touches
 
 from bayestouch.errors import InputError
 from bayestouch.parameter_text import parameters_from_json
-from bayestouch.posterior import load, load_calibration, load_touches
+from bayestouch.posterior_reading import load, load_calibration, load_touches
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ import bayestouch
 from bayestouch.errors import InputError
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.probability_plot import UniformBand, shares_below
-from bayestouch.results import TouchPosteriors, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import TouchPosteriors
 
 TOUCHES = 500
 

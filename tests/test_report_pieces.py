@@ -31,7 +31,8 @@ from bayestouch.reporting.point_fits import fit_points, model_finger
 from bayestouch.reporting.radii import _told_from_ends, radius_limits
 from bayestouch.reporting.text import exact, fixed, listed, number, percent, plural, plus_minus
 from bayestouch.reporting.trust import convergence, coverage
-from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.simplex import fit_touch
 from bayestouch.simulation import FingerDesign, simulate
 from bayestouch.touches import touches_from

@@ -16,7 +16,8 @@ from bayestouch.calibration.finger_posterior import layout, peak_strain
 from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting
 from bayestouch.noise import Noise
-from bayestouch.results import Calibration, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration
 from bayestouch.sensor import Sensor
 from bayestouch.version import __version__
 

@@ -18,7 +18,8 @@ from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration
 from bayestouch.sensor import Finger
 from bayestouch.version import __version__
 

@@ -10,7 +10,8 @@ from bayestouch.calibration.pad_models import PadCandidate
 from bayestouch.calibration.pad_problem import PadProblem
 from bayestouch.calibration.pad_table import tabulate
 from bayestouch.chain.pad import COORDINATES, PadChain
-from bayestouch.results import Calibration, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration
 from bayestouch.sensor import Sensor
 from bayestouch.version import __version__
 

@@ -99,6 +99,12 @@ class DataCheck(Summarised):
             except ValueError:
                 raise InputError("expected a name that ends in .png, .svg or .pdf", file=path) from None
 
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        advice = self.facts["advice"]
+        lacking = f"what these data lack: {' '.join(advice)}" if advice else "nothing is lacking for a report"
+        return [f"DataCheck of {self.dataset.sensor.in_short}", *self.dataset.tables_in_short(), lacking]
+
 
 def check(dataset: DataSet) -> DataCheck:
     """Look at a data set: what it holds, what is odd about it, and what it lacks for a calibration or a report.

@@ -64,7 +64,7 @@ def infer(
     """
     from bayestouch.indenter_text import indenter_from_text
     from bayestouch.inference import Kept, Options, infer_to_file
-    from bayestouch.posterior import load_calibration, load_grades
+    from bayestouch.posterior_reading import load_calibration, load_grades
 
     check_output(output)
     options = Options(

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.progress import Progress
+from bayestouch.reporting.text import plural
 from bayestouch.results import Calibration
-from bayestouch.summary import Summarised
+from bayestouch.summary import Summarised, path_in_short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,6 +63,12 @@ class Comparison(Summarised):
         from bayestouch.comparison.plots import plot_parameter
 
         return plot_parameter(self.numbers["parameters"], name, axes)
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        rows = len(self.numbers["parameters"])
+        first = f"Comparison in {path_in_short(self.path)}: {plural(rows, 'parameter')}, those of each element apart"
+        return [first, *self.numbers["sentences"]]
 
 
 def compare(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 from bayestouch.diagnosis.numbers import diagnosis_numbers
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.traced import Traced
+from bayestouch.errors import few
 from bayestouch.results import Calibration
 from bayestouch.summary import Summarised
 
@@ -121,3 +122,14 @@ class Diagnosis(Summarised):
     def _repr_html_(self) -> str:
         verdict, *lines = (html.escape(line) for line in sentences(self.numbers))
         return f"<p><strong>{verdict}</strong></p>" + "".join(f"<p>{line}</p>" for line in lines)
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        verdict, *_, errors = sentences(self.numbers)
+        found = few(list(self.effects), 8) if self.effects else "none"
+        return [
+            f"Diagnosis of {self.calibration_before.sensor.in_short}",
+            verdict,
+            f"effects found: {found}",
+            errors,
+        ]

@@ -16,7 +16,7 @@ from bayestouch.inference.run import (
     read_in_memory,
     read_to_file,
 )
-from bayestouch.posterior import load_touches
+from bayestouch.posterior_reading import load_touches
 from bayestouch.progress import Progress
 from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.sensor import Finger

@@ -31,7 +31,8 @@ from bayestouch.noise import Noise
 from bayestouch.parameters import Parameter, Uniform
 from bayestouch.progress import Progress
 from bayestouch.radius_prior import RadiusOfTips
-from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.survey import Survey
 from bayestouch.tip_probabilities import TipProbabilities
 from bayestouch.touch_source import TouchSource

@@ -25,7 +25,8 @@ from bayestouch.inference.pad_reader import PadReader
 from bayestouch.inference.run import TouchRun, in_blocks
 from bayestouch.parameters import Normal, Parameter, Uniform
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.survey import Survey, survey
 from bayestouch.touch_source import InMemory, TouchSource
 from bayestouch.touches import Touches

@@ -15,7 +15,8 @@ from bayestouch.growing_file import GrowingFile
 from bayestouch.inference.options import Kept, Options
 from bayestouch.partial import Partial, fingerprint_of, partial_folder
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration, TouchPosteriors, TouchRows
+from bayestouch.result_data import TouchRows
+from bayestouch.results import Calibration, TouchPosteriors
 from bayestouch.summaries import summarise
 from bayestouch.tip_probabilities import TipProbabilities
 from bayestouch.touch_source import TouchSource

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.dataset import DataSet
 from bayestouch.progress import Progress
+from bayestouch.reporting.text import number, plural
 from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.summary import Summarised
+from bayestouch.summary import Summarised, path_in_short
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,14 +41,14 @@ class Report(Summarised):
     @property
     def calibration(self) -> Calibration:
         """The calibration, read back from its file."""
-        from bayestouch.posterior import load_calibration
+        from bayestouch.posterior_reading import load_calibration
 
         return load_calibration(self.path / "calibration.nc")
 
     @property
     def posteriors(self) -> TouchPosteriors:
         """The touches' posteriors, read back from their file."""
-        from bayestouch.posterior import load_touches
+        from bayestouch.posterior_reading import load_touches
 
         return load_touches(self.path / "posterior.nc")
 
@@ -77,6 +78,14 @@ class Report(Summarised):
 
     def __str__(self) -> str:
         return " ".join(self.numbers["answer"]["sentences"])
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        answer = self.numbers["answer"]
+        verdict = [f"{row['question']} {row['short']}." for row in answer.get("verdict", ())]
+        keys = [f"{row['quantity']}: {number(row['value'])} {row['unit']}".rstrip() for row in answer["key_numbers"]]
+        first = f"Report in {path_in_short(self.path)}, {plural(len(self.figures), 'figure')}"
+        return [first, *verdict, *([", ".join(keys)] if keys else [])]
 
 
 def report(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.reporting.differences import reference_composite_radius, three
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import element_peak
-from bayestouch.results import TouchRows
+from bayestouch.result_data import TouchRows
 
 FloatArray = NDArray[np.float64]
 

@@ -64,6 +64,12 @@ class SimulatedDataSet(Summarised):
 
         return summary_html(self) + check(self.dataset)._repr_html_()
 
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        effects = ", ".join(f"{name} {size:g}" for name, size in self.truth["effects"].items()) or "none"
+        first = f"SimulatedDataSet of {self.dataset.sensor.in_short}"
+        return [first, *self.dataset.tables_in_short(), f"seed {self.truth['seed']}; effects: {effects}"]
+
 
 def save_simulated(
     simulated: SimulatedDataSet,
