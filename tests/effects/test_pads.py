@@ -54,6 +54,7 @@ def test_every_effect_of_pads_is_tried() -> None:
 NOT_READ = ("load_misalignment", "saturation")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", [each for each in CASES if each.name not in NOT_READ], ids=lambda case: case.key)
 def test_touches_are_read_without_bias(case: Case) -> None:
     """Sixty touches with the effect at the same value; loads of pads are those that the force sensor would read."""
