@@ -7,7 +7,7 @@ make of the signal + noise. Loads in N, readings in kPa. Nothing of the package 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -109,15 +109,17 @@ def touched(name: str, values: Values, seed: int, touches: int = 160, *, half_sp
     touch = np.repeat(np.arange(touches), SAMPLES)
     held = np.tile(HELD, touches)
     time = touch * (HELD[-1] + PAUSE) + held
-    reference = float(np.median(loads))
-    stage = Stage(touch, time, held, places[touch], loads[touch], reference, GAIN * reference)
-    acting = ACTING[name](stage, values) if name in ACTING else stage.load
+    stage = Stage(touch, time, held, places[touch], loads[touch], np.nan, np.full(len(GAIN), np.nan))
     read = READ[name](stage, values) if name in READ else stage.load
+    read = read + FORCE_NOISE * np.random.default_rng([seed, 8]).standard_normal(len(read))
+    # Peaks go with the median load of the touches as it was read.
+    reference = float(np.median(read.reshape(touches, SAMPLES).mean(axis=1)))
+    stage = replace(stage, reference=reference, peak=GAIN * reference)
+    acting = ACTING[name](stage, values) if name in ACTING else stage.load
     signal = acting[:, None] * GAIN * kernel(stage.place, half_space)
     if name in SIGNALS:
         signal = SIGNALS[name](stage, signal, values, rng)
     readings = OFFSET + signal + NOISE * rng.standard_normal(signal.shape)
-    read = read + FORCE_NOISE * rng.standard_normal(len(read))
     return Touched(touch, time, stage.place, stage.load, read, readings)
 
 
