@@ -244,6 +244,9 @@ def page() -> str:
         "Right: what is left of that when the base parameters (gains, depths, angles, modulus and Poisson's ratio)",
         "have taken up what they can; it has a scale of its own. What is left is all that a",
         "[diagnosis](diagnosis.md) can see. [Add an effect](add_an_effect.md) of your own in thirty lines.",
+        "",
+        "Peak readings are those of the fit with the effects, before effects act on them: right under a knife edge at",
+        "the mean load, on a pad under the touch at the median load.",
     ]
     stage = ""
     for name, cls in effect_classes().items():

@@ -42,6 +42,11 @@ class AddedNoise:
         """What a shared error of size one does to readings of these peaks (m,): from own peak to mean peak."""
         return np.asarray(peak ** (1 - self.common_shared) * float(peak.mean()) ** self.common_shared)
 
+    def for_peaks(self, ratio: float) -> AddedNoise:
+        """The same noise where peaks are smaller by `ratio`, the old over the new."""
+        share = self.share * ratio ** (1 - self.power)
+        return replace(self, share=share, common=self.common * ratio, common_touch=self.common_touch * ratio)
+
     def shared_variance(self, reads: ArrayLike) -> FloatArray:
         """Variance of the shared error of the mean of so many samples."""
         return np.asarray(self.common**2 / np.asarray(reads) + self.common_touch**2)

@@ -18,6 +18,9 @@ from bayestouch.effects.noise import NoiseEffect, Scatter
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+# Searches for a maximum, one from where the other stopped; a gain in log likelihood that is none.
+MOST_SEARCHES, SAME = 4, 0.05
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseCandidate:
@@ -139,17 +142,22 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
         pairs = zip(effect.parameters, np.clip(x, low, high), strict=True)
         return tuple(each.outward(float(value)) for each, value in pairs)
 
-    start: Values = max(effect.probes, key=log_likelihood)
-    inward = np.array([p.inward(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
-    # From an end of its range a value starts half way to the other: a simplex that is flat along an end stays there.
-    steps = np.where(inward == low, 0.5 * (high - low), np.where(inward == high, 0.5 * (low - high), 0.3 * inward))
-    steps = np.where(np.isfinite(steps) & (steps != 0), steps, 0.03)
-    simplex = np.vstack([inward, inward + np.diag(steps)])
-    options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 0.02, "maxfev": 120}
-
     def cost(x: Any) -> float:
         return -log_likelihood(outward(np.asarray(x)))
 
-    found = minimize(cost, inward.tolist(), method="Nelder-Mead", options=options)
-    values = outward(np.asarray(found.x))
+    start: Values = max(effect.probes, key=log_likelihood)
+    place = np.array([p.inward(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
+    best = np.inf
+    # A simplex that has grown flat along an end of a range stays there: each search starts another where it stopped.
+    for _ in range(MOST_SEARCHES):
+        # From an end of its range a value starts half way to the other.
+        steps = np.where(place <= low, 0.5 * (high - low), np.where(place >= high, 0.5 * (low - high), 0.3 * place))
+        steps = np.where(np.isfinite(steps) & (steps != 0), steps, 0.03)
+        simplex = np.vstack([place, place + np.diag(steps)])
+        options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 0.02, "maxfev": 120}
+        found = minimize(cost, place.tolist(), method="Nelder-Mead", options=options)
+        place, before, best = np.clip(np.asarray(found.x), low, high), best, float(found.fun)
+        if before - best < SAME:
+            break
+    values = outward(place)
     return values, log_likelihood(values)

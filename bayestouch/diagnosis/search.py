@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted, fit
+from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_model import PadModel
+from bayestouch.affected.peaks import fit_with_own_peaks
 from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
@@ -160,7 +161,7 @@ def settled(fitted: Fitted) -> Fitted:
         freedom = (~np.isnan(observed.deviation)).sum(axis=0) - int((spent > 0).sum())
         square = (fitted.linear.deviation**2).sum(axis=0) / np.maximum(freedom, 1)
         noise = noise.with_(sd=np.where(freedom > 0, np.sqrt(square) * noise.sd, noise.sd))
-    return fit(fitted.model, fitted.vector, noise, fitted.drifts)
+    return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
 def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None) -> Round:

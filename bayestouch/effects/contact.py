@@ -69,8 +69,9 @@ class BluntEdge(Effect):
 class TangentialLoad(Effect):
     """The probe also drags along the surface: a shear traction of `share` times the pressure.
 
-    Its strain is odd about the contact where that of the pressure is even, so that elements on one side read more
-    and on the other less. Only a steady share, the same in all touches, is looked for.
+    Above zero it pulls the surface towards larger angles. Its strain is odd about the contact where that of the
+    pressure is even, so that elements on one side read more and on the other less. Only a steady share, the same in
+    all touches, is looked for.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), chapter 7; N. I. Muskhelishvili, Some Basic Problems, §59.
     """

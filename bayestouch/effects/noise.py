@@ -152,7 +152,9 @@ class SignalDependentNoise(NoiseEffect):
 class Outliers(NoiseEffect):
     """Now and then a reading is off by much more than the noise: lost bits, loose contacts.
 
-    A share of the readings has normal errors of `size` in place of the usual noise.
+    A share of the readings has normal errors of `size` beside the usual noise. Samples are compared with the mean of
+    their touch, which a wrong reading moves too: of five samples a touch, sizes come out a third too small, of twenty
+    they are right.
 
     Reference: D. W. Hogg, J. Bovy and D. Lang, Data analysis recipes: Fitting a model to data (2010), section 3.
     """

@@ -77,9 +77,15 @@ class Finger:
         outer = self.body.outer
         kappa = press.load / 1000 / self.modulus / (1 / outer + 1 / np.maximum(press.tip, 1e-9))
         spectrum = contact_table(self.body, MODES).spectrum(np.where(press.tip == 0, 0.0, kappa))
+        if press.half_space:
+            spectrum = spectrum + press.half_space * (
+                _hertz(self.body, np.where(press.tip == 0, 0.0, kappa)) - spectrum
+            )
         if press.land:
             spectrum = np.where((press.tip == 0)[:, None], _flat_punch(k * press.land / outer), spectrum)
         weight = np.where(k == 0, 1.0, 2.0)[:, None] * _window(k[:, None] * press.aperture / self.depth)
+        # the mean of cos kφ over an arc of length `width` at the element's depth
+        weight = weight * np.sinc(k[:, None] * press.width / self.depth / (2 * np.pi))
         touch, element = np.radians(press.angle)[:, None] * k, np.radians(self.angle) * k[:, None]
         cosine, sine = spectrum * np.cos(touch), spectrum * np.sin(touch)
         normal = weight * _response(self.body, "normal").strain_at(self.depth)
@@ -98,7 +104,8 @@ class Press:
     """True pose and load of touches, (t,) arrays, and how they are felt.
 
     `land` is the half-width (mm) of a worn edge, `aperture` the half-width (mm) at the foot of a triangular element,
-    `tangential` (t,) the shear load as a share of the load.
+    `tangential` (t,) the shear load as a share of the load, towards larger angles. `width` (mm) is that of an element
+    which weighs all of it alike, `half_space` the share of Hertz's pressure in that of the bonded layer.
     """
 
     tip: np.ndarray
@@ -107,6 +114,8 @@ class Press:
     land: float = 0.0
     aperture: float = 0.0
     tangential: np.ndarray | float = 0.0
+    width: float = 0.0
+    half_space: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,6 +215,17 @@ def _ladder(span: float, step: float) -> np.ndarray:
 def _window(x: np.ndarray) -> np.ndarray:
     """Fourier transform of a triangle that reaches from -1 to 1, at x."""
     return np.asarray(np.sinc(x / (2 * np.pi)) ** 2)
+
+
+def _hertz(body: Annulus, kappa: np.ndarray) -> np.ndarray:
+    """Fourier transform of Hertz's pressure √(1-s²/a²), 2 J_1(ka)/(ka), with a² = 4 P R (1-σ²)/(π E), by its integral.
+
+    E = 2 μ (1 + σ), so that a² = 2 κ (1-σ)/π.
+    """
+    half_angle = np.sqrt(2 * kappa * (1 - body.poisson) / np.pi) / body.outer
+    turn = (np.arange(64) + 0.5) * np.pi / 64
+    waves = np.cos(half_angle[:, None, None] * np.arange(MODES)[:, None] * np.cos(turn))
+    return np.asarray((waves * np.sin(turn) ** 2).mean(axis=2) * 2)
 
 
 def _flat_punch(x: np.ndarray) -> np.ndarray:

@@ -1,0 +1,108 @@
+"""Effects of fingers with values that data see well, of both signs where there are two; and fits of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+from independent.catalogue_finger import Stated, simulate
+from independent.dataset import Simulated, write
+from independent.finger import SMALL, Design
+
+import bayestouch
+from bayestouch.dataset import DataSet, load_dataset
+from bayestouch.effects.stated import StatedModel
+from bayestouch.results import Calibration
+
+#: Small and quiet: 122 touches of five samples, noise of 0.4 % of the peak, loads that vary by a factor of three.
+DESIGN = replace(SMALL, noise_sd=4.0, loads=(100.0, 300.0), force_sd=0.5)
+#: Noise as large as that of the practice fingers, for effects of the noise.
+NOISY = replace(SMALL, noise_sd=17.2)
+#: Elements of unlike gain, among which a share of each one's peak is not one of the mean peak.
+UNEQUAL = replace(NOISY, gain_sd=0.5)
+#: Elements where they were meant to be: proximity is taken to go with the distance to an element as built.
+AS_BUILT = replace(DESIGN, angle_sd=0.0)
+#: Twenty samples a touch, whose mean one wrong reading moves little: with five, sizes of outliers come out too small.
+SAMPLED = replace(NOISY, samples=20, touch_interval=9.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """An effect at values, and which of them the data must see at least five of their sds from the null."""
+
+    name: str
+    values: dict[str, float]
+    seen: tuple[str, ...]
+    design: Design = DESIGN
+    contact: str = "layer"
+    start: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        return f"{self.name} {' '.join(f'{v:+g}' for v in self.values.values())}"
+
+    @property
+    def stated(self) -> Stated:
+        return Stated(self.name, self.values)
+
+
+def both(name: str, values: dict[str, float], seen: tuple[str, ...], **more: object) -> tuple[Case, Case]:
+    """With the amplitudes that are `seen` as they are, and of the other sign."""
+    other = {key: -value if key in seen else value for key, value in values.items()}
+    return Case(name, values, seen, **more), Case(name, other, seen, **more)  # type: ignore[arg-type]
+
+
+CASES = (
+    *both("prober_eccentricity", {"sine": 2.0, "cosine": -1.5}, ("sine", "cosine")),
+    *both("load_offset", {"offset": 15.0}, ("offset",)),
+    *both("load_misalignment", {"sine": 0.08, "cosine": -0.06}, ("sine", "cosine")),
+    Case("rigid_core", {"share": 1.0}, ("share",), contact="hertz"),
+    Case("rigid_core", {"share": -0.4}, ("share",), contact="hertz"),
+    Case("blunt_edge", {"radius": 2.0}, ("radius",)),
+    *both("tangential_load", {"share": 0.2}, ("share",)),
+    *both("soft_spot", {"share": 0.15, "width": 10.0, "tails": 0.3, "centre": 12.0}, ("share",)),
+    Case("finite_strain", {"share": 0.8}, ("share",)),
+    Case("finite_strain", {"share": -0.4}, ("share",)),
+    Case("aperture", {"width": 3.0}, ("width",)),
+    *both("crosstalk", {"share": 0.05, "reach": 0.3, "lean": 0.3}, ("share",)),
+    *both("channel_lag", {"share": 0.05, "carry": 0.4}, ("share",)),
+    *both("proximity", {"share": 0.06, "width": 30.0, "load_power": 0.3, "tails": 0.5}, ("share",), design=AS_BUILT),
+    *both("gain_nonlinearity", {"share": 0.15, "power": 1.5}, ("share",)),
+    Case("saturation", {"level": 0.85, "knee": 12.0, "shared": 0.3}, ("level",)),
+    Case("baseline_drift", {"sd": 0.012, "time": 60.0}, ("sd",), NOISY),
+    Case("gain_drift", {"sd": 0.03, "time": 60.0, "own": 0.0}, ("sd",), NOISY),
+    Case("gain_drift", {"sd": 0.03, "time": 60.0, "own": 1.0}, ("sd",), NOISY),
+    *both("creep", {"share": 0.1, "time": 0.6}, ("share",)),
+    *both("memory", {"share": 0.06, "time": 6.0, "breadth": 1.0}, ("share",)),
+    Case("common_mode_noise", {"sd": 0.02, "shared": 0.7}, ("sd",), UNEQUAL),
+    Case("signal_dependent_noise", {"share": 0.04, "power": 1.0}, ("share",), NOISY),
+    Case("outliers", {"probability": 0.03, "size": 0.2}, ("probability",), SAMPLED),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Recovered:
+    """What was simulated and what was fitted; sds are those of the draws, by the parameter's own name."""
+
+    simulated: Simulated
+    data: DataSet
+    calibration: Calibration
+    value: dict[str, float]
+    sd: dict[str, float]
+
+
+@cache
+def recovered(case: Case, seed: int) -> Recovered:
+    """Simulate the case and calibrate with exactly its effect."""
+    simulated = simulate(case.design, (case.stated,), seed)
+    with TemporaryDirectory() as folder:
+        data = load_dataset(write(simulated, Path(folder)))
+    model = StatedModel("finger", case.contact, ((case.name, case.start),))
+    found = bayestouch.calibrate(data, model=model, draws=400)
+    names = {name: f"{case.name}_{name}" for name in case.values}
+    value = {name: float(found.mode[public]) for name, public in names.items()}
+    sd = {name: float(np.std(found.posterior[public])) for name, public in names.items()}
+    return Recovered(simulated, data, found, value, sd)

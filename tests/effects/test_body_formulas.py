@@ -1,0 +1,92 @@
+"""Effects inside the finger, where the chain is summed over modes, against the independent simulator.
+
+Its body is collocated and its contact solved by other means; what is compared is what the effect changes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from independent.body import Annulus
+from independent.catalogue_finger import finite_strain
+from independent.finger import REFERENCE_LOAD, Finger, Press
+
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.effects import effect_classes
+from bayestouch.effects.listing import FINGER
+
+RNG = np.random.default_rng(9)
+M = 6
+BODY = Annulus(poisson=0.46)
+BUILT = Finger(BODY, 0.15, RNG.uniform(9.7, 10.4, M), np.linspace(-24.0, 26.0, M), RNG.uniform(500, 900, M))
+EDGES = Press(np.zeros(40), RNG.uniform(-60, 60, 40), RNG.uniform(100, 300, 40))
+TIPS = Press(np.repeat([2.0, 6.0, 15.0, np.inf], 10), RNG.uniform(-60, 60, 40), RNG.uniform(100, 300, 40))
+
+
+def packaged(name: str, values: tuple[float, ...], press: Press, under: Press, contact: str = "layer") -> np.ndarray:
+    """Readings of the package's chain; its responses are those of the simulator to a knife edge as `under`."""
+    setting = replace(FINGER, contact=contact)
+    effect = effect_classes()[name].suited(setting)
+    assert effect is not None
+    chain = FingerChain(
+        core_radius_mm=BODY.core,
+        outer_radius_mm=BODY.outer,
+        response=peak(under) / REFERENCE_LOAD,
+        sensing_radius_mm=BUILT.depth,
+        angle=np.radians(BUILT.angle),
+        offset=np.zeros(M),
+        poisson_ratio=BODY.poisson,
+        shear_modulus_MPa=BUILT.modulus,
+        largest_load=400.0,
+        contact=contact,
+    )
+    radius = composite_radius(press.tip, BODY.outer)
+    return effect.finger(chain, values).predict(radius, np.radians(press.angle), press.load)
+
+
+def peak(press: Press) -> np.ndarray:
+    """Counts right under a knife edge of the reference load, of elements that read as in `press`, (m,)."""
+    at = replace(press, tip=np.zeros(M), angle=BUILT.angle, load=np.full(M, REFERENCE_LOAD), tangential=0.0)
+    return np.asarray(np.diagonal(BUILT.signal(at)))
+
+
+@pytest.mark.parametrize("width", [1.0, 3.0])
+def test_an_aperture_averages_over_its_width_along_the_arc(width: float) -> None:
+    wide = replace(EDGES, width=width)
+    # Interpolation in angle, 1e-5 of the peak (`bayestouch.chain.response`); twice the width changes 1 % and more.
+    found = packaged("aperture", (width,), EDGES, wide)
+    np.testing.assert_allclose(found / peak(wide), BUILT.signal(wide) / peak(wide), atol=5e-5)
+    assert np.abs(BUILT.signal(wide) / peak(wide) - BUILT.signal(EDGES) / peak(EDGES)).max() > 2e-3
+
+
+@pytest.mark.parametrize("share", [0.2, -0.2])
+def test_friction_pulls_towards_larger_angles(share: float) -> None:
+    """With the sign of the share: the elements at larger angles than the touch are squeezed by what is pushed there."""
+    pulled = replace(EDGES, tangential=np.full(40, share))
+    found = packaged("tangential_load", (share,), EDGES, EDGES)
+    np.testing.assert_allclose(found / peak(EDGES), BUILT.signal(pulled) / peak(EDGES), atol=5e-5)
+    assert np.abs(BUILT.signal(pulled) - BUILT.signal(EDGES)).max() > 0.02 * peak(EDGES).max()
+
+
+@pytest.mark.parametrize("share", [1.0, 0.5, -0.4])
+def test_a_rigid_core_takes_hertz_to_the_layer(share: float) -> None:
+    between = replace(TIPS, half_space=1 - share)
+    found = packaged("rigid_core", (share,), TIPS, EDGES, "hertz")
+    # Interpolation over the width of the contact, 1e-4 of the peak.
+    np.testing.assert_allclose(found / peak(EDGES), BUILT.signal(between) / peak(EDGES), atol=1.5e-4)
+    changed = BUILT.signal(between) - BUILT.signal(replace(TIPS, half_space=1.0))
+    assert np.abs(changed).max() > 30 * 1.5e-4 * peak(EDGES).max()
+
+
+@pytest.mark.parametrize("share", [1.0, -0.4])
+def test_finite_strain_adds_its_share_of_the_table(share: float) -> None:
+    linear = packaged("finite_strain", (0.0,), TIPS, EDGES)
+    added = packaged("finite_strain", (share,), TIPS, EDGES) - linear
+    wanted = finite_strain(BUILT, TIPS, share)
+    # Interpolation is good to 3e-4 of the peak (`bayestouch.body.finite_strain`).
+    scale = peak(EDGES) * TIPS.load[:, None] / REFERENCE_LOAD
+    np.testing.assert_allclose(added / scale, wanted / scale, atol=1e-3 * abs(share))
+    assert np.abs(wanted / scale).max() > 20 * 1e-3 * abs(share)
