@@ -144,7 +144,7 @@ def test_a_heap_without_end_is_refused_and_not_walked(saved: Path, size: int) ->
     assert at + 32 <= end, "the heap is full: no free space to damage"
     data[at + 8 : at + 32] = size.to_bytes(8, "little") + bytes(16)
     saved.write_bytes(data)
-    code = f"from bayestouch.posterior import load\nload({str(saved)!r})"
+    code = f"from bayestouch.posterior_reading import load\nload({str(saved)!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert "a heap of texts has no end" in done.stderr
 

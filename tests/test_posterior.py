@@ -273,7 +273,7 @@ def test_neither_a_home_nor_arviz_is_needed(tmp_path: Path) -> None:
     path = tmp_path / "p.nc"
     touches().save(path)
     code = (
-        "import sys; from bayestouch.posterior import load\n"
+        "import sys; from bayestouch.posterior_reading import load\n"
         f"result = load({str(path)!r}); result.save({str(tmp_path / 'again.nc')!r})\n"
         "print([m for m in ('arviz', 'emcee', 'matplotlib', 'scipy.stats') if m in sys.modules])"
     )

@@ -94,6 +94,12 @@ class FingerModel(AffectedModel):
             np.concatenate([high, more[3]]),
         )
 
+    def peak_at(self, vector: FloatArray) -> FloatArray:
+        """See `AffectedModel.peak_at`; on a finger the response is a parameter."""
+        if not self.effects:
+            return self.peak
+        return np.asarray(np.exp(vector[self.layout.response]) * self.reference_load)
+
     def homeward(self, vector: FloatArray) -> FloatArray | None:
         """The vector with depths, angles, σ and μ as built; None where they are near that already.
 

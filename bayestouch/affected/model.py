@@ -67,6 +67,15 @@ class AffectedModel(ABC):
     def n_base(self) -> int:
         """Number of base parameters."""
 
+    def peak_at(self, vector: FloatArray) -> FloatArray:
+        """Size of each element's signal, before effects on it, right under the reference load, (m,)."""
+        if not self.effects:
+            return self.peak
+        recording = self.signal(vector)
+        sensitivity = np.abs(recording.signal / recording.load[:, None]).max(axis=0)
+        acting = float(np.median(recording.load / self.load))
+        return np.asarray(np.maximum(sensitivity, 1e-300) * acting * self.reference_load)
+
     @abstractmethod
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches as they really were."""

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.finger_model import FingerModel
 from bayestouch.affected.fitting import Drift, Fitted, fit
 from bayestouch.affected.model import AffectedModel
 from bayestouch.affected.noise_model import NoiseModel
@@ -26,7 +25,7 @@ def fit_with_own_peaks(model: AffectedModel, start: FloatArray, noise: NoiseMode
     """
     for _ in range(MOST_FITS):
         fitted = fit(model, start, noise, drifts)
-        peak = _peak(fitted)
+        peak = fitted.model.peak_at(fitted.vector)
         if np.all(np.abs(peak / model.peak - 1) < SETTLED):
             break
         # Noise that is stated in shares stays as large as it is.
@@ -34,16 +33,3 @@ def fit_with_own_peaks(model: AffectedModel, start: FloatArray, noise: NoiseMode
         noise = noise.with_(peak=peak, added=noise.added.for_peaks(ratio))
         model, start = replace(model, peak=peak), fitted.vector
     return fitted
-
-
-def _peak(fitted: Fitted) -> FloatArray:
-    """Size of each element's signal, before effects on it, right under the reference load, (m,)."""
-    model = fitted.model
-    if not model.effects:
-        return model.peak
-    if isinstance(model, FingerModel):
-        return np.asarray(np.exp(fitted.vector[model.layout.response]) * model.reference_load)
-    recording = model.signal(fitted.vector)
-    sensitivity = np.abs(recording.signal / recording.load[:, None]).max(axis=0)
-    acting = float(np.median(recording.load / model.load))
-    return np.asarray(np.maximum(sensitivity, 1e-300) * acting * model.reference_load)

@@ -10,11 +10,11 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from independent import pad
 
-from bayestouch.affected.described import named_effects
+from bayestouch.affected.added import AddedEffect, added_effects
+from bayestouch.affected.effect_list import named_effects
 from bayestouch.affected.fitting import Fitted
 from bayestouch.affected.pad_calibration import pad_calibration
 from bayestouch.affected.pad_start import pad_fit
-from bayestouch.affected.result import AddedEffect, added_effects
 from bayestouch.affected.timing import Timing
 from bayestouch.dataset import DataSet, load_dataset
 from bayestouch.diagnosis.data import DiagnosisData
