@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 FloatArray = NDArray[np.float64]
 
-# Knots a length: halfway between two of them a Matérn function of this smoothness is known to 4 % of its sd.
+# Knots a length: halfway between two of them 3 % of the variance of a Matérn function of this smoothness is lost.
 KNOTS_A_LENGTH = 2.0
 
 
