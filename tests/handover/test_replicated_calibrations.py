@@ -54,13 +54,13 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)
 
 
-@pytest.mark.slow  # two hundred calibrations of a pad
+@pytest.mark.slow  # a hundred calibrations of a pad
 def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
     """The same of a pad's 13 parameters, whose noise is fitted to forty touches: its covariance is 5 % uncertain."""
     truth = pads.line(**pads.SETTINGS).chain
     flat = np.concatenate([truth.gain, truth.offset, truth.position.ravel(), truth.values])
     squares = []
-    for seed in range(200):
+    for seed in range(REPLICATES):
         found = pads.on_file(tmp_path, 500 + seed, touches=40, measured=True)
         error = found.flat("mode") - flat
         covariance = found.group("laplace")["covariance"]
