@@ -70,9 +70,9 @@ def quadrature(posterior: FingerPosterior, touch: int, mode: np.ndarray, hessian
     """
     sd, touches = np.sqrt(np.diag(np.linalg.inv(hessian))), posterior.touches
     radius = (np.arange(160) + 0.5) / 160 * posterior.chain.outer_radius_mm
-    angle = mode[1] + sd[1] * np.linspace(-8, 8, 33)
-    load = mode[2] + sd[2] * np.linspace(-8, 8, 33)
-    log = np.empty((160, 33, 33))
+    angle = mode[1] + sd[1] * np.linspace(-8, 8, 49)
+    load = mode[2] + sd[2] * np.linspace(-8, 8, 49)
+    log = np.empty((160, 49, 49))
     for i, one in enumerate(radius):
         predicted = posterior.chain.predict(one, angle[:, None], load)
         z = (predicted - touches.readings[touch]) / noise().tactile_sd

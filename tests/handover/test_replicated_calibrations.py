@@ -25,8 +25,8 @@ def within(rng: np.random.Generator, mean: float, sd: float, low: float, high: f
 def test_calibrations_of_new_data_scatter_as_each_says() -> None:
     """Errors of 17 parameters in a hundred data sets, in the directions that each covariance makes round.
 
-    The truth is drawn from the prior of each, so that the mean square is one exactly; of 1,700 squares it scatters by
-    3.4 %. A covariance that is 10 % too small makes it 1.11, three of these.
+    The truth is drawn from the prior, what the model misses too, so that the mean square is one exactly. The mean of a
+    hundred scatters by 5 %: it sees a variance a fifth too small. `test_draws_to_files.py` sees 5 % of an sd.
     """
     squares = []
     for seed in range(REPLICATES):
@@ -43,6 +43,9 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
         )
         pressed = w.calibrating(rng, 2.0)
         table = w.recorded(w.finger_at(truth), pressed, rng, samples=4)
+        # what the model misses is drawn from its prior too: 0.3 of the noise of a mean, within a factor of 3
+        missed = w.NOISE / 2 * 0.3 * 3 ** rng.standard_normal(M) * rng.standard_normal((len(pressed.load), M))
+        table = table.with_(readings=table.readings + missed[table.touch])
         made = bayestouch.calibrate(w.dataset(table, table), draws=400, seed=seed)
         draws = w.parameters_of(made.posterior).reshape(-1, len(truth))
         error = truth - draws.mean(axis=0)
@@ -50,13 +53,16 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
         n, d = len(draws), len(truth)
         squares.append(error @ np.linalg.solve(made.covariance, error) / d * (n - d - 2) / (n - 1) / (1 + 1 / n))
     error = np.std(squares) / np.sqrt(REPLICATES)
-    assert error < 0.04
+    assert error < 0.06
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)
 
 
 @pytest.mark.slow  # a hundred calibrations of a pad
 def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
-    """The same of a pad's 13 parameters, whose noise is fitted to forty touches: its covariance is 5 % uncertain."""
+    """The same of a pad's 13 parameters. The mean of a hundred scatters by 4 %: a variance a fifth too small shows.
+
+    `test_pad_density.py` holds the covariance against its information to 4 %; this knows nothing of any formula.
+    """
     truth = pads.line(**pads.SETTINGS).chain
     flat = np.concatenate([truth.gain, truth.offset, truth.position.ravel(), truth.values])
     squares = []
@@ -65,5 +71,6 @@ def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
         error = found.flat("mode") - flat
         covariance = found.group("laplace")["covariance"]
         squares.append(error @ np.linalg.solve(covariance, error) / len(flat))
-    # 2,600 squares: 2.8 %, as they are; noise from left-out readings makes some data sets' larger than others'
-    assert np.mean(squares) == pytest.approx(1, abs=0.09)
+    error = np.std(squares) / np.sqrt(REPLICATES)
+    assert error < 0.06
+    assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)
