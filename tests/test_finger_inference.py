@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
@@ -63,17 +64,21 @@ HARD = np.array([[0.3, 0.0], [12.5, 0.0], [4.0, 8.8], [4.0, 4.4], [6.0, 70.0], [
 
 
 def quadrature(posterior: FingerPosterior, touch: int, mode: np.ndarray, hessian: np.ndarray) -> dict[str, np.ndarray]:
-    """Mean, sd and 5 / 95 % quantiles of R, θ_c and P by summing the density over a box of 8 sds (all R)."""
-    sd = np.sqrt(np.diag(np.linalg.inv(hessian)))
-    outer = posterior.chain.outer_radius_mm
-    radius = (np.arange(160) + 0.5) / 160 * outer
-    angle = mode[1] + sd[1] * np.linspace(-8, 8, 97)
-    load = mode[2] + sd[2] * np.linspace(-8, 8, 97)
-    grid = np.stack(np.meshgrid(np.log(radius / (outer - radius)), angle, load, indexing="ij"), axis=-1)
-    flat = grid.reshape(1, -1, 3)
-    log = posterior.log_density(flat, np.array([touch]))[0].reshape(grid.shape[:3])
-    # density per dR instead of per dw
-    log -= (np.log(radius / outer) + np.log1p(-radius / outer))[:, None, None]
+    """Mean, sd and 5 / 95 % quantiles of R, θ_c and P by summing the density, written out, over a box of 8 sds (all R).
+
+    Independent normal readings and load, uniform R and location; the chain itself in place of its table.
+    """
+    sd, touches = np.sqrt(np.diag(np.linalg.inv(hessian))), posterior.touches
+    radius = (np.arange(160) + 0.5) / 160 * posterior.chain.outer_radius_mm
+    angle = mode[1] + sd[1] * np.linspace(-8, 8, 49)
+    load = mode[2] + sd[2] * np.linspace(-8, 8, 49)
+    log = np.empty((160, 49, 49))
+    for i, one in enumerate(radius):
+        predicted = posterior.chain.predict(one, angle[:, None], load)
+        z = (predicted - touches.readings[touch]) / noise().tactile_sd
+        log[i] = -0.5 * (z * z).sum(axis=-1)
+    if np.isfinite(touches.load[touch]):
+        log += stats.norm(touches.load[touch], touches.load_sd[touch]).logpdf(load)
     weight = np.exp(log - log.max())
     out = {}
     for name, axis, values in (("R", 0, radius), ("theta_c", 1, angle), ("P", 2, load)):

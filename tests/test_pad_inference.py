@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pad_simulation import SimulatedPad, grid, line, square
+from scipy import stats
 from scipy.integrate import dblquad
 
 from bayestouch.calibration.pad import calibrate_pad
@@ -40,18 +41,35 @@ def known(reader: PadReader, touches: Touches) -> PadTouches:
     return reader.touches(pad_readings(touches, reader.map.dimensions, reader.samples))
 
 
+def log_posterior(reader: PadReader, touches: PadTouches, index: int, points: np.ndarray) -> np.ndarray:
+    """Log posterior density (n,) of location and load (n, D + 1), written out; the tables are the calibration's.
+
+    Normal readings, their variance noise, what the model misses, a share of the signal and what the calibration leaves;
+    a normal load, above zero. `tests/handover/test_pad_density.py` holds the tables against a kernel written out.
+    """
+    location, load, noise, pad = points[:, :-1], points[:, -1], reader.noise, reader.map
+    sensitivity, open_, with_offset = pad.at(location)
+    signal = load[:, None] * sensitivity
+    variance = noise.discrepancy_sd**2 + noise.tactile_sd**2 / np.maximum(touches.counts[index], 1)
+    variance = variance + (noise.signal_share * signal) ** 2
+    variance = variance + pad.offset_variance + 2 * load[:, None] * with_offset + load[:, None] ** 2 * open_
+    log = stats.norm(pad.offset + signal, np.sqrt(variance)).logpdf(touches.readings[index])
+    log = np.where(touches.counts[index] > 0, log, 0.0).sum(axis=1)
+    return np.asarray(log + stats.norm(touches.load[index], touches.load_sd[index]).logpdf(load))
+
+
 def quadrature(
     reader: PadReader, touches: PadTouches, index: int, low: np.ndarray, high: np.ndarray, n: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Mean and standard deviation of location and load by the midpoint rule in a box."""
     step = (high - low) / n
     axes = [a + (np.arange(n) + 0.5) * h for a, h in zip(low, step, strict=True)]
-    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(1, -1, len(axes))
-    log_density = reader.log_density(touches, points, np.array([index]))[0]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    log_density = log_posterior(reader, touches, index, points)
     weight = np.exp(log_density - log_density.max())
     weight /= weight.sum()
-    mean = weight @ points[0]
-    return mean, np.sqrt(weight @ (points[0] - mean) ** 2)
+    mean = weight @ points
+    return mean, np.sqrt(weight @ (points - mean) ** 2)
 
 
 def box(posterior: TouchPosteriors, t: int, reader: PadReader) -> tuple[np.ndarray, np.ndarray]:

@@ -44,7 +44,7 @@ class OneTouch:
     ) -> OneTouch:
         """Mean of samples; priors as documented: 20° beyond the elements, three typical loads."""
         chain = finger_chain(calibration)
-        sd = calibration.noise.mean_sd(np.full(readings.shape, samples), np.zeros(readings.shape))
+        sd = np.hypot(calibration.noise.tactile_sd / np.sqrt(samples), calibration.noise.discrepancy_sd)
         margin = np.radians(20)
         return cls(
             chain=chain,

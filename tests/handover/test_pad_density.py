@@ -1,0 +1,183 @@
+"""The density of touches on a pad, written out: kernel, what its calibration leaves, noise, load.
+
+A line of four elements with Gaussian kernels, ``reading = offset + P gain exp(-ρ²/2w²)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from pad_simulation import line
+from scipy import stats
+
+from bayestouch.calibration.pad import calibrate_pad
+from bayestouch.calibration.pad_readings import pad_readings
+from bayestouch.inference.pad import infer_pad
+from bayestouch.inference.pad_reader import PadReader
+from bayestouch.posterior import load_calibration
+from bayestouch.results import Calibration
+
+M = 4
+SAMPLES = 3
+#: Shared spread of loads, noise and share of the simulated pad.
+SETTINGS = {"floor": 0.15, "share": 0.01, "load_spread": 0.05}
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A pad by the numbers on file: gains, offsets, places (mm), and the width that all share."""
+
+    flat: np.ndarray
+
+    def readings(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
+        """Readings (n, m) at places and loads (n,)."""
+        gain, offset, place = self.flat[: 3 * M].reshape(3, M)
+        return offset + load[:, None] * gain * np.exp(-0.5 * ((x[:, None] - place) / self.flat[-1]) ** 2)
+
+    def slopes(self, x: np.ndarray, load: np.ndarray) -> np.ndarray:
+        """Derivative (d, n, m) over the numbers, by central differences."""
+        out = []
+        for i, step in enumerate(np.repeat([1e-4, 1e-4, 1e-4, 1e-4], [M, M, M, 1])):
+            ends = [Kernel(self.flat + sign * step * (np.arange(len(self.flat)) == i)) for sign in (1, -1)]
+            out.append((ends[0].readings(x, load) - ends[1].readings(x, load)) / (2 * step))
+        return np.array(out)
+
+
+@dataclass(frozen=True, eq=False)
+class OnFile:
+    """A calibrated pad as its file has it."""
+
+    path: Path
+    place: np.ndarray
+    load: np.ndarray
+    readings: np.ndarray
+
+    @cache  # noqa: B019  # a fixture lives as long as its module
+    def group(self, name: str) -> dict[str, np.ndarray]:
+        """Arrays of a group of the file."""
+        with xr.open_datatree(self.path) as tree:
+            return {str(key): np.array(values) for key, values in tree[name].data_vars.items()}
+
+    def flat(self, group: str) -> np.ndarray:
+        """Gains, offsets, places and width in a row (..., d)."""
+        values = self.group(group)
+        return np.concatenate([*(values[name] for name in ("gain", "offset", "x_s")), values["w"][..., None]], axis=-1)
+
+    def calibration(self) -> Calibration:
+        return load_calibration(self.path)
+
+    def variance(self, x: np.ndarray, load: np.ndarray, counts: int, *, exact: bool = False) -> np.ndarray:
+        """Variance (n, m) of mean readings: noise, what the model misses, a share of the signal, the calibration."""
+        noise, pad = self.group("noise"), Kernel(self.flat("mode"))
+        signal = pad.readings(x, load) - self.group("mode")["offset"]
+        total = noise["tactile_sd"] ** 2 / counts + noise["discrepancy_sd"] ** 2
+        total = total + (float(noise["signal_share"]) * signal) ** 2
+        if exact:
+            return np.asarray(total)
+        covariance = self.group("laplace")["covariance"]
+        return np.asarray(total + np.einsum("dnm,de,enm->nm", slope := pad.slopes(x, load), covariance, slope))
+
+
+def on_file(folder: Path, seed: int, *, touches: int, measured: bool, draws: int = 8) -> OnFile:
+    """Touch a pad along its line, calibrate, save."""
+    pad, rng = line(**SETTINGS), np.random.default_rng(seed)
+    place = np.linspace(6, 34, touches)
+    load = rng.uniform(0.8, 1.2, touches) if measured else 1 + 0.05 * rng.standard_normal(touches)
+    table = pad.touch(place[:, None], rng, load=load, measured=measured, samples=SAMPLES)
+    path = folder / "pad.nc"
+    calibrate_pad(pad.dataset(table), kernel="gaussian", empirical=False, samples="mean", draws=draws).save(path)
+    means = table.averaged()
+    return OnFile(path, place, means.load if measured else np.ones(touches), means.readings)
+
+
+@pytest.fixture(scope="module", params=[True, False], ids=["loads measured", "loads not measured"])
+def pad(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> OnFile:
+    return on_file(tmp_path_factory.mktemp("pad"), 3, touches=20, measured=request.param, draws=8000)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_density_of_a_touch_is_the_one_written_out(pad: OnFile, exact: bool) -> None:
+    """Differences of the log density between places and loads, to the spline's error (a millionth of the peak)."""
+    rng = np.random.default_rng(8)
+    reader = PadReader.from_calibration(pad.calibration(), plug_in=exact)
+    simulated = line(**SETTINGS)
+    table = simulated.touch(rng.uniform(9, 30, (12, 1)), rng, load=rng.uniform(0.8, 1.2, 12), measured=True, samples=5)
+    readings = pad_readings(table, 1, "mean")
+    known, means = reader.touches(readings), table.averaged()
+    settings = pad.calibration().settings
+    for t in range(12):
+        x = table.x_mm[5 * t] + rng.uniform(-0.6, 0.6, 40)
+        load = means.load[t] * rng.uniform(0.9, 1.1, 40)
+        found = reader.log_density(known, np.stack([x, load], axis=-1)[None], np.array([t]))[0]
+        sd = np.sqrt(pad.variance(x, load, 5, exact=exact))
+        expected_reading = Kernel(pad.flat("mode")).readings(x, load)
+        log = stats.norm(expected_reading, sd).logpdf(means.readings[t]).sum(axis=1)
+        if settings["load_measured"]:
+            log += stats.norm(means.load[t], float(pad.group("noise")["force_sd"]) / np.sqrt(5)).logpdf(load)
+        else:
+            log += stats.norm(1.0, float(settings["load_sd"])).logpdf(load)
+        assert np.ptp(log) > 10
+        np.testing.assert_allclose(found - found[0], log - log[0], rtol=1e-3, atol=1e-2)
+
+
+def test_draws_of_touches_are_those_of_that_density(pad: OnFile) -> None:
+    """Means and sds of location and load, against sums over a dense grid.
+
+    The sd of 1,500 effective draws is good to 1.8 %, the mean ratio over 24 touches to 0.4 %.
+    """
+    rng, calibration = np.random.default_rng(9), pad.calibration()
+    simulated, n = line(**SETTINGS), 24
+    measured = bool(calibration.settings["load_measured"])
+    load = rng.uniform(0.8, 1.2, n) if measured else 1 + 0.05 * rng.standard_normal(n)
+    table = simulated.touch(rng.uniform(10, 29, (n, 1)), rng, load=load, measured=measured, samples=16)
+    read = infer_pad(table, calibration, draws=2400, seed=1)
+    assert set(read.posterior) == {"x", "P"}
+    means, kernel = table.averaged(), Kernel(pad.flat("mode"))
+    ratios, offs = [], []
+    for t in range(n):
+        draws = np.stack([read.posterior[name][..., t].ravel() for name in ("x", "P")], axis=1)
+        axes = [m + s * np.linspace(-6, 6, 61) for m, s in zip(draws.mean(axis=0), draws.std(axis=0), strict=True)]
+        x, p = (each.ravel() for each in np.meshgrid(*axes, indexing="ij"))
+        log = stats.norm(kernel.readings(x, p), np.sqrt(pad.variance(x, p, 16))).logpdf(means.readings[t]).sum(axis=1)
+        if measured:
+            log += stats.norm(means.load[t], float(pad.group("noise")["force_sd"]) / 4).logpdf(p)
+        else:
+            log += stats.norm(1.0, float(calibration.settings["load_sd"])).logpdf(p)
+        weight = np.exp(log - log.max()) / np.exp(log - log.max()).sum()
+        mean = np.array([weight @ x, weight @ p])
+        sd = np.sqrt([weight @ (x - mean[0]) ** 2, weight @ (p - mean[1]) ** 2])
+        ratios.append(draws.std(axis=0) / sd)
+        offs.append((draws.mean(axis=0) - mean) / sd)
+    np.testing.assert_allclose(np.mean(ratios, axis=0), 1, atol=0.016)
+    assert np.abs(offs).max() < 0.14
+
+
+def test_covariance_on_file_is_that_of_the_touches(pad: OnFile) -> None:
+    """Information of the readings, written out; the fit's noise is that of the round before, 3 % of a variance."""
+    flat, settings = pad.flat("mode"), pad.calibration().settings
+    slope = Kernel(flat).slopes(pad.place, pad.load)
+    noise, signal = pad.group("noise"), Kernel(flat).readings(pad.place, pad.load) - pad.group("mode")["offset"]
+    variance = noise["tactile_sd"] ** 2 / SAMPLES + noise["discrepancy_sd"] ** 2
+    variance = variance + (float(noise["signal_share"]) * signal) ** 2
+    force = float(noise["force_sd"]) / np.sqrt(SAMPLES) / pad.load
+    spread = force if settings["load_measured"] else np.full(len(pad.load), float(settings["load_sd"]))
+    variance = variance + (spread[:, None] * signal) ** 2
+    total = np.einsum("dnm,nm,enm->de", slope, 1 / variance, slope)
+    size = np.abs(pad.readings - np.median(pad.readings, axis=0))
+    amplitude = pad.readings.std(axis=0) if settings["load_measured"] else np.quantile(size, 0.995, axis=0)
+    wide = np.concatenate([10 * amplitude, 3 * amplitude, np.full(M, 3.0)])
+    total[np.arange(3 * M), np.arange(3 * M)] += wide**-2.0
+    total[-1, -1] += 1 / (flat[-1] * np.log(2.0)) ** 2
+    found, expected = pad.group("laplace")["covariance"], np.linalg.inv(total)
+    ratio = np.trace(np.linalg.solve(expected, found)) / len(found)
+    assert ratio == pytest.approx(1, abs=0.04)
+    draws = pad.flat("posterior").reshape(-1, len(flat))
+    # 8,000 independent draws of 13 numbers: 0.4 %; and each sd to 0.8 %
+    assert np.trace(np.linalg.solve(found, np.cov(draws.T))) / len(found) == pytest.approx(1, abs=0.02)
+    np.testing.assert_allclose(draws.std(axis=0) / np.sqrt(np.diag(found)), 1, atol=0.035)
+    assert np.abs((draws.mean(axis=0) - flat) / draws.std(axis=0)).max() < 4.5 / np.sqrt(8000)
