@@ -356,8 +356,29 @@ def test_sbc_calibration(tmp_path: Path) -> None:
         "P of the last touch",
     }
     assert found.passes(0.01), found.table()
+    # the number of independent scores of which those chances were computed
+    assert found.pooled.scores / 100 == pytest.approx(study("sbc_power").SMALL_CALIBRATION, rel=0.2)
     assert "least p-value" in module.as_markdown(found)
     assert is_drawn(tmp_path / "sbc_calibration.png")
+
+
+def test_sbc_power(tmp_path: Path) -> None:
+    """Chances of all checks, and the table between the comments of a page; what they are: test_simulation_checks.py."""
+    module = study("sbc_power")
+    found = module.main(20)
+    page = tmp_path / "page.md"
+    page.write_text(
+        "before\n<!-- table of studies/sbc_power.py -->\nold\n<!-- end of studies/sbc_power.py -->\nafter\n"
+    )
+    module.put_into_page("sbc_power.py", module.as_markdown(found), page)
+    text = page.read_text("utf-8")
+    assert text.startswith("before\n") and text.endswith("after\n") and "old" not in text
+    assert text.count("\n| ") == len(found) + 2
+    # 20 % too narrow are noticed wherever 500 simulations and more are ranked; right posteriors hardly ever fail
+    assert all(chances[-1] > 0.9 for check, chances in found.items() if check.simulations >= 500)
+    assert np.mean([chances[0] for chances in found.values()]) < 0.05
+    with pytest.raises(LookupError, match="no place for"):
+        module.put_into_page("other.py", "", page)
 
 
 @pytest.mark.slow  # minutes: 500 calibrations
