@@ -26,7 +26,7 @@ NARROW = (0.0, 0.05, 0.1, 0.2)
 TRIALS = 400
 # Independent quantities that the pooled scores of one simulation are worth: `RankStatistics.pooled.scores` over the
 # number of simulations, as sbc_touches.py and sbc_calibration.py print it. The tests compare it.
-TOUCH, CALIBRATION, SMALL_CALIBRATION = 2.4, 12.6, 9.0
+TOUCH, CALIBRATION, SMALL_CALIBRATION = 2.4, 12.1, 9.3
 NODES = 4001
 
 
@@ -138,8 +138,8 @@ def checks() -> list[Check]:
         band("`tests/test_probability_plot.py`", 500),
         pooled(study, 2000, TOUCH),
         by_quantity(study, 2000, TOUCH, 4),
-        pooled(calibrations, 500, CALIBRATION),
-        by_quantity(calibrations, 500, CALIBRATION, 30),
+        pooled(calibrations, 300, CALIBRATION),
+        by_quantity(calibrations, 300, CALIBRATION, 30),
         band("`bayestouch.pp_plot` of 2,000 touches", 2000),
     ]
 
