@@ -1,7 +1,7 @@
 """Simulation-based calibration of the calibration posterior, at length: every parameter of a finger of four elements.
 
 All parameters are drawn from their priors, calibration touches simulated and calibrated with, and the truth ranked:
-six parameters of each element, σ, μ, the force sensor's noise, two true loads and the log density. 300 calibrations are
+six parameters of each element, σ, μ, the force sensor's noise, two true loads and the log density. 340 calibrations are
 enough for the pooled statistic to notice posteriors 5 % too narrow nine times in ten. The statistics and
 their thresholds are those of `bayestouch.RankStatistics`; what they notice is the table of `sbc_power.py`.
 
@@ -43,7 +43,7 @@ SMALL = replace(DESIGN, n_elements=2, calibration_span_deg=24.0, contact="hertz"
 
 
 def main(
-    simulations: int = 300, design: FingerDesign = DESIGN, folder: Path | None = None, scheduler: str | None = None
+    simulations: int = 340, design: FingerDesign = DESIGN, folder: Path | None = None, scheduler: str | None = None
 ) -> RankStatistics:
     """Print p-values and coverage; returns the ranks."""
     dataset = bayestouch.simulate(design, seed=1).dataset

@@ -138,8 +138,8 @@ def checks() -> list[Check]:
         band("`tests/test_probability_plot.py`", 500),
         pooled(study, 2000, TOUCH),
         by_quantity(study, 2000, TOUCH, 4),
-        pooled(calibrations, 300, CALIBRATION),
-        by_quantity(calibrations, 300, CALIBRATION, 30),
+        pooled(calibrations, 340, CALIBRATION),
+        by_quantity(calibrations, 340, CALIBRATION, 30),
         band("`bayestouch.pp_plot` of 2,000 touches", 2000),
     ]
 

@@ -219,7 +219,7 @@ def test_chances_of_the_power_study() -> None:
     exact = chi2.sf(chi2.isf(0.0025, 1200) * 0.95**2, 1200)
     assert power.power(check, 0.05, 1000) == pytest.approx(exact, abs=0.12)  # 0.46; less for the ends cut off
     assert power.power(power.pooled("", 2000, power.TOUCH), 0.05) > 0.9
-    assert power.power(power.pooled("", 300, power.CALIBRATION), 0.05) > 0.88  # 0.92, of 400 trials
+    assert power.power(power.pooled("", 340, power.CALIBRATION), 0.05) > 0.9
 
 
 def test_statistic_on_known_ranks() -> None:
