@@ -383,7 +383,7 @@ def test_sbc_power(tmp_path: Path) -> None:
 
 @pytest.mark.slow  # minutes: 340 calibrations
 def test_sbc_calibration_at_length() -> None:
-    """Four elements, contact on the bonded layer, at a level of 1 % over all 30 quantities; 5 % are noticed with 0.9."""
+    """Four elements, contact on the layer, at a level of 1 % over all 30 quantities: 5 % are noticed with 0.9."""
     found = study("sbc_calibration").main()
     assert found.passes(0.01), found.table()
     assert len(found.ranks) == 30
