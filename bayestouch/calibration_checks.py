@@ -1,34 +1,35 @@
 """Simulation-based calibration of the calibration posterior of a finger.
 
-Draw all parameters from their priors, simulate the calibration touches, calibrate, and rank the truth among the draws.
+Draw all parameters from their priors, simulate the calibration touches, calibrate, and rank the truth among the draws
+that a user gets. Truth, noise and readings are made here from the public parameters: nothing of the likelihood's noise,
+layout or prior densities is used for them.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.finger import fit_finger
+from bayestouch.calibration import calibrate
+from bayestouch.calibration.finger import FingerFit, fit_finger
 from bayestouch.calibration.finger_density import FingerDensity
-from bayestouch.calibration.finger_flat import FlatLayout, FlatPrior
-from bayestouch.calibration.finger_likelihood import LOAD_REACH, chain_at, softest
-from bayestouch.calibration.finger_noise import public_noise
-from bayestouch.calibration.finger_priors import FingerPriors
-from bayestouch.calibration.finger_sampling import sample_fit
-from bayestouch.calibration.finger_touches import KnownTouches
+from bayestouch.calibration.finger_likelihood import LOAD_REACH, softest
+from bayestouch.calibration.finger_priors import FIELDS, FingerPriors
+from bayestouch.chain.finger import FingerChain
 from bayestouch.cluster import on_cluster
+from bayestouch.contact import composite_radius
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.grouping import grouped_mean, groups
 from bayestouch.parameters import LogNormal, Prior
 from bayestouch.progress import Progress
 from bayestouch.ranks import RankStatistics, of_ranks, rank
-from bayestouch.sensor import Finger
+from bayestouch.sensor import Finger, Sensor
 from bayestouch.touches import Touches
 
 FloatArray = NDArray[np.float64]
@@ -47,16 +48,14 @@ class CalibrationDesign:
 
     Attributes
     ----------
-    finger : Finger
-        Geometry as built.
-    priors : FingerPriors
-        All of them stated: none depends on data.
-    prior : FlatPrior
-        The same, coordinate by coordinate.
-    known : KnownTouches
-        The touches of the data set, whose measured mean loads are kept.
+    sensor : Sensor
+        The finger as built.
+    drawn_from : mapping of str to Prior
+        Priors that the truth is drawn from, by the names of `bayestouch.calibrate`: all of them.
+    assumed : mapping of str to Prior
+        Priors that the calibration is told.
     touches : Touches
-        Their samples.
+        Samples whose places, indenters and mean loads are kept.
     contact : str
         Contact model.
     draws : int
@@ -65,10 +64,9 @@ class CalibrationDesign:
         Seed of everything.
     """
 
-    finger: Finger
-    priors: FingerPriors
-    prior: FlatPrior
-    known: KnownTouches
+    sensor: Sensor
+    drawn_from: Mapping[str, Prior]
+    assumed: Mapping[str, Prior]
     touches: Touches
     contact: str
     draws: int
@@ -86,19 +84,24 @@ class CalibrationDesign:
             raise InputError("simulation-based calibration needs a data set with calibration touches")
         touches = table.baseline_corrected()
         touches = touches.select(touches.in_contact & np.isfinite(touches.load)).with_(reads=None, readings_sd=None)
-        fit, used = fit_finger(touches.averaged(), finger, FingerPriors.of(dataset.sensor)[0], contact=contact)
+        default = FingerPriors.of(dataset.sensor)[0]
+        fit, used = fit_finger(touches.averaged(), finger, default, contact=contact)
         if not used.all():
             raise InputError("simulation-based calibration needs touches that are all known")
-        priors = FingerPriors.of(dataset.sensor)[0].with_stated(stated, finger)
-        size, noise = float(np.median(np.abs(fit.chain.response))), float(np.median(fit.noise.tactile_sd))
-        priors = replace(
-            priors,
-            response=priors.response or LogNormal(size, float(np.log(RESPONSE_FACTOR))),
-            noise=priors.noise or LogNormal(noise, float(np.log(NOISE_FACTOR))),
-            force_noise=priors.force_noise or LogNormal(fit.noise.force_sd, float(np.log(NOISE_FACTOR))),
-        )
-        known = fit.likelihood.known
-        return cls(finger, priors, priors.flat(finger, known), known, touches, contact, draws, seed)
+        own = {
+            "response": LogNormal(float(np.median(np.abs(fit.chain.response))), float(np.log(RESPONSE_FACTOR))),
+            "noise_sd": LogNormal(float(np.median(fit.noise.tactile_sd)), float(np.log(NOISE_FACTOR))),
+            "force_noise_sd": LogNormal(fit.noise.force_sd, float(np.log(NOISE_FACTOR))),
+        }
+        complete = default.with_stated(stated, finger)
+        priors = {name: getattr(complete, field) or own[name] for name, field in FIELDS.items()}
+        return cls(dataset.sensor, priors, priors, touches, contact, draws, seed)
+
+    @property
+    def finger(self) -> Finger:
+        """Geometry as built."""
+        assert isinstance(self.sensor.body, Finger)
+        return self.sensor.body
 
 
 def check_calibration(
@@ -136,18 +139,28 @@ def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) 
 def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
     """Rank of the truth of one simulated calibration, and whether the 90 % interval holds it, by name."""
     rng = np.random.default_rng([design.seed, number])
-    at = design.prior.layout
-    true = _possible_draw(design, rng)
-    loads, touches = simulate_touches(design, true, rng)
-    fit, _ = fit_finger(touches.averaged(), design.finger, design.priors, contact=design.contact)
-    flat = sample_fit(fit, design.draws, design.seed + number).draws.reshape(-1, at.size)
-    density, known = FingerDensity.of(fit), fit.likelihood.known
-    drawn, truth = quantities(known, at, flat), quantities(known, at, true[None])
-    drawn["log density"], truth["log density"] = density(flat), density(true[None])
+    true, loads, touches = simulate_calibration(design, rng)
+    calibration = calibrate(
+        DataSet(design.sensor, touches, touches),
+        contact=design.contact,
+        priors=design.assumed,
+        draws=design.draws,
+        seed=design.seed + number,
+    )
+    public = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}
+    fit, _ = fit_finger(
+        touches.averaged(),
+        design.finger,
+        FingerPriors.of(design.sensor)[0].with_stated(design.assumed, design.finger),
+        contact=design.contact,
+    )
+    density, flat = FingerDensity.of(fit), flat_vectors(fit, public)
+    at_truth = flat_vectors(fit, {name: true[name][None] for name in public})
+    drawn, truth = by_element(public), by_element({name: true[name][None] for name in public})
+    drawn["log density"], truth["log density"] = density(flat), density(at_truth)
     centre, sd = density.true_loads(flat)
     for label, touch in (("P of the first touch", 0), ("P of the last touch", -1)):
-        drawn[label] = centre[:, touch] + sd[:, touch] * rng.standard_normal(len(flat))
-        truth[label] = loads[[touch]]
+        drawn[label], truth[label] = rng.normal(centre[:, touch], sd[:, touch]), loads[[touch]]
     out = {}
     for name, values in drawn.items():
         low, high = np.quantile(values, [0.05, 0.95])
@@ -155,51 +168,102 @@ def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
     return out
 
 
-def quantities(known: KnownTouches, at: FlatLayout, vectors: FloatArray) -> dict[str, FloatArray]:
-    """Every parameter in public units, (n,) each, from flat vectors (n, d)."""
-    noise, missed, force = public_noise(known, at, vectors)
-    by_element = {
-        "response": np.exp(vectors[:, at.response]),
-        "r_s": vectors[:, at.depth],
-        "theta_s": np.degrees(vectors[:, at.angle]),
-        "noise_sd": noise,
-        **({"discrepancy_sd": missed} if at.discrepancy else {}),
-    }
-    single = {"sigma": vectors[:, at.sigma], "mu": np.exp(vectors[:, at.log_mu]), "force_noise_sd": force}
-    return single | {
-        f"{name} e{element + 1:02d}": values[:, element]
-        for name, values in by_element.items()
-        for element in range(at.n_elements)
-    }
+def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Parameters (n,), and those by element (n, m) as m of ``"r_s e03"`` (n,)."""
+    out = {}
+    for name, each in values.items():
+        if each.ndim == 1:
+            out[name] = each
+        else:
+            out |= {f"{name} e{element + 1:02d}": column for element, column in enumerate(each.T)}
+    return out
 
 
-def simulate_touches(
-    design: CalibrationDesign, true: FloatArray, rng: np.random.Generator
-) -> tuple[FloatArray, Touches]:
-    """True loads (t,) and samples of the design's touches on a finger with the parameters `true`.
+def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray:
+    """Vectors (n, d) at which the log density of a fit is evaluated, from parameters in public units (n[, m])."""
+    at = fit.likelihood.layout
+    out = np.empty((len(public["sigma"]), at.size))
+    out[:, at.response], out[:, at.depth] = np.log(np.abs(public["response"])), public["r_s"]
+    out[:, at.angle], out[:, at.sigma] = np.radians(public["theta_s"]), public["sigma"]
+    out[:, at.log_mu], out[:, at.noise] = np.log(public["mu"]), np.log(public["noise_sd"])
+    out[:, at.force_noise] = np.log(public["force_noise_sd"])
+    if at.discrepancy:
+        reads = fit.likelihood.known.typical_reads
+        out[:, at.missed] = np.log(public["discrepancy_sd"] / public["noise_sd"] * np.sqrt(reads))
+    return out
+
+
+def simulate_calibration(
+    design: CalibrationDesign, rng: np.random.Generator
+) -> tuple[dict[str, FloatArray], FloatArray, Touches]:
+    """Parameters from their priors, true loads (t,) and samples of the design's touches.
 
     The posterior takes every load as equally likely before it is measured. That is the same as to keep the measured
     mean and let the true load scatter about it, which is how loads are drawn here.
+
+    Parameters
+    ----------
+    design : CalibrationDesign
+        Touches and priors.
+    rng : numpy Generator
+        Source of all random numbers.
+
+    Returns
+    -------
+    dict of arrays
+        Parameters by public name and in public units, () or (m,) each.
+    (t,) array
+        True loads, N/m.
+    Touches
+        The design's touches with new readings and loads.
     """
-    known, touches, at = design.known, design.touches, design.prior.layout
-    noise, missed, force = (values[0] for values in public_noise(known, at, true[None]))
+    touches = design.touches
     ids, group = groups(touches.touch)
-    loads = known.load + force / np.sqrt(known.load_reads) * rng.standard_normal(len(ids))
-    chain = chain_at(design.finger, at, np.ones(at.n_elements), true, float(loads.max()), design.contact)
-    clean = chain.predict(known.radius_mm, known.angle, loads)
-    clean += missed * rng.standard_normal(clean.shape)
-    readings = clean[group] + noise * rng.standard_normal(touches.readings.shape)
-    scatter = force * rng.standard_normal(len(group))
+    means = touches.averaged()
+    reads = np.bincount(group, minlength=len(ids))
+    true = draw_parameters(design, float(np.median(means.counts[means.counts > 0])), rng)
+    loads = rng.normal(means.load, true["force_noise_sd"] / np.sqrt(reads))
+    chain = FingerChain(
+        core_radius_mm=design.finger.core_radius_mm,
+        outer_radius_mm=design.finger.outer_radius_mm,
+        response=true["response"],
+        sensing_radius_mm=true["r_s"],
+        angle=np.radians(true["theta_s"]),
+        offset=np.zeros(design.finger.n_elements),
+        poisson_ratio=float(true["sigma"]),
+        shear_modulus_MPa=float(true["mu"]),
+        largest_load=float(loads.max()),
+        contact=design.contact,
+    )
+    true["gain"] = chain.gain
+    assert means.angle_deg is not None
+    place = composite_radius(means.indenter_radius_mm, design.finger.outer_radius_mm), np.radians(means.angle_deg)
+    clean = chain.predict(*place, loads)
+    readings = rng.normal(rng.normal(clean, true["discrepancy_sd"])[group], true["noise_sd"])
+    scatter = rng.normal(0.0, true["force_noise_sd"], len(group))
     scatter -= grouped_mean(scatter, group, len(ids))[group]
-    return loads, touches.with_(
-        readings=np.where(np.isnan(touches.readings), np.nan, readings), load=known.load[group] + scatter
+    return (
+        true,
+        loads,
+        touches.with_(
+            readings=np.where(np.isnan(touches.readings), np.nan, readings), load=means.load[group] + scatter
+        ),
     )
 
 
-def _possible_draw(design: CalibrationDesign, rng: np.random.Generator) -> FloatArray:
-    """A vector from the prior whose rubber carries the loads."""
-    lowest = softest(design.finger, LOAD_REACH * float(design.known.load.max()))
+def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """One draw of every parameter from its prior, for touches of so many readings: of a rubber that carries the loads.
+
+    As documented: angles are departures from those as built, and the discrepancy is in units of the noise of a touch's
+    mean.
+    """
+    finger, m = design.finger, design.finger.n_elements
+    shapes = {name: () if name in ("sigma", "mu", "force_noise_sd") else (m,) for name in FIELDS}
+    lowest = np.exp(softest(finger, LOAD_REACH * float(design.touches.averaged().load.max())))
     while True:
-        true = design.prior.draw(rng)
-        if true[design.prior.layout.log_mu] > lowest:
-            return true
+        drawn = {name: design.drawn_from[name].quantile(rng.random(shape)) for name, shape in shapes.items()}
+        if drawn["mu"] > lowest:
+            break
+    drawn["theta_s"] = drawn["theta_s"] + np.asarray(finger.element_angles_deg)
+    drawn["discrepancy_sd"] = drawn["discrepancy_sd"] * drawn["noise_sd"] / np.sqrt(reads)
+    return drawn

@@ -1,8 +1,11 @@
-"""Simulation-based calibration: are the posteriors what they claim to be?
+"""Simulation-based calibration: ranks of the truth of simulated touches among the draws of their posteriors.
 
-Of touches: draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the
-truth among the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788). Of
-calibrations likewise, see `bayestouch.calibration_checks`.
+Draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the truth among
+the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788). Calibrations are
+checked the same way in `bayestouch.calibration_checks`.
+
+The simulation takes the draws of the calibration as they are saved, and makes its own noise from them; `infer` reads
+with the calibration's mode, covariance and noise. So the check notices if these do not belong together.
 """
 
 from __future__ import annotations
@@ -12,21 +15,23 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.affected.effect_list import KEY
 from bayestouch.chain.finger import FingerChain
 from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_covariance import CalibrationCovariance
-from bayestouch.inference.finger_draws import DrawTask, draw_all
-from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
-from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.inference import infer
 from bayestouch.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.ranks import BINS, RankStatistics, rank_statistics
 from bayestouch.results import Calibration
 from bayestouch.sensor import Finger
+from bayestouch.touches import Touches, touches_from
 
 FloatArray = NDArray[np.float64]
+
+# The prior of a touch as docs/statistics.md states it: locations as far beyond the outermost elements, degree, and
+# loads up to so many mean calibration loads. Written here again, so that the check does not share it with `infer`.
+MARGIN_DEG, LARGEST_LOAD = 20.0, 3.0
 
 
 def sbc(
@@ -48,9 +53,10 @@ def sbc(
     Parameters
     ----------
     of : Calibration or DataSet
-        A calibrated finger checks the posteriors of touches: calibrations are drawn from its Laplace normal, touches
-        from their prior, and read with its mode. A data set checks the posterior of its calibration: all
-        parameters are drawn from their priors, and the calibration touches simulated and calibrated with.
+        A calibrated finger checks the posteriors of touches: each touch is drawn from the prior and simulated with one
+        of the calibration's draws (with fewer draws than simulations they are used again), then read by
+        `bayestouch.infer`. A data set checks the posterior of its calibration: all parameters are drawn from their
+        priors, and the calibration touches simulated and calibrated with.
     simulations : int
         Touches, or calibrations, to simulate.
     samples : int
@@ -77,13 +83,13 @@ def sbc(
     -------
     RankStatistics
         By parameter, and of a calibration by parameter and element (``"r_s e03"``), with two true loads and the log
-        density. `RankStatistics.passes` says whether all are uniform at a level: each p-value must be the level over
-        their number at least.
+        density. `RankStatistics.passes` says whether all are uniform at a level.
 
     Raises
     ------
     InputError
-        If the sensor is not a finger, too few simulations are asked for or an option does not fit.
+        If the sensor is not a finger, its calibration has effects or an identified E map (which the simulation does
+        not know), too few simulations are asked for or an option does not fit.
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
@@ -98,6 +104,11 @@ def sbc(
         raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
     if not isinstance(of.sensor.body, Finger):
         raise InputError("simulation-based calibration is offered for fingers")
+    if KEY in of.settings or of.settings.get("e_map") == "empirical":
+        raise InputError(
+            "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
+            "the E map of the model"
+        )
     return _check_touches(of, simulations, samples, plug_in, method, draws or 1024, seed, progress)
 
 
@@ -111,58 +122,86 @@ def _check_touches(
     seed: int,
     progress: Progress | None,
 ) -> RankStatistics:
-    """Ranks of R, θ_c and P of simulated touches."""
-    rng = np.random.default_rng(seed)
-    chain = finger_chain(calibration)
-    priors = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
-    radius, angle, load = (
-        np.asarray(prior.quantile(rng.random(simulations))) for prior in (priors.radius, priors.location, priors.load)
-    )
-    clean = _simulate(chain, calibration, (radius, angle, load), rng)
-    sd = calibration.noise.mean_sd(np.full(clean.shape, samples), clean)
-    force_sd = np.full(simulations, calibration.noise.force_sd / np.sqrt(samples))
-    touches = TouchReadings(
-        readings=clean + sd * rng.standard_normal(clean.shape),
-        counts=np.full(clean.shape, samples, dtype=np.int64),
-        load=load + force_sd * rng.standard_normal(simulations),
-        load_sd=force_sd,
-    )
-    task = DrawTask(
-        chain=chain,
-        priors=priors,
-        table=ReadingTable.of(chain, *priors.location.support),
-        noise=calibration.noise,
-        reading_covariance=None if plug_in else CalibrationCovariance(chain, calibration.covariance),
+    """Ranks of R, r_c, θ_c and P of simulated touches among the draws that `infer` returns."""
+    truth, touches = simulate_touches(calibration, simulations, samples, np.random.default_rng([seed, 1]))
+    read = infer(
+        touches,
+        calibration,
+        plug_in=plug_in,
+        check_sensor=False,
         method=method,
         draws=draws,
         seed=seed,
+        progress=progress,
     )
-    drawn = draw_all(task, touches, None, progress)
-    truth = {"R": radius, "theta_c": np.degrees(angle), "P": load}
-    return rank_statistics({name: drawn[name] for name in truth}, truth)
+    return rank_statistics(read.posterior, truth)
 
 
-def _simulate(
-    chain: FingerChain,
-    calibration: Calibration,
-    touch: tuple[FloatArray, FloatArray, FloatArray],
-    rng: np.random.Generator,
-) -> FloatArray:
-    """Clean readings (n, m) of touches, each by a calibration of its own drawn from the posterior.
+def simulate_touches(
+    calibration: Calibration, simulations: int, samples: int, rng: np.random.Generator
+) -> tuple[dict[str, FloatArray], Touches]:
+    """Touches from the prior, each read by a calibration of its own.
 
     Touches that share a calibration share its error: their ranks would not be independent.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Its draws are the calibrations.
+    simulations, samples : int
+        Touches, and readings of each.
+    rng : numpy Generator
+        Source of all random numbers.
+
+    Returns
+    -------
+    dict of (simulations,) arrays
+        The truth: ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m).
+    Touches
+        ``simulations * samples`` rows.
     """
-    n, m = len(touch[0]), chain.n_elements
-    root = np.linalg.cholesky(calibration.covariance)
-    out = np.empty((n, m))
-    for row in range(n):
-        step = root @ rng.standard_normal(len(root))
-        drawn = chain.with_(
-            response=chain.response + step[:m],
-            sensing_radius_mm=chain.sensing_radius_mm + step[m : 2 * m],
-            angle=chain.angle + step[2 * m : 3 * m],
-            poisson_ratio=min(chain.poisson_ratio + step[3 * m], 0.4999),
-            shear_modulus_MPa=chain.shear_modulus_MPa * float(np.exp(step[3 * m + 1])),
-        )
-        out[row] = drawn.predict(*(values[row : row + 1] for values in touch))[0]
-    return out
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    place = np.asarray(calibration.mode["theta_s"])
+    outer, largest = finger.outer_radius_mm, LARGEST_LOAD * float(np.nanmean(calibration.rows.load))
+    radius = rng.uniform(0.0, outer, simulations)
+    truth = {
+        "R": radius,
+        "r_c": radius * outer / (outer - radius),
+        "theta_c": rng.uniform(place.min() - MARGIN_DEG, place.max() + MARGIN_DEG, simulations),
+        "P": rng.uniform(0.0, largest, simulations),
+    }
+    flat = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}
+    number = np.resize(rng.permutation(len(flat["sigma"])), simulations)
+    clean = np.stack(
+        [
+            _chain(calibration, {name: values[i] for name, values in flat.items()}).predict(
+                radius[row], np.radians(truth["theta_c"][row]), truth["P"][row]
+            )
+            for row, i in enumerate(number)
+        ]
+    )
+    noise, force = flat["noise_sd"][number], flat["force_noise_sd"][number]
+    missed = flat["discrepancy_sd"][number] if "discrepancy_sd" in flat else np.zeros_like(noise)
+    mean = clean + rng.normal(0.0, missed) + calibration.extra.get("rest_reading", np.zeros(finger.n_elements))
+    touch = np.repeat(np.arange(simulations), samples)
+    readings, load = rng.normal(mean[touch], noise[touch]), rng.normal(truth["P"][touch], force[touch])
+    return truth, touches_from(touch, readings, load=load, contact=1.0)
+
+
+def _chain(calibration: Calibration, drawn: Mapping[str, FloatArray]) -> FingerChain:
+    """The finger with the parameters of one draw."""
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    return FingerChain(
+        core_radius_mm=finger.core_radius_mm,
+        outer_radius_mm=finger.outer_radius_mm,
+        response=drawn["response"],
+        sensing_radius_mm=drawn["r_s"],
+        angle=np.radians(drawn["theta_s"]),
+        offset=np.zeros(finger.n_elements),
+        poisson_ratio=float(drawn["sigma"]),
+        shear_modulus_MPa=float(drawn["mu"]),
+        largest_load=float(calibration.settings["largest_load"]),
+        contact=str(calibration.settings["contact"]),
+    )

@@ -2,18 +2,39 @@
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 DOCS = Path(__file__).parent.parent / "docs"
+PAGE, STATISTICS = DOCS / "robustness.md", DOCS / "statistics.md"
 
 
-def put_into_page(script: str, table: str, name: str = "robustness.md") -> None:
-    """Put a table between the comments of a script in a page of the documentation, in place of what is there."""
-    path = DOCS / name
+def put_into_page(script: str, table: str, page: Path = PAGE) -> None:
+    """Put a table between the comments of a script in a page, in place of what is there.
+
+    Raises
+    ------
+    LookupError
+        The page has no such comments.
+    """
     begin, end = f"<!-- table of studies/{script} -->\n", f"<!-- end of studies/{script} -->"
-    page = path.read_text("utf-8")
-    before, _, rest = page.partition(begin)
+    text = page.read_text("utf-8")
+    before, _, rest = text.partition(begin)
     _, found, after = rest.partition(end)
     if not found:
-        raise LookupError(f"{name} has no place for {script}")
-    path.write_text(f"{before}{begin}\n{table}\n{end}{after}", "utf-8")
+        raise LookupError(f"{page.name} has no place for {script}")
+    page.write_text(f"{before}{begin}\n{table}\n{end}{after}", "utf-8")
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table, with the end of its last line."""
+    return "".join(f"| {' | '.join(line)} |\n" for line in (head, ["---"] * len(head), *rows))
+
+
+def docs_of(arguments: list[str]) -> tuple[bool, list[str]]:
+    """Return whether ``--docs`` is among the arguments of a study, and the other arguments."""
+    parser = argparse.ArgumentParser(add_help=False, allow_abbrev=False)
+    parser.add_argument("--docs", action="store_true")
+    chosen, others = parser.parse_known_args(arguments)
+    return chosen.docs, others

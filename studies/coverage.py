@@ -7,6 +7,7 @@ finger follows the model exactly, which no calibration knows: that the default p
 misses makes intervals of averages a little too wide here. A third way, told that nothing is missed, shows by how much.
 
     python studies/coverage.py [fingers] [touches a finger] [--scheduler ADDRESS]
+    python studies/coverage.py --docs                    writes the table of docs/statistics.md
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ import argparse
 from dataclasses import replace
 
 import numpy as np
+from _page import STATISTICS, markdown_table, put_into_page
 from _shared_out import finished
 from _simulated import true_chain
 
@@ -121,12 +123,30 @@ def main(fingers: int = 20, touches: int = 100, scheduler: str | None = None) ->
         for way, hits in ways.items():
             shares = "".join(f"{100 * hits[name].mean():10.1f}" for name in NAMES)
             print(f"{samples:<18d}{way:28s}{shares}")
-    # touches of one finger share its calibration's error: the scatter of fingers, not of touches, is what counts
-    scatter = 100 * max(
-        by_finger(hits, fingers).std(ddof=1) / np.sqrt(fingers) for hits in found[20][PROPAGATED].values()
-    )
-    print(f"standard error by fingers: at most {scatter:.1f} %")
+    largest = 100 * max(standard_error(hits, fingers) for hits in found[20][PROPAGATED].values())
+    print(f"standard error by fingers: at most {largest:.1f} %")
     return found
+
+
+def standard_error(hits: np.ndarray, fingers: int) -> float:
+    """Standard error of a share of all touches, from the scatter of fingers: touches of one share its calibration."""
+    return float(by_finger(hits, fingers).std(ddof=1) / np.sqrt(fingers))
+
+
+def as_markdown(found: Hits, fingers: int) -> str:
+    """Table of docs/statistics.md: share of intervals that hold the truth, with its standard error, %."""
+    touches = len(found[1][PROPAGATED]["R"]) // fingers
+    rows = [
+        [
+            str(samples),
+            way,
+            *(f"{100 * hits[name].mean():.1f} ± {100 * standard_error(hits[name], fingers):.1f}" for name in NAMES),
+        ]
+        for samples, ways in found.items()
+        for way, hits in ways.items()
+    ]
+    table = markdown_table(["samples a touch", "calibration", "R", "θ_c", "P"], rows)
+    return f"{fingers} fingers with {touches} touches each; standard errors from the scatter of fingers.\n\n{table}"
 
 
 def by_finger(hits: np.ndarray, fingers: int) -> np.ndarray:
@@ -139,5 +159,8 @@ if __name__ == "__main__":
     parser.add_argument("fingers", type=int, nargs="?", default=20)
     parser.add_argument("touches", type=int, nargs="?", default=100)
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/statistics.md")
     options = parser.parse_args()
-    main(options.fingers, options.touches, options.scheduler)
+    hits = main(options.fingers, options.touches, options.scheduler)
+    if options.docs:
+        put_into_page("coverage.py", as_markdown(hits, options.fingers), STATISTICS)

@@ -23,7 +23,7 @@ from _mutant_page import Tried, section, summary
 from _mutant_runs import tested, timed, workers
 from _mutant_tests import ROOT, Part, Tests, parts
 from _mutants import Mutant, fingerprint, sample
-from _page import put_into_page
+from _page import DOCS, put_into_page
 from cosmic_ray.work_db import WorkDB, use_db
 from cosmic_ray.work_item import TestOutcome, WorkResult
 
@@ -137,7 +137,7 @@ def main(number: int, seed: int, processes: int, budget: float, part: str | None
             print(f"{each.outcome}: {each.module}:{each.line}\n    {each.before}\n    {each.after}")
     print(summary(tried))
     if page and part is None:
-        put_into_page("mutants.py", section(tried, seed, places), "verified.md")
+        put_into_page("mutants.py", section(tried, seed, places), DOCS / "verified.md")
 
 
 if __name__ == "__main__":

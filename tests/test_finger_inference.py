@@ -204,7 +204,7 @@ def test_calibration_covariance_is_that_of_repeated_calibrations() -> None:
     touch = (np.array([6.0]), np.array([0.03]), np.array([200.0]))
     expected = reading_covariance(calibration_jacobian(chain, *touch), covariance)[0]
     root = np.linalg.cholesky(covariance)
-    draws = 200
+    draws = 300
     predicted = np.empty((draws, m))
     for i in range(draws):
         step = root @ rng.standard_normal(len(sd))
@@ -216,10 +216,14 @@ def test_calibration_covariance_is_that_of_repeated_calibrations() -> None:
             shear_modulus_MPa=chain.shear_modulus_MPa * np.exp(step[3 * m + 1]),
         )
         predicted[i] = moved.predict(*touch)[0]
-    found = np.cov(predicted.T)
-    scale = np.sqrt(np.outer(np.diag(expected), np.diag(expected)))
-    # an entry of a covariance of 200 draws scatters by at most sqrt(2/200) = 0.1 of the scale; 5 sds
-    assert np.abs((found - expected) / scale).max() < 5 * np.sqrt(2 / draws)
+    # Readings in units in which they are to be independent and of variance 1: m draws times so many squares, whose mean
+    # scatters by sqrt(2/(m draws)) = 2 %, so that 4 of these are 4 % of an sd
+    white = np.linalg.solve(np.linalg.cholesky(expected), (predicted - chain.predict(*touch)[0]).T)
+    assert np.mean(white**2) == pytest.approx(1, abs=4 * np.sqrt(2 / (m * draws)))
+    # each alone, and each pair
+    scatter = np.cov(white) - np.eye(m)
+    assert np.abs(np.diag(scatter)).max() < 4 * np.sqrt(2 / draws)
+    assert np.abs(scatter - np.diag(np.diag(scatter))).max() < 4.5 / np.sqrt(draws)
 
 
 def test_full_whitener_inverts_the_whole_covariance() -> None:

@@ -12,7 +12,7 @@ import xarray as xr
 
 import bayestouch
 from bayestouch.effects.stated import StatedModel
-from bayestouch.posterior import load_calibration
+from bayestouch.posterior_reading import load_calibration
 from bayestouch.touches import Touches
 
 

@@ -19,7 +19,7 @@ from bayestouch.calibration.pad import calibrate_pad
 from bayestouch.calibration.pad_readings import pad_readings
 from bayestouch.inference.pad import infer_pad
 from bayestouch.inference.pad_reader import PadReader
-from bayestouch.posterior import load_calibration
+from bayestouch.posterior_reading import load_calibration
 from bayestouch.results import Calibration
 
 M = 4

@@ -13,7 +13,7 @@ from pad_simulation import grid, square
 
 import bayestouch
 from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.posterior import load_touches
+from bayestouch.posterior_reading import load_touches
 from bayestouch.touches import Touches
 
 TIPS = np.array([2.0, 5.0, 9.0, 20.0, 40.0, 3.0])
