@@ -13,40 +13,40 @@ from bayestouch.version import __version__ as __version__
 
 # Public name: module that defines it.
 _PUBLIC = {
-    "Calibration": "results",
+    "Calibration": "results.objects",
     "Comparison": "comparison",
     "DataCheck": "checking",
-    "DataSet": "dataset",
+    "DataSet": "data.dataset",
     "Diagnosis": "diagnosis.result",
-    "EdgeOrRound": "indenter_priors",
-    "Finger": "sensor",
+    "EdgeOrRound": "priors.indenters",
+    "Finger": "data.sensor",
     "FingerDesign": "simulation",
-    "IndenterDistribution": "indenter_priors",
+    "IndenterDistribution": "priors.indenters",
     "InputError": "errors",
-    "KnownTips": "indenter_priors",
-    "Pad": "sensor",
+    "KnownTips": "priors.indenters",
+    "Pad": "data.sensor",
     "PadDesign": "simulation",
-    "RankStatistics": "ranks",
+    "RankStatistics": "checks.ranks",
     "Report": "reporting",
-    "Rubber": "sensor",
-    "Sensor": "sensor",
+    "Rubber": "data.sensor",
+    "Sensor": "data.sensor",
     "SimulatedDataSet": "simulation",
-    "TouchPosteriors": "results",
-    "Touches": "touches",
-    "UniformCurvature": "indenter_priors",
-    "UniformRadius": "indenter_priors",
+    "TouchPosteriors": "results.objects",
+    "Touches": "data.touches",
+    "UniformCurvature": "priors.indenters",
+    "UniformRadius": "priors.indenters",
     "calibrate": "calibration",
     "compare": "comparison",
     "diagnose": "diagnosis",
     "check": "checking",
     "infer": "inference",
-    "load": "posterior_reading",
-    "load_dataset": "dataset",
-    "new_dataset": "dataset_template",
-    "pp_plot": "probability_plot",
+    "load": "results.reading",
+    "load_dataset": "data.dataset",
+    "new_dataset": "data.template",
+    "pp_plot": "results.probability_plot",
     "report": "reporting",
-    "save_dataset": "dataset",
-    "sbc": "simulation_checks",
+    "save_dataset": "data.dataset",
+    "sbc": "checks.touches",
     "simulate": "simulation",
 }
 
@@ -56,38 +56,38 @@ if TYPE_CHECKING:
     from bayestouch.calibration import calibrate as calibrate
     from bayestouch.checking import DataCheck as DataCheck
     from bayestouch.checking import check as check
+    from bayestouch.checks.ranks import RankStatistics as RankStatistics
+    from bayestouch.checks.touches import sbc as sbc
     from bayestouch.comparison import Comparison as Comparison
     from bayestouch.comparison import compare as compare
-    from bayestouch.dataset import DataSet as DataSet
-    from bayestouch.dataset import load_dataset as load_dataset
-    from bayestouch.dataset import save_dataset as save_dataset
-    from bayestouch.dataset_template import new_dataset as new_dataset
+    from bayestouch.data.dataset import DataSet as DataSet
+    from bayestouch.data.dataset import load_dataset as load_dataset
+    from bayestouch.data.dataset import save_dataset as save_dataset
+    from bayestouch.data.sensor import Finger as Finger
+    from bayestouch.data.sensor import Pad as Pad
+    from bayestouch.data.sensor import Rubber as Rubber
+    from bayestouch.data.sensor import Sensor as Sensor
+    from bayestouch.data.template import new_dataset as new_dataset
+    from bayestouch.data.touches import Touches as Touches
     from bayestouch.diagnosis import diagnose as diagnose
     from bayestouch.diagnosis.result import Diagnosis as Diagnosis
     from bayestouch.errors import InputError as InputError
-    from bayestouch.indenter_priors import EdgeOrRound as EdgeOrRound
-    from bayestouch.indenter_priors import IndenterDistribution as IndenterDistribution
-    from bayestouch.indenter_priors import KnownTips as KnownTips
-    from bayestouch.indenter_priors import UniformCurvature as UniformCurvature
-    from bayestouch.indenter_priors import UniformRadius as UniformRadius
     from bayestouch.inference import infer as infer
-    from bayestouch.posterior_reading import load as load
-    from bayestouch.probability_plot import pp_plot as pp_plot
-    from bayestouch.ranks import RankStatistics as RankStatistics
+    from bayestouch.priors.indenters import EdgeOrRound as EdgeOrRound
+    from bayestouch.priors.indenters import IndenterDistribution as IndenterDistribution
+    from bayestouch.priors.indenters import KnownTips as KnownTips
+    from bayestouch.priors.indenters import UniformCurvature as UniformCurvature
+    from bayestouch.priors.indenters import UniformRadius as UniformRadius
     from bayestouch.reporting import Report as Report
     from bayestouch.reporting import report as report
-    from bayestouch.results import Calibration as Calibration
-    from bayestouch.results import TouchPosteriors as TouchPosteriors
-    from bayestouch.sensor import Finger as Finger
-    from bayestouch.sensor import Pad as Pad
-    from bayestouch.sensor import Rubber as Rubber
-    from bayestouch.sensor import Sensor as Sensor
+    from bayestouch.results.objects import Calibration as Calibration
+    from bayestouch.results.objects import TouchPosteriors as TouchPosteriors
+    from bayestouch.results.probability_plot import pp_plot as pp_plot
+    from bayestouch.results.reading import load as load
     from bayestouch.simulation import FingerDesign as FingerDesign
     from bayestouch.simulation import PadDesign as PadDesign
     from bayestouch.simulation import SimulatedDataSet as SimulatedDataSet
     from bayestouch.simulation import simulate as simulate
-    from bayestouch.simulation_checks import sbc as sbc
-    from bayestouch.touches import Touches as Touches
 
 
 def __getattr__(name: str) -> Any:

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from _paper_run import PaperRun, paper_run
 from _published import figure, rms, save
+from nicolson_fearing.paper_finger import PaperCalibration
 
-from bayestouch import published
-from bayestouch.reliability.paper_finger import PaperCalibration
-from bayestouch.simplex.elements import WINDOW_DEG
+from bayestouch.paper import published
+from bayestouch.paper.simplex.elements import WINDOW_DEG
 
 
 @dataclass(frozen=True)

@@ -5,17 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from nicolson_fearing.paper_finger import DESIGN
 from scipy.special import ndtri
 
 from bayestouch import Calibration, calibrate
-from bayestouch.calibration.finger import fit_finger
-from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.contact import composite_radius, contact_model
-from bayestouch.dataset import DataSet
-from bayestouch.reliability.paper_finger import DESIGN
-from bayestouch.sensor import Finger
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
+from bayestouch.data.touches import Touches
+from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.priors import FingerPriors
 from bayestouch.simulation import FingerDesign, SimulatedDataSet
-from bayestouch.touches import Touches
 
 #: MPa: posterior mean and 90 % interval that `table_3_modulus.py` prints; the paper prints no modulus.
 SHEAR_MODULUS = 0.054

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.output.pictures import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from bayestouch.reliability.comparison import Beside, shown_number
-from bayestouch.reporting.pictures import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 
 OUTPUT = Path(__file__).parent / "figures_out"
 

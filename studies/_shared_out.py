@@ -9,7 +9,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from typing import Any
 
-from bayestouch.cluster import ClusterWork, on_cluster
+from bayestouch.parallel.cluster import ClusterWork, on_cluster
 
 
 def finished(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.sensor import Finger
+from bayestouch.data.sensor import Finger
 from bayestouch.simulation import SimulatedDataSet
 
 

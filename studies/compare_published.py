@@ -27,7 +27,7 @@ from _paper import SHEAR_MODULUS, paper_design
 from _paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs
 from _published import OUTPUT
 
-from bayestouch import published
+from bayestouch.paper import published
 from bayestouch.reliability import Beside, PublishedComparison
 from bayestouch.reliability.paper_criterion import NOISE_FACTOR
 from bayestouch.simulation import FingerDesign
@@ -96,7 +96,7 @@ def page(comparison: PublishedComparison, fingers: int) -> str:
     """Markdown of the documentation's page."""
     return f"""# The paper and bayestouch, number by number
 
-Made by `python studies/compare_published.py --docs`. The paper's numbers are those of `bayestouch.published`; ours come
+Made by `python studies/compare_published.py --docs`. The paper's numbers are those of `bayestouch.paper.published`; ours come
 from {fingers} simulated fingers with the printed sizes and noise, a shear modulus about {SHEAR_MODULUS:g} MPa (a draw
 each from what Table 3 implies; the paper prints none), and errors of the elements and of the places touched as large as
 Tables 1 and 2 leave over (`studies/_paper_run.py`). The interval is the 90 % range of single fingers, since the paper

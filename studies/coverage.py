@@ -26,10 +26,10 @@ from _simulated import true_chain
 
 import bayestouch
 from bayestouch.chain.finger import FingerChain
-from bayestouch.parameters import LogNormal, Prior
-from bayestouch.results import Calibration
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign
-from bayestouch.touches import Touches, touches_from
 
 DESIGN = FingerDesign(samples_per_touch=2, edge_step_deg=4.0, flat_step_deg=12.0, touch_radii_mm=(3.9,))
 SAMPLES = (1, 20)

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from _paper import indenter, paper_design
 from _published import figure, options, plain_ticks, save
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 from bayestouch.reliability import (
     DesignMaps,
@@ -31,7 +32,6 @@ from bayestouch.reliability import (
     pad_design_maps,
 )
 from bayestouch.reliability.designs import PLACES, places_deg
-from bayestouch.reliability.paper_finger import MISFIT_PERCENT
 from bayestouch.simulation import PadDesign
 
 VALUES = {

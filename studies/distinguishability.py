@@ -20,11 +20,12 @@ import numpy as np
 from _paper import SHEAR_MODULUS, indenter, paper_design
 from _published import Beside, figure, options, plain_ticks, print_beside, save
 from figure_4 import deep_finger
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 from scipy.special import ndtr, ndtri
 
-from bayestouch import published
 from bayestouch.contact import indenter_radius
-from bayestouch.published import TABLE_3
+from bayestouch.paper import published
+from bayestouch.paper.published import TABLE_3
 from bayestouch.reliability import (
     Annulus,
     KnownFinger,
@@ -36,7 +37,6 @@ from bayestouch.reliability import (
     trial,
 )
 from bayestouch.reliability.paper_criterion import SPANS_DEG
-from bayestouch.reliability.paper_finger import MISFIT_PERCENT
 from bayestouch.simulation import FingerDesign
 
 TIPS = (0.0, *(row.r_c for row in TABLE_3), np.inf)

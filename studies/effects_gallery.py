@@ -21,16 +21,16 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.affected.fitting import Fitted, drift_columns
-from bayestouch.affected.start import base_fit
+from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.diagnosis.quantities import Quantity, of_finger
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
 from bayestouch.effects.listing import PAD, typical
-from bayestouch.recording import Recording
-from bayestouch.reporting.pictures import BLUE, GREY, RED, canvas, drawing, rendered
+from bayestouch.finger.start import base_fit
+from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.output.pictures import BLUE, GREY, RED, canvas, drawing, rendered
 from bayestouch.simulation import FingerDesign, simulate
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"

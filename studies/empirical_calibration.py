@@ -3,7 +3,7 @@
 model       the elastic model's E, fitted (section 3.1)
 least sq.   equation (6): E by least squares. The touches cover one side of the finger, so P is not of full rank:
             directions below a hundredth of its largest singular value are left out
-Bayesian    E with a prior centred on the model, of inferred strength (`bayestouch.calibration.empirical`)
+Bayesian    E with a prior centred on the model, of inferred strength (`bayestouch.finger.empirical.calibration`)
 
 Held-out touches are those of touches.csv made with other indenters than the calibration's edge and flat. With
 `--small` finger-b alone.
@@ -23,27 +23,27 @@ from pathlib import Path
 import numpy as np
 from _published import figure, options, save
 
-from bayestouch import published
-from bayestouch.averages import TouchMeans
-from bayestouch.calibration.empirical import EmpiricalFit, fit_empirical
-from bayestouch.calibration.empirical_reading import reading_table
-from bayestouch.calibration.finger import FingerFit, fit_finger
-from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
 from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
-from bayestouch.dataset import load_dataset
-from bayestouch.inference.finger_covariance import reading_covariance
-from bayestouch.inference.finger_modes import find_modes, with_whitener
-from bayestouch.inference.finger_profile import profile_proposal
-from bayestouch.inference.finger_reader import (
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import load_dataset
+from bayestouch.finger.empirical.calibration import EmpiricalFit, fit_empirical
+from bayestouch.finger.empirical.reading import reading_table
+from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.modes import find_modes, with_whitener
+from bayestouch.finger.reading.profile import profile_proposal
+from bayestouch.finger.reading.reader import (
     FingerPosterior,
     IndenterPriors,
     TouchReadings,
     full_whitener,
     noise_whitener,
 )
-from bayestouch.noise import Noise
+from bayestouch.paper import published
 from bayestouch.sampling import sample_blocks
 
 SMALLEST_SINGULAR_VALUE = 0.01

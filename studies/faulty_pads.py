@@ -24,7 +24,7 @@ from _page import put_into_page
 from faulty_sensors import FAULTS, Row, anything, as_markdown, summarised, tables_of
 
 import bayestouch
-from bayestouch.results import TouchPosteriors
+from bayestouch.results.objects import TouchPosteriors
 from bayestouch.simulation import PadDesign, simulate
 
 TABLES, TOUCHES, NAMES = 20, 60, ("x", "y", "P")

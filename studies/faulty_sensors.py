@@ -30,9 +30,9 @@ from _shared_out import finished
 
 import bayestouch
 from bayestouch.contact import composite_radius
-from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.data.touches import Touches
+from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import FingerDesign, simulate
-from bayestouch.touches import Touches
 
 #: Radii from an edge to a flat; with 61 locations they make as many tables as there are radii.
 RADII = tuple(float(r) for r in (0.0, *np.geomspace(0.5, 30.0, 18), np.inf))

@@ -12,10 +12,10 @@ from pathlib import Path
 import numpy as np
 from _paper_run import PaperRun, paper_run, put_in
 from _published import figure, options, print_beside, save
+from nicolson_fearing.paper_finger import CALIBRATIONS, PaperCalibration
 
-from bayestouch import published
+from bayestouch.paper import published
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, PaperCalibration
 
 TIP = published.number("figure_12.r_c").value
 

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from _paper_run import PaperRun, indenter_rows, paper_run, runs
 from _published import figure, options, print_beside, save
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
-from bayestouch import published
 from bayestouch.contact import composite_radius
+from bayestouch.paper import published
 from bayestouch.reliability import Beside, shared_by_indenters
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 TIPS = tuple(n.value for n in published.all_numbers() if n.key.startswith("figure_13.r_c["))
 

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 from _paper_run import put_in
 from _published import figure, options, plain_ticks, print_beside, save
+from nicolson_fearing.paper_finger import DESIGN
 from scipy.optimize import brentq
 
-from bayestouch import published
 from bayestouch.body.frequency import cut_off, frequency_response_db
+from bayestouch.paper import published
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import DESIGN
 
 OUTER = DESIGN.outer_radius_mm
 DEPTHS = ("deep", "shallow")

@@ -15,8 +15,8 @@ import numpy as np
 from _paper import MODULUS_INTERVAL, SHEAR_MODULUS
 from _published import Beside, figure, options, plain_ticks, print_beside, save
 
-from bayestouch import published
 from bayestouch.body.frequency import sensing_radius_for_cut_off
+from bayestouch.paper import published
 from bayestouch.reliability import Annulus, smallest_radius, strain_difference, tolerable_noise
 from bayestouch.reliability.paper_criterion import SPANS_DEG
 

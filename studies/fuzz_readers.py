@@ -37,14 +37,14 @@ from bayestouch.simulation import FingerDesign, save_simulated, simulate
 
 def readers(folder: Path) -> dict[str, tuple[str, list[bytes], Read]]:
     """By name: suffix, valid files to start from, and the call that reads one."""
+    from bayestouch.data.sensor_toml import read_sensor, sensor_to_toml
+    from bayestouch.data.touch_table import read_touches
     from bayestouch.effects import StatedModel, read_model
-    from bayestouch.indenter_text import indenter_from_text
-    from bayestouch.posterior_reading import load
-    from bayestouch.prior_text import prior_from_text
+    from bayestouch.priors.indenter_text import indenter_from_text
+    from bayestouch.priors.prior_text import prior_from_text
     from bayestouch.reporting.diagnosed import saved_diagnosis
     from bayestouch.reporting.page import before_after
-    from bayestouch.sensor_toml import read_sensor, sensor_to_toml
-    from bayestouch.touch_table import read_touches
+    from bayestouch.results.reading import load
 
     design = FingerDesign(
         n_elements=3, pitch_deg=9.0, samples_per_touch=2, edge_step_deg=9.0, flat_step_deg=18.0,

@@ -31,13 +31,15 @@ from typing import Any
 import numpy as np
 
 import bayestouch
-from bayestouch import cli, cluster
-from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch import cli
+from bayestouch.data.touch_table import write_touches
+from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
-from bayestouch.inference import finger_draws, run
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.reading import draws as finger_draws
+from bayestouch.parallel import cluster
+from bayestouch.reading import driver as run
 from bayestouch.simulation import FingerDesign
-from bayestouch.touch_table import write_touches
-from bayestouch.touches import touches_from
 
 TOUCHES, BLOCK, DRAWS = 1024, 128, 128
 #: How long an undisturbed run may take on a busy machine, seconds.

@@ -20,12 +20,12 @@ import numpy as np
 from _published import OUTPUT, figure, save
 
 import bayestouch
-from bayestouch.affected.pad_start import pad_fit
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.pad import held_out_pad
 from bayestouch.diagnosis.quantities import Quantity
 from bayestouch.diagnosis.where import where_it_is
+from bayestouch.pad.start import pad_fit
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 MARK = "<!-- made by studies/measured_diagnosis.py -->"

@@ -30,18 +30,18 @@ from typing import Any
 import numpy as np
 from _published import figure, options, save
 
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.calibration.pad_models import PadCandidate, fit_kernel
-from bayestouch.calibration.pad_problem import PadProblem, pad_problem
-from bayestouch.calibration.pad_readings import PadReadings, pad_readings
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import LayerKernel
-from bayestouch.dataset import DataSet, load_dataset
-from bayestouch.inference.pad import infer_pad
-from bayestouch.inference.pad_reader import PadReader
-from bayestouch.parameters import Uniform
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.splits import with_calibration
+from bayestouch.data.dataset import DataSet, load_dataset
+from bayestouch.data.splits import with_calibration
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.known_touches import PadReadings, pad_readings
+from bayestouch.pad.models import PadCandidate, fit_kernel
+from bayestouch.pad.problem import PadProblem, pad_problem
+from bayestouch.pad.reading.reader import PadReader
+from bayestouch.pad.reading.run import infer_pad
+from bayestouch.priors.parameters import Uniform
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 KERNELS = ("layer", "half-space", "gaussian")
 RING_PITCHES = 1.25, 2.0

@@ -18,12 +18,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 from _published import figure, options, plain_ticks, save
 
-from bayestouch import published
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_draws import DrawTask, draw_all
-from bayestouch.inference.finger_reader import IndenterPriors, TouchReadings
-from bayestouch.inference.reading_table import ReadingTable
-from bayestouch.noise import Noise
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.reader import IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.paper import published
 
 LOAD, ELEMENTS, NOISE_PERCENT = 200.0, 16, 1.72
 # Composite radii of an edge, tips of 3.9, 6.01, 9.3 and 12.3 mm and a flat: six of the paper's, edge to flat.

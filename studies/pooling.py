@@ -21,13 +21,13 @@ from _published import figure, options, rms, save
 from _simulated import true_chain
 
 import bayestouch
-from bayestouch import published
-from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
-from bayestouch.dataset import DataSet
-from bayestouch.parameters import LogNormal, Prior, Uniform
-from bayestouch.sensor import Finger
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.paper import published
+from bayestouch.priors.parameters import LogNormal, Prior, Uniform
 from bayestouch.simulation import FingerDesign, SimulatedDataSet
 
 # The paper's finger and touches, 5 samples each, with tips that no calibration sees. Wide priors of the rubber, so that

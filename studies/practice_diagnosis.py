@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 
 import bayestouch
-from bayestouch.touch_table import read_touches
+from bayestouch.data.touch_table import read_touches
 
 ROOT = Path(__file__).parents[1]
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", ROOT.parent / "shared"))

@@ -23,7 +23,7 @@ import numpy as np
 from _published import figure, options, plain_ticks, save
 
 import bayestouch
-from bayestouch.parameters import LogNormal, Prior, Uniform
+from bayestouch.priors.parameters import LogNormal, Prior, Uniform
 from bayestouch.simulation import FingerDesign
 
 ELEMENTS = 7

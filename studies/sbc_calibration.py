@@ -24,7 +24,7 @@ from _published import options, save
 from _shared_out import scheduler_of
 
 import bayestouch
-from bayestouch.ranks import RankStatistics
+from bayestouch.checks.ranks import RankStatistics
 from bayestouch.simulation import FingerDesign
 
 DESIGN = FingerDesign(

@@ -18,8 +18,8 @@ import numpy as np
 from _page import STATISTICS, markdown_table, put_into_page
 from scipy.stats import binom, norm
 
-from bayestouch.probability_plot import UniformBand
-from bayestouch.ranks import RANKED, VARIANCE_OF_SQUARE, normal_scores, of_ranks, spread_p_value
+from bayestouch.checks.ranks import RANKED, VARIANCE_OF_SQUARE, normal_scores, of_ranks, spread_p_value
+from bayestouch.results.probability_plot import UniformBand
 
 NARROW = (0.0, 0.05, 0.1, 0.2)
 # a chance of one half is then good to 2.5 %

@@ -22,7 +22,7 @@ from _page import STATISTICS, docs_of, markdown_table, put_into_page
 from _published import options, save
 
 import bayestouch
-from bayestouch.ranks import RankStatistics
+from bayestouch.checks.ranks import RankStatistics
 from bayestouch.simulation import embedded_dataset
 
 METHODS, SAMPLES = ("emcee", "importance"), (1, 20)

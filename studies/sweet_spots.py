@@ -28,10 +28,11 @@ import numpy as np
 from _foretold import Foretold
 from _paper import calibrated, indenter, paper_design, with_map_errors
 from _published import figure, options, save
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 from bayestouch import infer, load_dataset, simulate
-from bayestouch.dataset import DataSet
-from bayestouch.noise import Noise
+from bayestouch.chain.noise import Noise
+from bayestouch.data.dataset import DataSet
 from bayestouch.reliability import (
     BiasMap,
     Explained,
@@ -48,8 +49,7 @@ from bayestouch.reliability import (
     sweet_spots,
     variance_split,
 )
-from bayestouch.reliability.paper_finger import MISFIT_PERCENT
-from bayestouch.results import Calibration
+from bayestouch.results.objects import Calibration
 
 SEEDS = (0, 1, 2, 3, 4)
 CALIBRATORS = (0.0, np.inf)

@@ -24,12 +24,12 @@ from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
 
 from bayestouch import infer, load_dataset
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.dataset import DataSet
-from bayestouch.inference.pad_reader import PadReader
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.splits import with_calibration
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reliability import PadSpots, attainable, explained_sign, explained_size, pad_known_bias, pad_spots
-from bayestouch.results import TouchPosteriors
-from bayestouch.splits import with_calibration
+from bayestouch.results.objects import TouchPosteriors
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
 NAMES = ("baro-line", "array8-soft")

@@ -21,18 +21,18 @@ import numpy as np
 from _foretold import Foretold
 from _paper import calibrated, indenter, paper_design, with_map_errors, with_place_errors
 from _published import figure, options, rms, save
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 from sweet_spots import CALIBRATORS, SHARED, as_model, interval, read
 
 from bayestouch import load_dataset, simulate
-from bayestouch.averages import average
-from bayestouch.dataset import DataSet
+from bayestouch.data.averages import average
+from bayestouch.data.dataset import DataSet
 from bayestouch.reliability import (
     KnownFinger,
     observed_bias,
     place_bias,
     shared_by_indenters,
 )
-from bayestouch.reliability.paper_finger import MISFIT_PERCENT
 from bayestouch.simulation import SimulatedDataSet
 
 SEEDS = (0, 1, 2)

@@ -14,10 +14,10 @@ import numpy as np
 from _paper_run import PaperRun, over_fingers, paper_run, put_in, runs
 from _published import figure, options, print_beside, save
 
-from bayestouch import published
+from bayestouch.paper import published
+from bayestouch.paper.simplex import table_1
+from bayestouch.paper.simplex.elements import WINDOW_DEG
 from bayestouch.reliability import Beside
-from bayestouch.simplex import table_1
-from bayestouch.simplex.elements import WINDOW_DEG
 
 QUANTITIES = {
     "sigma": ("poisson_ratio", "σ"),

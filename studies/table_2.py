@@ -13,7 +13,7 @@ import numpy as np
 from _paper_run import PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, save
 
-from bayestouch import published
+from bayestouch.paper import published
 from bayestouch.reliability import Beside
 
 COLUMNS = ("min", "avg", "max")

@@ -12,13 +12,13 @@ from time import perf_counter
 import numpy as np
 from _paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, rms, save
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
-from bayestouch import published
 from bayestouch.contact import composite_radius
-from bayestouch.published import TABLE_3
+from bayestouch.paper import published
+from bayestouch.paper.published import TABLE_3
+from bayestouch.paper.simplex import fit_touch
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
-from bayestouch.simplex import fit_touch
 
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {

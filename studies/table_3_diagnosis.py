@@ -17,7 +17,7 @@ from _published import figure, options, plain_ticks, save
 
 import bayestouch
 from bayestouch.diagnosis.traced import Stand
-from bayestouch.published import TABLE_3
+from bayestouch.paper.published import TABLE_3
 
 
 @dataclass(frozen=True)

@@ -19,19 +19,19 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from _published import Beside, figure, options, plain_ticks, print_beside, rms, save
-
-from bayestouch.contact import composite_radius, indenter_radius
-from bayestouch.published import number
-from bayestouch.reliability.modulus import ModulusPosterior
-from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM, PaperFinger, simulated
-from bayestouch.reliability.published_fits import R_B, BiasCurves, bias_curves, infer_from_table_3, printed
-from bayestouch.reliability.published_predictions import (
+from nicolson_fearing.modulus import ModulusPosterior
+from nicolson_fearing.paper_finger import CALIBRATIONS, TIPS_MM, PaperFinger, simulated
+from nicolson_fearing.published_fits import R_B, BiasCurves, bias_curves, infer_from_table_3, printed
+from nicolson_fearing.published_predictions import (
     HALF_WIDTH_DEG,
     distinguished_radius,
     flat_fit_error,
     flat_from_edge_noise,
     noise_row,
 )
+
+from bayestouch.contact import composite_radius, indenter_radius
+from bayestouch.paper.published import number
 
 MODULI = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.1, 0.15, 0.2])
 SMALL_MODULI = np.array([0.04, 0.07])

@@ -19,11 +19,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import numpy as np
 from _published import figure, options, plain_ticks, save
-
-from bayestouch.published import TABLE_1, number
-from bayestouch.reliability.paper_finger import CALIBRATIONS, TIPS_MM
-from bayestouch.reliability.simulated_fits import HERTZ, SimulatedFits, simulate_fits
-from bayestouch.reliability.table_3_effects import (
+from nicolson_fearing.paper_finger import CALIBRATIONS, TIPS_MM
+from nicolson_fearing.simulated_fits import HERTZ, SimulatedFits, simulate_fits
+from nicolson_fearing.table_3_effects import (
     CASES,
     LAYER,
     LINEAR_NAME,
@@ -37,6 +35,8 @@ from bayestouch.reliability.table_3_effects import (
     rms_of,
     table_3,
 )
+
+from bayestouch.paper.published import TABLE_1, number
 
 LOAD_N_PER_MM = number("touches.load").value / 1000
 #: The modulus at which both numbers of Figure 4 come out as printed (`figure_4.py`): the one the authors had.

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from _paper_run import TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, save
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
-from bayestouch import published
 from bayestouch.contact import indenter_radius
+from bayestouch.paper import published
 from bayestouch.reliability import Beside
-from bayestouch.reliability.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 PARTS = ("total", "location", "noise")
 NAMES = {"theta_c": ("angle_deg", "θ_c (degree)"), "P": ("load", "P (N/m)"), "R": ("composite_radius_mm", "R (mm)")}

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from bayestouch.sensor import Finger, Pad, Rubber, Sensor
-from bayestouch.touches import Touches, touches_from
+from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.data.touches import Touches, touches_from
 
 finite = st.floats(allow_nan=False, allow_infinity=False)
 finite_or_missing = st.one_of(finite, st.just(np.nan))

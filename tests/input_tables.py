@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from bayestouch.dataset import load_dataset
+from bayestouch.data.dataset import load_dataset
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.touches import Touches
 
 SENSOR = 'body = "pad"\n[geometry]\nelement_x_mm = [0, 6]\n'
 FINGER = "[geometry]\ncore_radius_mm=1\nouter_radius_mm=3\nsensing_radius_mm=2\n"

@@ -8,9 +8,9 @@ import numpy as np
 
 from bayestouch.chain.kernels import GaussianKernel, Kernel
 from bayestouch.chain.pad import PadChain
-from bayestouch.dataset import DataSet
-from bayestouch.sensor import Pad, Sensor
-from bayestouch.touches import Touches, touches_from
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.touches import Touches, touches_from
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from input_tables import FINGER, GOOD, SENSOR, error, notes, put
 
-from bayestouch.dataset import load_dataset, save_dataset
+from bayestouch.data.dataset import load_dataset, save_dataset
 from bayestouch.errors import InputError
 
 
@@ -198,13 +198,13 @@ def test_a_file_of_zeros(write: Callable[..., Path]) -> None:
 
 
 def test_a_line_without_end(write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bayestouch.tables.MAX_LINE", 1000)
+    monkeypatch.setattr("bayestouch.data.tables.MAX_LINE", 1000)
     assert error(write(GOOD + "1" * 1001)) == "touches.csv, row 5: expected a line of at most 1000 characters"
     assert error(write("1" * 1001)) == "touches.csv, row 1: expected a line of at most 1000 characters"
 
 
 def test_a_file_too_large_to_be_a_touch_table(write: Callable[..., Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bayestouch.tables.MAX_BYTES", 10)
+    monkeypatch.setattr("bayestouch.data.tables.MAX_BYTES", 10)
     assert error(write(GOOD)) == f"touches.csv: expected a table of at most 10 bytes, got {len(GOOD)}: split it"
 
 

@@ -11,7 +11,7 @@ import pytest
 from test_finger_calibration import dataset, known_touches
 
 from bayestouch.cli import main
-from bayestouch.dataset import save_dataset
+from bayestouch.data.dataset import save_dataset
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +74,7 @@ def test_tips_are_inferred(folder: Path, tmp_path: Path, capsys: pytest.CaptureF
 
 
 def test_same_seed_same_file(folder: Path, tmp_path: Path) -> None:
-    from bayestouch.posterior_reading import load_calibration
+    from bayestouch.results.reading import load_calibration
 
     for name in ("a.nc", "b.nc"):
         assert main(["calibrate", str(folder), "-o", str(tmp_path / name), "--draws", "40", "--quiet"]) == 0

@@ -16,14 +16,14 @@ from study_modules import study
 from test_finger_calibration import dataset, known_touches
 
 import bayestouch
-from bayestouch import cluster as cluster_module
 from bayestouch import inference
 from bayestouch.calibration import calibrate
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.inference import run as run_module
-from bayestouch.inference.options import Kept, Options
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.touches import Touches
+from bayestouch.parallel import cluster as cluster_module
+from bayestouch.reading import driver as run_module
+from bayestouch.reading.options import Kept, Options
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 distributed = pytest.importorskip("distributed", reason="distributed is not installed")
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayestouch.affected.columns import WhiteColumns
-from bayestouch.affected.linear import Functions, Linearised, Scorer
+from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.linear import Functions, Linearised, Scorer
 
 T, M = 9, 4
 

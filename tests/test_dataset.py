@@ -11,11 +11,11 @@ from data_strategies import sensors, touches_for
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayestouch.dataset import DataSet, load_dataset, save_dataset
+from bayestouch.data.dataset import DataSet, load_dataset, save_dataset
+from bayestouch.data.sensor import Finger, Pad, Sensor
+from bayestouch.data.touch_table import read_touches, write_touches
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger, Pad, Sensor
-from bayestouch.touch_table import read_touches, write_touches
-from bayestouch.touches import Touches, touches_from
 
 PAD = 'body = "pad"\n[geometry]\nelement_x_mm = [0, 6]\n'
 FINGER = """[geometry]
@@ -204,7 +204,7 @@ def test_a_table_that_breaks_off_while_written_is_not_there(tmp_path: Path, monk
     def full_disk(*_: object) -> list[str]:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("bayestouch.table_writing._cells", full_disk)
+    monkeypatch.setattr("bayestouch.data.table_writing._cells", full_disk)
     with pytest.raises(InputError, match=r"touches.csv: cannot be written: No space left on device$"):
         write_touches(small(), tmp_path / "touches.csv", Sensor("s", Pad((0, 6))))
     assert list(tmp_path.iterdir()) == []

@@ -12,10 +12,10 @@ import pytest
 
 import bayestouch
 from bayestouch.cli import main
-from bayestouch.dataset import DataSet, save_dataset
+from bayestouch.data.dataset import DataSet, save_dataset
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.simulation import FingerDesign, simulate
-from bayestouch.touches import Touches
 
 Change = Callable[[Touches], Touches]
 

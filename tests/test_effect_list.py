@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from bayestouch.affected.effect_list import EffectList
-from bayestouch.affected.noise_model import AddedNoise
 from bayestouch.effects import effect_classes
 from bayestouch.effects.listing import FINGER, typical
 from bayestouch.errors import InputError
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.noise import AddedNoise
 
 
 def listed(*names: str) -> EffectList:

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.signal import lfilter
 
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.element import ChannelLag, Crosstalk
 from bayestouch.effects.listing import FINGER, PAD
-from bayestouch.recording import Recording
 
 LOW, HIGH = TAILS.prior.support
 tails = st.floats(LOW, HIGH)

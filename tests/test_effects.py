@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from test_studies import study
 
-from bayestouch.affected.finger_model import FingerModel
-from bayestouch.affected.start import base_fit
+from bayestouch.chain.recording import Recording
 from bayestouch.chain.response import modes_needed
 from bayestouch.cli import main
 from bayestouch.diagnosis.data import DiagnosisData
@@ -18,7 +17,8 @@ from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
 from bayestouch.effects.listing import effect_facts, listing, typical
 from bayestouch.effects.noise import CommonModeNoise, Scatter
 from bayestouch.errors import InputError
-from bayestouch.recording import Recording
+from bayestouch.finger.model import FingerModel
+from bayestouch.finger.start import base_fit
 from bayestouch.simulation import FingerDesign, simulate
 
 DOCS = Path(__file__).parents[1] / "docs"

@@ -11,26 +11,26 @@ import pytest
 from scipy.stats import multivariate_normal
 from study_modules import study
 
-from bayestouch.averages import TouchMeans
 from bayestouch.body.emap import empirical_e_matrix
-from bayestouch.calibration.empirical import finger_prior, fit_empirical
-from bayestouch.calibration.empirical_map import EmpiricalCalibration
-from bayestouch.calibration.empirical_reading import reading_table
-from bayestouch.calibration.empirical_regression import DiagonalElement, ElementData, MapPrior, Weights
-from bayestouch.calibration.empirical_strength import SCALES, STRENGTHS, infer_strength
-from bayestouch.calibration.finger import FingerFit, fit_finger
-from bayestouch.calibration.finger_priors import FingerPriors
 from bayestouch.chain.empirical import EmpiricalFingerChain, elastic_e_matrix, modes_of, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.noise import Noise
 from bayestouch.contact import indenter_radius
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_covariance import reading_covariance
-from bayestouch.inference.finger_modes import find_modes
-from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
-from bayestouch.noise import Noise
-from bayestouch.parameters import LogNormal
-from bayestouch.sensor import Finger, Rubber, Sensor
+from bayestouch.finger.empirical.calibration import finger_prior, fit_empirical
+from bayestouch.finger.empirical.map import EmpiricalCalibration
+from bayestouch.finger.empirical.reading import reading_table
+from bayestouch.finger.empirical.regression import DiagonalElement, ElementData, MapPrior, Weights
+from bayestouch.finger.empirical.strength import SCALES, STRENGTHS, infer_strength
+from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.priors.parameters import LogNormal
 
 RADII = (9.4, 12.7)
 

@@ -9,11 +9,11 @@ import pytest
 from test_studies import study
 
 import bayestouch
+from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
-from bayestouch.inference.fault_tests import FEWEST
-from bayestouch.results import Calibration
+from bayestouch.reading.fault_tests import FEWEST
+from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
-from bayestouch.touches import Touches
 
 
 @pytest.fixture(scope="module")

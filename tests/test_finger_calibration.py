@@ -10,21 +10,21 @@ import pytest
 from scipy.special import logsumexp
 
 import bayestouch
-from bayestouch.calibration.finger import fit_finger
-from bayestouch.calibration.finger_density import FingerDensity
-from bayestouch.calibration.finger_priors import FingerPriors
-from bayestouch.calibration.finger_sampling import sample_fit
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger, Rubber, Sensor
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
-from bayestouch.fit import whiten_rank_one
-from bayestouch.parameters import LogNormal, Normal, Prior, Uniform
-from bayestouch.posterior_reading import load_calibration
-from bayestouch.prior_text import priors_from_text
+from bayestouch.finger.density import FingerDensity
+from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.sampling import sample_fit
+from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
+from bayestouch.priors.prior_text import priors_from_text
+from bayestouch.results.reading import load_calibration
 from bayestouch.sampling import sample_plain
-from bayestouch.sensor import Finger, Rubber, Sensor
-from bayestouch.touches import Touches, touches_from
+from bayestouch.sampling.laplace import whiten_rank_one
 
 ANGLES = (-26.4, -17.6, -8.8, 0.0, 8.8, 17.6, 26.4)
 SAMPLES = 4

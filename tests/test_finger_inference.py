@@ -10,18 +10,18 @@ from scipy import stats
 
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
-from bayestouch.inference.finger_covariance import reading_covariance
-from bayestouch.inference.finger_modes import find_modes
-from bayestouch.inference.finger_profile import profile_proposal
-from bayestouch.inference.finger_reader import (
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.profile import profile_proposal
+from bayestouch.finger.reading.reader import (
     FingerPosterior,
     IndenterPriors,
     TouchReadings,
     full_whitener,
     noise_whitener,
 )
-from bayestouch.inference.reading_table import ReadingTable
-from bayestouch.noise import Noise
+from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.sampling import BlockStreams, sample_blocks
 
 ELEMENTS = 16

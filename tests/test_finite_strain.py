@@ -13,12 +13,12 @@ from test_studies import study
 from bayestouch.body.finite_strain import MEASURES, FiniteStrainTable, finite_strain_correction
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
-from bayestouch.inference.reading_table import ReadingTable
-from bayestouch.noise import Noise
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.finger.reading.reading_table import ReadingTable
 
 ANGLES = np.radians((np.arange(16) - 7.5) * 8.8)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from input_tables import GOOD, error, good, notes, put
 
-from bayestouch.sensor import Pad, Sensor
-from bayestouch.touch_table import read_touches
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.touch_table import read_touches
 
 
 @pytest.fixture

@@ -19,12 +19,12 @@ from input_tables import GOOD, SENSOR, error, put
 from test_posterior import calibration
 
 import bayestouch
-from bayestouch import hdf5_heaps
-from bayestouch.dataset import load_dataset
+from bayestouch.data.dataset import load_dataset
 from bayestouch.errors import InputError
-from bayestouch.posterior_reading import load
 from bayestouch.reporting.diagnosed import saved_diagnosis
 from bayestouch.reporting.diagnosis_file import read_diagnosis
+from bayestouch.results import hdf5_heaps
+from bayestouch.results.reading import load
 
 PACKAGE = Path(bayestouch.__file__).parent
 
@@ -144,7 +144,7 @@ def test_a_heap_without_end_is_refused_and_not_walked(saved: Path, size: int) ->
     assert at + 32 <= end, "the heap is full: no free space to damage"
     data[at + 8 : at + 32] = size.to_bytes(8, "little") + bytes(16)
     saved.write_bytes(data)
-    code = f"from bayestouch.posterior_reading import load\nload({str(saved)!r})"
+    code = f"from bayestouch.results.reading import load\nload({str(saved)!r})"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
     assert "a heap of texts has no end" in done.stderr
 
@@ -213,7 +213,7 @@ def test_a_parquet_table_far_larger_than_its_file_is_refused(tmp_path: Path, mon
     pa = pytest.importorskip("pyarrow")
     ones = pa.array(np.ones(1_000_000))
     path = _parquet(tmp_path, pa.table({name: ones for name in ("touch", "x_mm", "e01", "e02")}))
-    monkeypatch.setattr("bayestouch.parquet.FREE_BYTES", 0)
+    monkeypatch.setattr("bayestouch.data.parquet.FREE_BYTES", 0)
     assert error(path) == "touches.parquet: declares 1000000 rows of 4 columns, more than it can hold"
 
 

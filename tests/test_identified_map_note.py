@@ -8,7 +8,7 @@ import numpy as np
 
 import bayestouch
 from bayestouch import Calibration
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.simulation import FingerDesign
 
 DESIGN = FingerDesign(

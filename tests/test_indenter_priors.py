@@ -12,12 +12,12 @@ from touch_quadrature import PROBABILITIES, OneTouch, integrate
 
 import bayestouch
 from bayestouch import EdgeOrRound, IndenterDistribution, KnownTips, UniformCurvature
-from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.contact import composite_radius
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
-from bayestouch.parameters import LogNormal
-from bayestouch.posterior_reading import load_touches
-from bayestouch.touches import Touches, touches_from
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.priors.parameters import LogNormal
+from bayestouch.results.reading import load_touches
 
 OUTER = 12.7
 TIPS = (0.0, 0.5, 2.0, np.inf)

@@ -13,10 +13,10 @@ from independent.dataset import EFFECTS, Simulated, forms, simulate, write
 from independent.finger import SMALL, Design, Press, build, record
 from independent.sizes import OutOfReach, applied, left_over, size
 
-from bayestouch.calibration.finger import fit_finger
-from bayestouch.calibration.finger_priors import FingerPriors
-from bayestouch.dataset import DataSet, load_dataset
-from bayestouch.sensor import Finger
+from bayestouch.data.dataset import DataSet, load_dataset
+from bayestouch.data.sensor import Finger
+from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.priors import FingerPriors
 from bayestouch.simulation.designs import FingerDesign
 from bayestouch.simulation.finger import BuiltFinger
 

@@ -19,13 +19,13 @@ from independent.finger import SMALL, Recording, build, record
 from independent.sizes import applied, value_of_size
 from scipy.optimize import least_squares, minimize_scalar
 
+from bayestouch.chain.recording import History
+from bayestouch.chain.recording import Recording as Ours
 from bayestouch.effects import catalogue
 from bayestouch.effects.effect import Effect as Catalogued
 from bayestouch.effects.effect import EffectParameter
 from bayestouch.effects.listing import FINGER
 from bayestouch.effects.random import RandomEffect
-from bayestouch.recording import History
-from bayestouch.recording import Recording as Ours
 
 #: A form that leaves no more than this share of what it does is one that the catalogue's formula can be.
 MEMBER = 0.01

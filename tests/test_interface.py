@@ -21,9 +21,9 @@ from test_finger_calibration import dataset, known_touches
 
 import bayestouch
 from bayestouch.cli import cli, main
-from bayestouch.dataset import save_dataset
+from bayestouch.data.dataset import save_dataset
+from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
-from bayestouch.touches import touches_from
 
 COMMAND = [sys.executable, "-m", "bayestouch"]
 

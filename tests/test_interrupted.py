@@ -14,10 +14,10 @@ import xarray as xr
 from test_streaming import DRAWS, blocks_of_seven, calibrated, saved
 
 import bayestouch
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.partial import partial_folder
-from bayestouch.results import Calibration
-from bayestouch.touches import Touches
+from bayestouch.results.objects import Calibration
+from bayestouch.results.partial import partial_folder
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +27,7 @@ def read() -> tuple[Touches, Calibration]:
 
 _SCRIPT = """
 import sys, bayestouch
-from bayestouch.inference import run
+from bayestouch.reading import driver as run
 run.BLOCK_DRAWS, run.BLOCK_UNIT = 1, 3
 data = bayestouch.load_dataset({folder!r})
 calibration = bayestouch.load({calibration!r})
@@ -103,7 +103,7 @@ def test_a_run_killed_a_hundred_times_ends_the_same(files: tuple[Path, Path], tm
 
 _DEADLY = """
 import os, signal, sys, bayestouch
-from bayestouch.inference import finger_draws
+from bayestouch.finger.reading import draws as finger_draws
 here, usual, finger_draws.SHARED_FROM = os.getpid(), finger_draws.draw_touches, 1
 
 def deadly(task, touches, numbers, rounds):
@@ -168,7 +168,7 @@ def test_two_runs_at_once_do_not_mix(tmp_path: Path) -> None:
 def test_a_full_disk_is_one_line_and_the_run_goes_on_later(
     read: tuple[Touches, Calibration], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from bayestouch.growing_file import GrowingFile
+    from bayestouch.results.growing_file import GrowingFile
 
     blocks_of_seven(monkeypatch)
     path, write, writes = tmp_path / "posterior.nc", GrowingFile.write, 0

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from bayestouch.affected.linear import Linearised
+from bayestouch.model.linear import Linearised
 
 
 def linear(slope: np.ndarray) -> Linearised:

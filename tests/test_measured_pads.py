@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from study_modules import study
 
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.inference.pad import infer_pad
-from bayestouch.posterior_reading import load
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.reading.run import infer_pad
+from bayestouch.results.reading import load
 
 
 @pytest.fixture(scope="module")

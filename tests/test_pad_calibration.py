@@ -9,21 +9,21 @@ import pytest
 from pad_simulation import SimulatedPad, grid, line, square
 from scipy.stats import multivariate_normal
 
-from bayestouch.calibration.misfit_fit import MapNoise, _evidence
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.calibration.pad_fit import fit_chain
-from bayestouch.calibration.pad_load import load_statistics
-from bayestouch.calibration.pad_models import add_map, fit_kernel
-from bayestouch.calibration.pad_noise import LeftOut, fit_noise, log_density
-from bayestouch.calibration.pad_problem import PadProblem, pad_problem
-from bayestouch.calibration.pad_readings import choose_samples, pad_readings
-from bayestouch.calibration.pad_table import tabulate
-from bayestouch.calibration.residual_map import MapDiscrepancy
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import GaussianKernel
+from bayestouch.chain.noise import Noise
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.noise import Noise
-from bayestouch.touches import Touches
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.fit import fit_chain
+from bayestouch.pad.known_touches import choose_samples, pad_readings
+from bayestouch.pad.load import load_statistics
+from bayestouch.pad.misfit_fit import MapNoise, _evidence
+from bayestouch.pad.models import add_map, fit_kernel
+from bayestouch.pad.noise import LeftOut, fit_noise, log_density
+from bayestouch.pad.problem import PadProblem, pad_problem
+from bayestouch.pad.residual_map import MapDiscrepancy
+from bayestouch.pad.table import tabulate
 
 
 def problem_of(pad: SimulatedPad, touches: Touches) -> PadProblem:

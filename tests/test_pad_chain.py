@@ -9,8 +9,8 @@ from bayestouch.chain.kernel_choice import kernel_for, kernel_names
 from bayestouch.chain.kernels import slope
 from bayestouch.chain.pad import PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.errors import InputError
-from bayestouch.sensor import Pad, Rubber, Sensor
 
 SENSOR = Sensor(name="pad", body=Pad((0.0, 6.0, 12.0)))
 VALUES = {

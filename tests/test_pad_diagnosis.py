@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.affected.effect_list import EffectList
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.pad_freed import PadEffects
-from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.pad_start import pad_fit
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
-from bayestouch.posterior_reading import load_calibration
-from bayestouch.touches import Touches
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.fitting import Fitted
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.start import pad_fit
+from bayestouch.results.reading import load_calibration
 from tests.pad_simulation import SimulatedPad, line
 
 

@@ -9,9 +9,9 @@ import pytest
 from study_modules import study
 
 import bayestouch
-from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.data.touches import Touches
+from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import PadDesign, simulate
-from bayestouch.touches import Touches
 
 ELEMENT = 2
 FloatArray = np.ndarray

@@ -10,17 +10,17 @@ from pad_simulation import SimulatedPad, grid, line, square
 from scipy import stats
 from scipy.integrate import dblquad
 
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.calibration.pad_readings import pad_readings
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.inference.pad import infer_pad
-from bayestouch.inference.pad_components import components_of
-from bayestouch.inference.pad_lattice import lattice_for
-from bayestouch.inference.pad_proposal import ManyParts, count_places, many_parts
-from bayestouch.inference.pad_reader import PadReader, PadTouches
-from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.known_touches import pad_readings
+from bayestouch.pad.reading.components import components_of
+from bayestouch.pad.reading.lattice import lattice_for
+from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
+from bayestouch.pad.reading.reader import PadReader, PadTouches
+from bayestouch.pad.reading.run import infer_pad
+from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import BlockStreams
-from bayestouch.touches import Touches
 
 
 @pytest.fixture(scope="module")

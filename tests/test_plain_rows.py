@@ -16,11 +16,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayestouch import tables
-from bayestouch.cells import MISSING, NumberReader
+from bayestouch.data import tables
+from bayestouch.data.cells import MISSING, NumberReader
+from bayestouch.data.plain_rows import plain_rows
+from bayestouch.data.tables import Header, csv_pieces
 from bayestouch.errors import InputError
-from bayestouch.plain_rows import plain_rows
-from bayestouch.tables import Header, csv_pieces
 
 #: Cells that two readers of tables may take for different things.
 ODD = [

@@ -15,15 +15,15 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from bayestouch.chain.noise import Noise
+from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
 from bayestouch.errors import InputError
-from bayestouch.noise import Noise
-from bayestouch.parameter_text import PriorOfOtherCode, parameters_from_json, parameters_to_json
-from bayestouch.parameters import LogNormal, Normal, Parameter, Uniform
-from bayestouch.posterior import save_calibration, save_touches, to_arviz, to_dataframe
-from bayestouch.posterior_reading import load, load_calibration, load_touches
-from bayestouch.result_data import TouchRows
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.priors.parameter_text import PriorOfOtherCode, parameters_from_json, parameters_to_json
+from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Uniform
+from bayestouch.results.data import TouchRows
+from bayestouch.results.files import save_calibration, save_touches, to_arviz, to_dataframe
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.reading import load, load_calibration, load_touches
 
 FINGER = Sensor(
     name="fingér",
@@ -273,7 +273,7 @@ def test_neither_a_home_nor_arviz_is_needed(tmp_path: Path) -> None:
     path = tmp_path / "p.nc"
     touches().save(path)
     code = (
-        "import sys; from bayestouch.posterior_reading import load\n"
+        "import sys; from bayestouch.results.reading import load\n"
         f"result = load({str(path)!r}); result.save({str(tmp_path / 'again.nc')!r})\n"
         "print([m for m in ('arviz', 'emcee', 'matplotlib', 'scipy.stats') if m in sys.modules])"
     )

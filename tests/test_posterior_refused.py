@@ -13,8 +13,8 @@ import xarray as xr
 from test_posterior import calibration, touches
 
 from bayestouch.errors import InputError
-from bayestouch.parameter_text import parameters_from_json
-from bayestouch.posterior_reading import load, load_calibration, load_touches
+from bayestouch.priors.parameter_text import parameters_from_json
+from bayestouch.results.reading import load, load_calibration, load_touches
 
 
 @pytest.fixture

@@ -11,10 +11,10 @@ from test_finger_calibration import sensor
 
 import bayestouch
 from bayestouch.errors import InputError
-from bayestouch.parameters import Parameter, Uniform
-from bayestouch.probability_plot import UniformBand, shares_below
-from bayestouch.result_data import TouchRows
-from bayestouch.results import TouchPosteriors
+from bayestouch.priors.parameters import Parameter, Uniform
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import TouchPosteriors
+from bayestouch.results.probability_plot import UniformBand, shares_below
 
 TOUCHES = 500
 

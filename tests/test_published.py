@@ -1,4 +1,4 @@
-"""The paper's numbers: `bayestouch.published` and a second typing agree, both are in the paper; its notes hold."""
+"""The paper's numbers: `bayestouch.paper.published` and a second typing agree, both are in the paper; its notes hold."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from paper_transcription import TRANSCRIPTION
 
-from bayestouch import published
+from bayestouch.paper import published
 
 NUMBERS = list(published.all_numbers())
 

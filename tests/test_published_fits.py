@@ -6,12 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-
-from bayestouch.averages import average
-from bayestouch.contact import composite_radius
-from bayestouch.reliability.many_fits import fit_many_touches
-from bayestouch.reliability.modulus import infer_modulus
-from bayestouch.reliability.paper_finger import (
+from nicolson_fearing.many_fits import fit_many_touches
+from nicolson_fearing.modulus import infer_modulus
+from nicolson_fearing.paper_finger import (
     DESIGN,
     LOCATIONS_DEG,
     MISFIT_PERCENT,
@@ -20,8 +17,8 @@ from bayestouch.reliability.paper_finger import (
     model_error,
     simulated,
 )
-from bayestouch.reliability.paper_physics import Physics, TrueFinger
-from bayestouch.reliability.published_fits import (
+from nicolson_fearing.paper_physics import Physics, TrueFinger
+from nicolson_fearing.published_fits import (
     R_B,
     BiasCurves,
     bias_curves,
@@ -29,14 +26,17 @@ from bayestouch.reliability.published_fits import (
     infer_from_table_3,
     printed,
 )
-from bayestouch.reliability.published_predictions import (
+from nicolson_fearing.published_predictions import (
     distinguished_radius,
     flat_from_edge_noise,
     profile_difference,
 )
-from bayestouch.reliability.simulated_fits import HERTZ, simulate_fits
-from bayestouch.reliability.table_3_effects import squeezed
-from bayestouch.simplex import fit_touches
+from nicolson_fearing.simulated_fits import HERTZ, simulate_fits
+from nicolson_fearing.table_3_effects import squeezed
+
+from bayestouch.contact import composite_radius
+from bayestouch.data.averages import average
+from bayestouch.paper.simplex import fit_touches
 
 
 @lru_cache(maxsize=1)

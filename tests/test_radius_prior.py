@@ -9,9 +9,9 @@ from scipy.integrate import quad
 import bayestouch
 from bayestouch import EdgeOrRound, IndenterDistribution, KnownTips, UniformCurvature, UniformRadius
 from bayestouch.errors import InputError
-from bayestouch.indenter_text import indenter_from_text
-from bayestouch.inference.indenter_coordinate import CELLS_END, IndenterCoordinate
-from bayestouch.parameters import LogNormal, Normal, Uniform
+from bayestouch.finger.reading.indenter_coordinate import CELLS_END, IndenterCoordinate
+from bayestouch.priors.indenter_text import indenter_from_text
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 OUTER = 12.7
 

@@ -18,15 +18,15 @@ import pytest
 
 import bayestouch
 from bayestouch import simulation
-from bayestouch.published import TABLE_3
+from bayestouch.output.files import new_folder
+from bayestouch.output.text import number
+from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting import Report
 from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.corner_pictures import touch_corners
 from bayestouch.reporting.evidence import Evidence, gather
-from bayestouch.reporting.files import new_folder
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import all_pictures
-from bayestouch.reporting.text import number
 from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.reporting.writing import write_report
 from bayestouch.simulation import FingerDesign, PadDesign, SimulatedDataSet, simulate

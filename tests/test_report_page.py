@@ -12,7 +12,7 @@ import pytest
 from test_report import FINGER, LINE, PLANE, pad_evidence, small
 
 import bayestouch
-from bayestouch.reporting.files import new_folder
+from bayestouch.output.files import new_folder
 from bayestouch.reporting.writing import write_report
 
 playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (extra dev)")

@@ -17,25 +17,25 @@ from numpy.typing import NDArray
 import bayestouch
 from bayestouch.checking.tables import indenter_name
 from bayestouch.contact import composite_radius
+from bayestouch.data.json_values import strict
+from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
-from bayestouch.json_values import strict
-from bayestouch.parameters import Parameter, Uniform
+from bayestouch.output.files import new_folder, write_numbers
+from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus
+from bayestouch.paper.simplex import fit_touch
+from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
 from bayestouch.reporting.differences import error_summary, turned
 from bayestouch.reporting.error_split import _touch_of_sample
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.files import new_folder, write_numbers
 from bayestouch.reporting.point_fits import fit_points, model_finger
 from bayestouch.reporting.radii import _told_from_ends, radius_limits
-from bayestouch.reporting.text import exact, fixed, listed, number, percent, plural, plus_minus
 from bayestouch.reporting.trust import convergence, coverage
-from bayestouch.result_data import TouchRows
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.simplex import fit_touch
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import FingerDesign, simulate
-from bayestouch.touches import touches_from
 
 DESIGN = FingerDesign(
     n_elements=6,

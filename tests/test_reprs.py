@@ -15,13 +15,13 @@ import pytest
 from test_report import FINGER, LINE
 
 import bayestouch
-from bayestouch.draws_on_file import DrawsOnFile
-from bayestouch.inference.options import Options
-from bayestouch.parameters import LogNormal
-from bayestouch.partial import fingerprint_of
-from bayestouch.ranks import of_ranks
+from bayestouch.checks.ranks import of_ranks
+from bayestouch.data.touches import touches_from
+from bayestouch.priors.parameters import LogNormal
+from bayestouch.reading.options import Options
+from bayestouch.results.draws_on_file import DrawsOnFile
+from bayestouch.results.partial import fingerprint_of
 from bayestouch.simulation import FingerDesign, PadDesign
-from bayestouch.touches import touches_from
 
 LONGEST, MOST_LINES = 1000, 12
 # Figures are shown with three digits.

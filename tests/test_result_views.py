@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from test_report import FINGER, Page, small
 
 import bayestouch
+from bayestouch.checks.ranks import of_ranks
 from bayestouch.errors import InputError
-from bayestouch.ranks import of_ranks
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 from data_strategies import sensors
 from hypothesis import given, settings
 
+from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.data.sensor_toml import read_sensor, sensor_from_toml, sensor_to_toml, write_sensor
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger, Pad, Rubber, Sensor
-from bayestouch.sensor_toml import read_sensor, sensor_from_toml, sensor_to_toml, write_sensor
 
 FINGER = """
 name = "f"
@@ -222,7 +222,7 @@ def test_not_utf8(tmp_path) -> None:
 def test_too_large_a_file_is_not_read(tmp_path, monkeypatch) -> None:
     file = tmp_path / "sensor.toml"
     file.write_text(FINGER)
-    monkeypatch.setattr("bayestouch.toml_text.MAX_BYTES", 10)
+    monkeypatch.setattr("bayestouch.data.toml_text.MAX_BYTES", 10)
     with pytest.raises(InputError, match=r"sensor.toml: expected a description of at most 10 bytes$"):
         read_sensor(file)
 

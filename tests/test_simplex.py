@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bayestouch.averages import TouchMeans
 from bayestouch.body.emap import model_e_matrix, traction_coefficients
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import CONTACT_MODELS, composite_radius, contact_model
-from bayestouch.dataset import load_dataset
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import load_dataset
 from bayestouch.errors import InputError
-from bayestouch.simplex import (
+from bayestouch.paper.simplex import (
     EmpiricalFinger,
     fit_element,
     fit_touch,
@@ -23,8 +23,8 @@ from bayestouch.simplex import (
     table_1,
     table_2,
 )
-from bayestouch.simplex.empirical import coefficients_needed
-from bayestouch.simplex.pressure import KnownPressure
+from bayestouch.paper.simplex.empirical import coefficients_needed
+from bayestouch.paper.simplex.pressure import KnownPressure
 from bayestouch.simulation import FingerDesign, PadDesign, SimulatedDataSet, simulate
 
 SILENT = FingerDesign(
@@ -142,7 +142,7 @@ def test_spectra_between_solved_poisson_ratios(silent: SimulatedDataSet) -> None
         kappa = pressure.load * composite_radius(means.indenter_radius_mm[pressure.rows], 12.7)
         for sigma in (0.03, 0.25, 0.46, 0.483, 0.4999, 0.5):
             exact = contact_model(contact, (9.4, 12.7), sigma).spectrum(kappa, pressure.modes)
-            # stated in bayestouch.simplex.pressure
+            # stated in bayestouch.paper.simplex.pressure
             assert np.abs(pressure.spectrum(sigma) - exact).max() < 2e-6
 
 

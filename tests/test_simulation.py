@@ -13,9 +13,10 @@ from bayestouch.body.annulus import solve_annulus
 from bayestouch.body.layer import layer_kernel_2d
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius, contact_model
-from bayestouch.dataset import load_dataset
+from bayestouch.data.dataset import load_dataset
+from bayestouch.data.sensor import Finger, Pad
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger, Pad
 from bayestouch.simulation import (
     SIMULATED_EFFECTS,
     FingerDesign,
@@ -26,7 +27,6 @@ from bayestouch.simulation import (
     simulate,
 )
 from bayestouch.simulation.finger import BuiltFinger
-from bayestouch.touches import Touches
 
 SMALL = FingerDesign(
     samples_per_touch=3,

@@ -15,15 +15,23 @@ from study_modules import study
 from test_finger_calibration import ANGLES, dataset, known_touches, sensor
 
 import bayestouch
-from bayestouch import calibration_checks
-from bayestouch.calibration_checks import CalibrationDesign, check_calibration, draw_parameters, simulate_and_rank
-from bayestouch.dataset import DataSet
+from bayestouch.checks import calibrations as calibration_checks
+from bayestouch.checks.calibrations import CalibrationDesign, check_calibration, draw_parameters, simulate_and_rank
+from bayestouch.checks.ranks import (
+    BINS,
+    RANKED,
+    RankStatistics,
+    normal_scores,
+    of_ranks,
+    pooled_spread,
+    rank_statistics,
+)
+from bayestouch.checks.touches import simulate_touches
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
-from bayestouch.parameters import LogNormal
-from bayestouch.posterior_reading import load_calibration, load_touches
-from bayestouch.ranks import BINS, RANKED, RankStatistics, normal_scores, of_ranks, pooled_spread, rank_statistics
-from bayestouch.sensor import Finger
-from bayestouch.simulation_checks import simulate_touches
+from bayestouch.priors.parameters import LogNormal
+from bayestouch.results.reading import load_calibration, load_touches
 
 power = study("sbc_power")
 

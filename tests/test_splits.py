@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger, Pad, Sensor
+from bayestouch.data.splits import checkerboard, default_cell, with_calibration
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
-from bayestouch.sensor import Finger, Pad, Sensor
-from bayestouch.splits import checkerboard, default_cell, with_calibration
-from bayestouch.touches import Touches, touches_from
 
 
 def along(x: object, **columns: object) -> Touches:

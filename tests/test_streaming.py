@@ -12,19 +12,20 @@ import xarray as xr
 from test_finger_calibration import dataset, known_touches
 
 import bayestouch
-from bayestouch import parquet, posterior_file, tables, touch_source
-from bayestouch import survey as survey_module
 from bayestouch.calibration import calibrate
 from bayestouch.cli import main
-from bayestouch.dataset import save_dataset
-from bayestouch.draws_on_file import DrawsOnFile, NoDraws
+from bayestouch.data import parquet, tables, touch_source
+from bayestouch.data import survey as survey_module
+from bayestouch.data.dataset import save_dataset
+from bayestouch.data.touch_source import joined_touches
+from bayestouch.data.touch_table import read_touches, write_touches
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.inference import run as run_module
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.summaries import STATISTICS, summarise
-from bayestouch.touch_source import joined_touches
-from bayestouch.touch_table import read_touches, write_touches
-from bayestouch.touches import Touches
+from bayestouch.reading import driver as run_module
+from bayestouch.results import netcdf as posterior_file
+from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.summaries import STATISTICS, summarise
 
 DRAWS = 128
 

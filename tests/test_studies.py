@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import trapezoid
 from study_modules import study
 
-from bayestouch import published
+from bayestouch.paper import published
 from bayestouch.reliability import Beside
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).parents[2] / "shared"))

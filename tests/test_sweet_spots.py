@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from nicolson_fearing.many_fits import fit_many_touches
 from scipy import stats
 
 from bayestouch import InputError, calibrate, infer, simulate
-from bayestouch.averages import TouchMeans
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
-from bayestouch.inference.pad_reader import PadReader
+from bayestouch.data.averages import TouchMeans
+from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reliability import (
     KnownFinger,
     TouchEstimator,
@@ -31,7 +32,6 @@ from bayestouch.reliability import (
     sweet_spots,
     touch_information,
 )
-from bayestouch.reliability.many_fits import fit_many_touches
 from bayestouch.simulation import FingerDesign, PadDesign
 
 DESIGN = FingerDesign(shear_modulus_MPa=0.08, samples_per_touch=4, edge_step_deg=6.0, flat_step_deg=12.0)

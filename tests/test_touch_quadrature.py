@@ -11,10 +11,10 @@ from test_finger_calibration import dataset, known_touches
 from touch_quadrature import Marginals, OneTouch, integrate
 
 import bayestouch
-from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.neighbours import calibration_jacobian
-from bayestouch.inference.finger_covariance import reading_covariance
-from bayestouch.touches import Touches, touches_from
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.reading.covariance import reading_covariance
 
 # True R (mm; an edge is 0, a flat 12.7), location (degree; elements every 8.8 to ±26.4), samples, force reading.
 CASES = [

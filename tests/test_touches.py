@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bayestouch.data.grouping import grouped_mean, groups
+from bayestouch.data.touches import Touches, numbered, touches_from
 from bayestouch.errors import InputError
-from bayestouch.grouping import grouped_mean, groups
-from bayestouch.touches import Touches, numbered, touches_from
 
 
 def finger_touches(**changes: object) -> Touches:

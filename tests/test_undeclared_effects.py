@@ -19,11 +19,11 @@ from independent.sizes import OutOfReach
 from independent.unlisted import PLACED
 
 import bayestouch
-from bayestouch.affected.described import AffectedChain
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.stated_fit import calibrate_with_effects
 from bayestouch.effects.stated import StatedModel
-from bayestouch.inference.finger_effects import EffectContext
+from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.reading.effects import EffectContext
 
 SEED = 4
 

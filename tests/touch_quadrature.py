@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.chain.finger import FingerChain
-from bayestouch.parameters import Prior
-from bayestouch.results import Calibration
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.priors.parameters import Prior
+from bayestouch.results.objects import Calibration
 
 # Nodes of the searching grids and of the last one, along R, θ_c and P.
 COARSE, FINE = (20, 20, 20), (96, 56, 80)

@@ -27,7 +27,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayestouch.body.annulus_modes import FloatArray, higher_modes, mode_one, mode_zero
+from bayestouch.array_types import FloatArray
+from bayestouch.body.annulus_modes import higher_modes, mode_one, mode_zero
 from bayestouch.errors import InputError
 
 Traction = Literal["normal", "tangential"]

@@ -8,9 +8,9 @@ surface. ``normal`` and ``shear`` are the amplitudes of ``τ_rr`` (cos kθ) and 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
+
 Terms = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 

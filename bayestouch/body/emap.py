@@ -11,12 +11,11 @@ and ``ε = E p`` (equation 2). Source: Nicolson and Fearing (1995), sections 2.2
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import radial_strain_response
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def fourier_basis(angles_deg: ArrayLike, n_coefficients: int) -> FloatArray:

@@ -18,12 +18,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.layer_transfer import layer_surface_compliance, layer_transfer
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 SMALLEST_FREQUENCY = 1e-9  # rad/mm, for mode 0
 

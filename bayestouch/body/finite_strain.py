@@ -26,9 +26,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
-FloatArray = NDArray[np.float64]
 Measure = Literal["projected", "stretch", "stuck"]
 
 MEASURES: tuple[Measure, ...] = ("projected", "stretch", "stuck")

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def frequency_response_db(

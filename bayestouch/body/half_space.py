@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bayestouch.body.layer_transfer import FloatArray, Quantity, check_layer
+from bayestouch.array_types import FloatArray
+from bayestouch.body.layer_transfer import Quantity, check_layer
 from bayestouch.errors import InputError
 
 

@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import j0
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.half_space import half_space_kernel_1d, half_space_kernel_2d
 from bayestouch.body.layer_transfer import (
-    FloatArray,
     Quantity,
     check_layer,
     combine,

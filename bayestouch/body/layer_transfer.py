@@ -24,12 +24,12 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import j1, spherical_jn
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
-FloatArray = NDArray[np.float64]
 Quantity = Literal["normal_stress", "mean_stress", "normal_strain"]
 
 

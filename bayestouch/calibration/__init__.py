@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger, Pad
+from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
-from bayestouch.parameters import Prior
+from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration
-from bayestouch.sensor import Finger, Pad
-from bayestouch.splits import with_calibration
+from bayestouch.results.objects import Calibration
 
 if TYPE_CHECKING:
     from bayestouch.effects.stated import StatedModel
@@ -47,7 +47,7 @@ def calibrate(
         Priors of a finger's parameters in place of the default ones, by name: ``sigma``, ``mu`` (MPa), ``r_s`` (mm),
         ``theta_s`` (departure from the angle as built, degree), ``response`` (its size, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
-        ``force_noise_sd`` (N/m). See `bayestouch.parameters` for the kinds.
+        ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
         Effects that a finger's chain has (`bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis); the
         posterior is then the normal approximation about the mode.
@@ -86,7 +86,7 @@ def calibrate(
     if isinstance(dataset.sensor.body, Finger):
         if kernel is not None:
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
-        from bayestouch.calibration.finger_posterior import calibrate_finger
+        from bayestouch.finger.calibration import calibrate_finger
 
         if e_map not in (None, "model", "empirical"):
             raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
@@ -105,7 +105,7 @@ def calibrate(
         raise InputError(
             "contact, e_map and priors are options of fingers; this sensor is a pad (its option is the kernel)"
         )
-    from bayestouch.calibration.pad import calibrate_pad
+    from bayestouch.pad.calibration import calibrate_pad
 
     with about(dataset.path):
         return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)

@@ -13,12 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.emap import fourier_basis, per_coefficient, traction_coefficients
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.response import ContactSpectra, ResponseTable
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def modes_of(chain: FingerChain) -> int:

@@ -8,10 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_tabulated_finger
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

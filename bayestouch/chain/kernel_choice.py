@@ -14,9 +14,9 @@ from bayestouch.chain.kernels import (
     LayerKernel,
     length_prior,
 )
+from bayestouch.data.sensor import Sensor
 from bayestouch.errors import InputError
-from bayestouch.parameters import LogNormal, Normal, Uniform
-from bayestouch.sensor import Sensor
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 # Rubber of which nothing is stated, as on a finger.
 _UNSTATED_POISSON = Normal(0.47, 0.03, 0.0, 0.4999)

@@ -6,17 +6,15 @@ from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.layer import (
     half_space_kernel_1d,
     half_space_kernel_2d,
     layer_kernel_1d,
     layer_kernel_2d,
 )
-from bayestouch.parameters import LogNormal, Normal, Parameter, Prior
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
 # Central difference of a kernel over distance, mm: kernels vary over millimetres, so that the error is 1e-8.
 _STEP_MM = 1e-4

@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernels import Kernel, slope
-
-FloatArray = NDArray[np.float64]
 
 # Central difference over a kernel's parameters, as a share of each: its error is a millionth of the derivative.
 _RELATIVE_STEP = 1e-4

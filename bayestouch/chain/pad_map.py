@@ -10,8 +10,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.array_types import FloatArray
 
 # Locations interpolated at once: 2^15 of them with three tables of eight elements are 6 MB, which stays in cache.
 _CHUNK = 1 << 15

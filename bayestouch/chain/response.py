@@ -11,11 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import AnnulusModes, solve_annulus
 from bayestouch.contact import contact_model
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 # Strain decays as (r_s/r_b)^k: modes below this share of the surface are not summed.
 MODE_TOLERANCE = 1e-7

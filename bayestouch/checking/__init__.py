@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
-from bayestouch.summary import Summarised
+from bayestouch.output.summary import Summarised
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -86,7 +86,7 @@ class DataCheck(Summarised):
         """
         from matplotlib.figure import Figure
 
-        from bayestouch.files import replacing
+        from bayestouch.data.files import replacing
 
         kind = Path(path).suffix.lstrip(".").lower() or "png"
         figure = Figure(figsize=(8.0, 6.4), layout="constrained")

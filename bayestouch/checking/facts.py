@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.averages import TouchMeans
+from bayestouch.checking.lacking import baseline_corrected_means, lacking
 from bayestouch.checking.tables import table_facts, touches_by_indenter
-from bayestouch.dataset import DataSet
-from bayestouch.json_values import strict
-from bayestouch.lacking import baseline_corrected_means, lacking
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.json_values import strict
+from bayestouch.data.touches import Touches
 
 
 def dataset_facts(dataset: DataSet) -> dict[str, Any]:

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayestouch.averages import TouchMeans
 from bayestouch.checking.tables import indenter_name, known_indenters
-from bayestouch.dataset import DataSet
-from bayestouch.plotting import new_axes
-from bayestouch.reporting.pictures import PALETTE, ordered_colours
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.output.pictures import PALETTE, ordered_colours
+from bayestouch.results.plots import new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

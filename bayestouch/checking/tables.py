@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
+from bayestouch.data.touches import Touches
 
 
 def table_facts(use: str, touches: Touches) -> dict[str, Any]:

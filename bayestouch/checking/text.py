@@ -7,7 +7,7 @@ from html import escape
 from textwrap import wrap
 from typing import Any
 
-from bayestouch.reporting.text import number
+from bayestouch.output.text import number
 
 _BAR = 32  # characters of the longest bar
 

@@ -56,7 +56,7 @@ def calibrate(
     """
     import bayestouch
     from bayestouch.effects import read_model
-    from bayestouch.prior_text import priors_from_text
+    from bayestouch.priors.prior_text import priors_from_text
 
     check_output(output)
     effects = None if model is None else read_model(model)

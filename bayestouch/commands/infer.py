@@ -62,9 +62,9 @@ def infer(
     \b
     Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
     """
-    from bayestouch.indenter_text import indenter_from_text
     from bayestouch.inference import Kept, Options, infer_to_file
-    from bayestouch.posterior_reading import load_calibration, load_grades
+    from bayestouch.priors.indenter_text import indenter_from_text
+    from bayestouch.results.reading import load_calibration, load_grades
 
     check_output(output)
     options = Options(

@@ -21,7 +21,7 @@ def init(folder: Path, body: str, elements: int, quiet: bool, as_json: bool) -> 
     \b
     Example: bayestouch init my-finger --elements 16
     """
-    from bayestouch.dataset_template import new_dataset
+    from bayestouch.data.template import new_dataset
 
     files = new_dataset(folder, body=body, elements=elements)
     text = (

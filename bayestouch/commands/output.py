@@ -52,7 +52,7 @@ def say(
         Printed on standard error, so that they do not disturb what a pipe reads.
     """
     if as_json:
-        from bayestouch.json_values import strict
+        from bayestouch.data.json_values import strict
 
         click.echo(json.dumps(strict({**facts, "notes": list(notes)}), ensure_ascii=False, allow_nan=False, indent=1))
         return

@@ -78,6 +78,6 @@ def report(
 def _side(path: Path) -> Any:
     """A data set, or a calibration where a file is named."""
     import bayestouch
-    from bayestouch.posterior_reading import load_calibration
+    from bayestouch.results.reading import load_calibration
 
     return load_calibration(path) if path.suffix == ".nc" else bayestouch.load_dataset(path)

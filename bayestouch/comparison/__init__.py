@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised, path_in_short
+from bayestouch.output.text import plural
 from bayestouch.progress import Progress
-from bayestouch.reporting.text import plural
-from bayestouch.results import Calibration
-from bayestouch.summary import Summarised, path_in_short
+from bayestouch.results.objects import Calibration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,7 +41,7 @@ class Comparison(Summarised):
         return " ".join(self.numbers["sentences"])
 
     def _repr_html_(self) -> str:
-        from bayestouch.result_html import html_table
+        from bayestouch.results.html import html_table
 
         rows = [[str(each) for each in row.values()] for row in self.to_dataframe().head(12).to_dict("records")]
         return f"<p>{self}</p>{html_table(self.to_dataframe().columns, rows)}"
@@ -101,8 +101,8 @@ def compare(
     """
     from bayestouch.comparison.numbers import compared
     from bayestouch.comparison.writing import write_comparison
+    from bayestouch.output.files import new_folder
     from bayestouch.reporting import report
-    from bayestouch.reporting.files import new_folder
 
     if isinstance(first, Calibration) is not isinstance(second, Calibration):
         raise InputError("expected two data sets or two calibrations, got one of each")

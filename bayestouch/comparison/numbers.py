@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.json_values import strict
+from bayestouch.array_types import FloatArray
+from bayestouch.data.json_values import strict
+from bayestouch.output.text import listed, number, plural
 from bayestouch.reporting.calibration_tables import in_words
-from bayestouch.reporting.text import listed, number, plural
-from bayestouch.results import Calibration
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.objects import Calibration
 
 #: Differences beyond this many standard deviations are named; chance gives one in 370 parameters.
 TELLING = 3.0

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayestouch.errors import InputError, few
-from bayestouch.plotting import new_axes
-from bayestouch.reporting.pictures import BLUE, RED, element_ticks
+from bayestouch.output.pictures import BLUE, RED, element_ticks
+from bayestouch.results.plots import new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import Any
 
 from bayestouch.comparison.plots import by_parameter, draw_parameter
-from bayestouch.reporting.files import PAGE, write_numbers, write_pictures, write_text
+from bayestouch.output.files import PAGE, write_numbers, write_pictures, write_text
+from bayestouch.output.pictures import Picture, canvas, drawing, element_ticks, rendered
 from bayestouch.reporting.page import new_environment
-from bayestouch.reporting.pictures import Picture, canvas, drawing, element_ticks, rendered
 
 NUMBERS = "comparison.json"
 

@@ -11,10 +11,10 @@ Source: T_n, U_n and the transform ``∫ √(1-t²) U_n(t) e^(izt) dt = π iⁿ 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import j0, j1
 
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
 
 
 def pressure_shapes(t: ArrayLike, terms: int) -> FloatArray:

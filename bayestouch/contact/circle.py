@@ -31,8 +31,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact.chebyshev import shape_transforms
 from bayestouch.contact.compliance import SurfaceCompliance
 from bayestouch.contact.hertz import composite_radius
@@ -43,7 +44,6 @@ from bayestouch.errors import InputError
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-FloatArray = NDArray[np.float64]
 
 # The last part of the way to the indenter's quarter circle, where its slope is infinite, is left out.
 LARGEST_PART_OF_CIRCLE = 0.99

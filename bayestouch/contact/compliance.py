@@ -20,13 +20,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import itj0y0
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import surface_displacement_response
 from bayestouch.contact.chebyshev import pressure_shapes, shape_transforms
-
-FloatArray = NDArray[np.float64]
 
 # Numbers of which tables that serve many bodies are kept.
 LARGEST_KEPT = 2_000_000

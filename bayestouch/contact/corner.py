@@ -20,8 +20,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact.chebyshev import shape_transforms
 from bayestouch.contact.compliance import SurfaceCompliance, wedge_transform
 from bayestouch.contact.hertz import elliptic_spectrum
@@ -31,8 +32,6 @@ from bayestouch.errors import InputError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
-
-FloatArray = NDArray[np.float64]
 
 
 def half_plane_half_width(

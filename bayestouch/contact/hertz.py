@@ -15,13 +15,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import j1
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact.model import checked_kappa, checked_poisson_ratio
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 def composite_radius(indenter_radius_mm: ArrayLike, outer_radius_mm: float) -> FloatArray:

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact.circle import circle_slope
 from bayestouch.contact.hertz import composite_radius
 from bayestouch.errors import InputError
 
-FloatArray = NDArray[np.float64]
 Profile = Literal["parabola", "circle"]
 
 

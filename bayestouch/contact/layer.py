@@ -20,8 +20,9 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact.chebyshev import pressure_shapes, shape_transforms
 from bayestouch.contact.compliance import SurfaceCompliance
 from bayestouch.contact.model import checked_body, checked_kappa
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
     from bayestouch.contact.circle import CircleContact
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

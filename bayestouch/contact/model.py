@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 class ContactModel(Protocol):

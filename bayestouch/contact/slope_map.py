@@ -29,13 +29,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import surface_displacement_response
 from bayestouch.contact.model import checked_body
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

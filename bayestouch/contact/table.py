@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
-FloatArray = NDArray[np.float64]
 
 # Knots crowd towards zero half-angle below this one (rad): the coordinate is log(1 + β/β_1).
 HALF_ANGLE_SCALE = 0.05

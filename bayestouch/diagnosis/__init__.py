@@ -8,7 +8,7 @@ from bayestouch.errors import InputError, about
 from bayestouch.progress import Progress
 
 if TYPE_CHECKING:
-    from bayestouch.dataset import DataSet
+    from bayestouch.data.dataset import DataSet
     from bayestouch.diagnosis.result import Diagnosis
 
 __all__ = ["diagnose"]
@@ -60,8 +60,8 @@ def diagnose(
         The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have; or an option
         does not fit the body, or the cluster cannot be reached.
     """
+    from bayestouch.data.sensor import Finger
     from bayestouch.diagnosis.result import Diagnosis
-    from bayestouch.sensor import Finger
 
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.pad_model import PadModel
 from bayestouch.effects import Effect
+from bayestouch.model.fitting import Fitted
+from bayestouch.pad.model import PadModel
 
 
 def moves_reference(effect: Effect, *, pad: bool) -> bool:

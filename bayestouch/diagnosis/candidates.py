@@ -6,18 +6,16 @@ from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from bayestouch.affected.fitting import Fitted, drift_columns
-from bayestouch.affected.linear import Score, Scorer
-from bayestouch.affected.model import Predicted
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.significance import normal_score, quadratic_score
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
-
-FloatArray = NDArray[np.float64]
+from bayestouch.model.base import Predicted
+from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.linear import Score, Scorer
 
 # An effect of which the base parameters leave less than this share is taken up by them.
 ABSORBED = 0.02

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import summarised
 from bayestouch.diagnosis.traced import Stand
-
-FloatArray = NDArray[np.float64]
 
 
 def standard_errors(before: Stand, after: Stand) -> dict[str, float]:

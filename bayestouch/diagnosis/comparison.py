@@ -5,19 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import SETTLED, Fitted, fit, fit_from_both
-from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.predictive import held_out_density
-from bayestouch.cluster import in_order
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.candidates import Candidate, refine_drift
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.random import RandomEffect
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
+from bayestouch.model.predictive import held_out_density
+from bayestouch.pad.model import PadModel
+from bayestouch.parallel.cluster import in_order
 
 # Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
 # what is held out.

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.finger_model import finger_model
-from bayestouch.affected.fitting import Fitted, drift_columns, fit
-from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.placed_table import PlacedTable
-from bayestouch.diagnosis.placed import Correction, fit_correction, where_of
-
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.correction_basis import Correction, fit_correction, where_of
+from bayestouch.finger.correction_table import PlacedTable
+from bayestouch.finger.model import finger_model
+from bayestouch.model.fitting import Fitted, drift_columns, fit
+from bayestouch.pad.model import PadModel
 
 TABLE_STEP_DEG = 0.5
 

@@ -5,21 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.observations import Observations, history_of
-from bayestouch.affected.timing import Timing, one_clock, typical_gap
-from bayestouch.dataset import DataSet
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.grouping import first_of, groups
+from bayestouch.data.sensor import Finger
+from bayestouch.data.splits import with_calibration
+from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError, few
-from bayestouch.grouping import first_of, groups
-from bayestouch.sensor import Finger
-from bayestouch.splits import with_calibration
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.timing import Timing, one_clock, typical_gap
 
 # Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40

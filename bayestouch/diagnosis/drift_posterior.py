@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Drift, Fitted, drift_columns, fit, functions_of
-from bayestouch.affected.linear import Linearised, Scorer, with_functions
+from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
-
-FloatArray = NDArray[np.float64]
+from bayestouch.model.fitting import Drift, Fitted, drift_columns, fit, functions_of
+from bayestouch.model.linear import Linearised, Scorer, with_functions
 
 # Grids about what the search chose, which tries sizes a factor of two apart, and times of three; then about the best
 # time, in standard deviations of its logarithm.

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from bayestouch.affected.added import AddedEffect
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.left_over import force_noise
-from bayestouch.affected.result import calibration_with_effects
-from bayestouch.affected.start import base_fit
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.correction import table_of
+from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
 from bayestouch.diagnosis.held_out import HeldOut, held_out
-from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.touch_errors import TouchReading, read_held_out
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.effects import Setting, catalogue
+from bayestouch.finger.calibration_with_effects import calibration_with_effects
+from bayestouch.finger.start import base_fit
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.left_over import force_noise
 from bayestouch.progress import Progress
 
 

@@ -6,21 +6,21 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
-from bayestouch.affected.added import AddedEffect, added_effects, moved_to
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.pad_model import PadModel
 from bayestouch.diagnosis.correction import corrected_fit
+from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.noise_posterior import jackknife
-from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Effect, Values
+from bayestouch.model.added import AddedEffect, added_effects, moved_to
+from bayestouch.model.fitting import Fitted
+from bayestouch.pad.model import PadModel
 from bayestouch.progress import Progress
 
 # Shares of the time: fits and search, then reading the held-out touches before and after.

@@ -6,22 +6,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.finger_model import finger_model
-from bayestouch.affected.fitting import Fitted, drift_columns
-from bayestouch.affected.observations import Observations
-from bayestouch.affected.outliers import from_median, wrong_readings
-from bayestouch.affected.predictive import precision_of_all
-from bayestouch.affected.whitening import Whitening
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.as_stated import at_stated_references
 from bayestouch.diagnosis.correction import weights_of
-from bayestouch.diagnosis.placed import Correction, where_of
+from bayestouch.diagnosis.correction_basis import Correction, where_of
 from bayestouch.diagnosis.quantities import Quantity, of_finger
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from bayestouch.finger.model import finger_model
+from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.observations import Observations
+from bayestouch.model.outliers import from_median, wrong_readings
+from bayestouch.model.predictive import precision_of_all
+from bayestouch.model.whitening import Whitening
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,20 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.finger_model import finger_model
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.model import AffectedModel
-from bayestouch.affected.observations import Observations
-from bayestouch.affected.whitening import Whitening
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.finger.model import finger_model
+from bayestouch.model.base import AffectedModel
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.observations import Observations
+from bayestouch.model.whitening import Whitening
 
 # Locations that are considered, over the range that was touched, and numbers of touches worth asking for.
 LOCATIONS = 11

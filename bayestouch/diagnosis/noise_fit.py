@@ -5,16 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted, fit
-from bayestouch.affected.noise_model import NoiseModel
-from bayestouch.affected.outliers import from_median, wrong_readings
-from bayestouch.affected.whitening import Whitening
 from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
-
-FloatArray = NDArray[np.float64]
+from bayestouch.model.fitting import Fitted, fit
+from bayestouch.model.noise import NoiseModel
+from bayestouch.model.outliers import from_median, wrong_readings
+from bayestouch.model.whitening import Whitening
 
 # Sizes of a shared error that all samples of a touch have, over the peak.
 TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])

@@ -10,13 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.significance import normal_score
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Scatter
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.model.fitting import Fitted
 
 # Searches for a maximum, one from where the other stopped; a gain in log likelihood that is none.
 MOST_SEARCHES, SAME = 4, 0.05

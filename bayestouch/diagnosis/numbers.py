@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.affected.added import AddedEffect
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
 from bayestouch.diagnosis.where import where_it_is
-from bayestouch.results import Calibration
+from bayestouch.model.added import AddedEffect
+from bayestouch.results.objects import Calibration
 
 Numbers = dict[str, Any]
 

@@ -5,32 +5,29 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.added import AddedEffect
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.observations import Observations
-from bayestouch.affected.pad_calibration import pad_calibration
-from bayestouch.affected.pad_freed import goes_with_place
-from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.pad_start import pad_fit
-from bayestouch.affected.timing import Timing
-from bayestouch.affected.whitening import Whitening
-from bayestouch.dataset import DataSet
+from bayestouch.chain.recording import Recording
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.as_stated import at_stated_references
+from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
 from bayestouch.diagnosis.held_out import HeldOut, design_of, free_load, functions_at, without_wrong_readings
 from bayestouch.diagnosis.pad_touches import read_held_out_pad
-from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.quantities import of_pad
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.traced import Stand, Traced
 from bayestouch.effects import Effect, Setting, catalogue
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.observations import Observations
+from bayestouch.model.timing import Timing
+from bayestouch.model.whitening import Whitening
+from bayestouch.pad.calibration_with_effects import pad_calibration
+from bayestouch.pad.corrected import goes_with_place
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.start import pad_fit
 from bayestouch.progress import Progress
-from bayestouch.recording import Recording
-
-FloatArray = NDArray[np.float64]
 
 # With fewer samples a touch, what changes while it is held cannot be told from noise.
 ENOUGH_SAMPLES = 3

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.affected.effect_list import KEY, EffectList
+from bayestouch.array_types import FloatArray
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
 from bayestouch.inference import infer
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
+from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 from bayestouch.diagnosis.pictures.search import draw_round
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.errors import InputError
-from bayestouch.plotting import new_axes
-from bayestouch.reporting.pictures import BLUE, RED, element_ticks
+from bayestouch.output.pictures import BLUE, RED, element_ticks
+from bayestouch.results.plots import new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

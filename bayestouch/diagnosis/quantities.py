@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.observations import Observations
-
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
+from bayestouch.model.observations import Observations
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,8 @@ from bayestouch.diagnosis.numbers import diagnosis_numbers
 from bayestouch.diagnosis.outcome import sentences
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.errors import few
-from bayestouch.results import Calibration
-from bayestouch.summary import Summarised
+from bayestouch.output.summary import Summarised
+from bayestouch.results.objects import Calibration
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,7 +73,7 @@ class Diagnosis(Summarised):
             The folder cannot be written to.
         """
         from bayestouch.diagnosis.writing import write_diagnosis
-        from bayestouch.reporting.files import new_folder
+        from bayestouch.output.files import new_folder
 
         with new_folder(Path(folder)) as new:
             write_diagnosis(self.traced, self.numbers, self.options, new)

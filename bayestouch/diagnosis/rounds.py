@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bayestouch.affected.fitting import Fitted
+from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.noise_search import NoiseCandidate
-from bayestouch.diagnosis.placed import Correction
 from bayestouch.effects.effect import Effect, Values
-
-FloatArray = NDArray[np.float64]
+from bayestouch.model.fitting import Fitted
 
 
 @dataclass(frozen=True, eq=False)

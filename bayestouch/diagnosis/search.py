@@ -6,25 +6,22 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.pad_model import PadModel
-from bayestouch.affected.peaks import fit_with_own_peaks
-from bayestouch.affected.predictive import held_out_density
 from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
+from bayestouch.diagnosis.correction_basis import fit_correction
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_search import score_noise
-from bayestouch.diagnosis.placed import fit_correction
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.peaks import fit_with_own_peaks
+from bayestouch.model.predictive import held_out_density
+from bayestouch.pad.model import PadModel
 from bayestouch.progress import Progress
-
-FloatArray = NDArray[np.float64]
 
 # Shares of a round's time: until all are scored, until the leading ones are refitted; then the correction.
 SCORED, REFITTED = 0.25, 0.8

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import gammaincc, ndtri
 
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
 
 # Beyond this, chi-squares underflow their tail and asymptotic forms take over.
 FAR = 600.0

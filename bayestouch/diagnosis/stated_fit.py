@@ -5,12 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from bayestouch.affected.added import added_effects, moved_to
-from bayestouch.affected.effect_list import named_effects
-from bayestouch.affected.fitting import Fitted, fit, fit_from_both
-from bayestouch.affected.result import calibration_with_effects
-from bayestouch.affected.start import base_fit
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects
 from bayestouch.diagnosis.correction import corrected_fit, table_of
 from bayestouch.diagnosis.data import DiagnosisData
@@ -22,8 +17,13 @@ from bayestouch.diagnosis.search import settled
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
+from bayestouch.finger.calibration_with_effects import calibration_with_effects
+from bayestouch.finger.start import base_fit
+from bayestouch.model.added import added_effects, moved_to
+from bayestouch.model.effect_list import named_effects
+from bayestouch.model.fitting import Fitted, fit, fit_from_both
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration
+from bayestouch.results.objects import Calibration
 
 
 def calibrate_with_effects(

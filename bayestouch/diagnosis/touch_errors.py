@@ -6,18 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.effect_list import KEY, EffectList
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.inference import infer
+from bayestouch.model.effect_list import KEY, EffectList
 from bayestouch.progress import Progress
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.touches import Touches
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 COVERAGE = 0.9
 # Of central intervals to a few parts in a hundred of their width, which is far below what hundreds of touches tell.

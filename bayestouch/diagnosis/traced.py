@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bayestouch.affected.added import AddedEffect
-from bayestouch.affected.fitting import Fitted
+from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import Advice
-from bayestouch.diagnosis.placed import Correction
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
-from bayestouch.results import Calibration
-from bayestouch.summary import Summarised
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.fitting import Fitted
+from bayestouch.output.summary import Summarised
+from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.significance import lack_of_fit_limits, lack_of_fit_tail
+from bayestouch.model.fitting import Fitted
 
-FloatArray = NDArray[np.float64]
 Verdict = Literal["adequate", "explained", "partly explained", "unattributed"]
 
 # A lack of fit outside the limits that hold all but this share of those of a model that misses nothing is one ...

@@ -6,13 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.errors import few
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 # Bins of a view, and how far a bin's mean square must stand out (standard errors) to be named.
 BINS, STANDS_OUT = 12, 4.0

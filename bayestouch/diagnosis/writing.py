@@ -10,7 +10,7 @@ from bayestouch.diagnosis.pictures import all_pictures
 from bayestouch.diagnosis.repeat import repeat_script
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.effects.stated import StatedModel
-from bayestouch.reporting.files import write_numbers, write_pictures, write_text
+from bayestouch.output.files import write_numbers, write_pictures, write_text
 
 NUMBERS, MODEL, SCRIPT = "diagnosis.json", "model.toml", "repeat.py"
 

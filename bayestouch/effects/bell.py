@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import EffectParameter
-from bayestouch.parameters import Normal
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import Normal
 
 #: How a bell falls off: little is known of it beforehand, and where the effect is small the data say little.
 TAILS = EffectParameter(

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import is_tabulated
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import LogNormal, Normal, Uniform
-from bayestouch.recording import Recording
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import Normal, Uniform
-from bayestouch.recording import Recording
+from bayestouch.priors.parameters import Normal, Uniform
 
 
 @dataclass(frozen=True)

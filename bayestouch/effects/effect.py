@@ -7,13 +7,12 @@ from itertools import product
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
-from bayestouch.parameters import LogNormal, Normal, Parameter, Prior
-from bayestouch.recording import Recording
+from bayestouch.chain.recording import Recording
+from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
-FloatArray = NDArray[np.float64]
 Values = tuple[float, ...]
 Stage = Literal["rig", "contact", "body", "element", "readout", "noise"]
 

@@ -7,15 +7,13 @@ from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.bell import TAILS, bell
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import LogNormal, Normal, Uniform
-from bayestouch.recording import Recording
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,11 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import LogNormal, Normal
-from bayestouch.recording import Recording
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import LogNormal, Normal
 
 
 @dataclass(frozen=True)

@@ -7,14 +7,12 @@ from itertools import product
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
+from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
-from bayestouch.parameters import LogNormal, Normal, Uniform
-from bayestouch.recording import Recording
-from bayestouch.smooth import SmoothBasis
-
-FloatArray = NDArray[np.float64]
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 
 class RandomEffect(Effect):

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.errors import InputError, shown
-from bayestouch.toml_text import read_toml_text, tables_from_toml
 
 #: No parameter of an effect has a value beyond this.
 LARGEST = 1e100

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bayestouch.data.sensor import Finger
+from bayestouch.data.survey import survey
+from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.indenter_priors import IndenterPrior
-from bayestouch.inference.options import Kept, Options
-from bayestouch.inference.run import (
+from bayestouch.priors.indenters import IndenterPrior
+from bayestouch.progress import Progress
+from bayestouch.reading.driver import (
     Hands,
     TouchRun,
     fingerprint,
@@ -16,13 +20,9 @@ from bayestouch.inference.run import (
     read_in_memory,
     read_to_file,
 )
-from bayestouch.posterior_reading import load_touches
-from bayestouch.progress import Progress
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.sensor import Finger
-from bayestouch.survey import survey
-from bayestouch.touch_source import InMemory, Scattered, TouchSource, source_of
-from bayestouch.touches import Touches
+from bayestouch.reading.options import Kept, Options
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.reading import load_touches
 
 __all__ = ["Kept", "Options", "infer", "infer_to_file"]
 
@@ -144,9 +144,9 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
     if not found.n_touches:
         raise InputError("no row of the table is in contact: there is nothing to infer")
     if isinstance(calibration.sensor.body, Finger):
-        from bayestouch.inference.finger import finger_run
+        from bayestouch.finger.reading.run import finger_run
 
         return finger_run(source, found, calibration, options), source
-    from bayestouch.inference.pad import pad_run
+    from bayestouch.pad.reading.run import pad_run
 
     return pad_run(source, found, calibration, options), source

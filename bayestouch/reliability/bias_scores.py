@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-from bayestouch.results import TouchPosteriors
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.objects import TouchPosteriors
 
 #: Mean of the absolute value of a normal number over its standard deviation.
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch import published
 from bayestouch.errors import InputError
+from bayestouch.paper import published
 
 _HEADER = "| number | paper | bayestouch | 90 % | difference | why |\n|---|---|---|---|---|---|"
 
@@ -20,7 +20,7 @@ class Beside:
     Attributes
     ----------
     key : str
-        Key of `bayestouch.published.number`.
+        Key of `bayestouch.paper.published.number`.
     ours, low, high : float
         In the paper's unit, with the ends of its 90 % interval; NaN ends where none is given, NaN for a quantity that
         has no counterpart here.
@@ -62,7 +62,7 @@ class PublishedComparison:
     Attributes
     ----------
     rows : tuple of Beside
-        One for each key of `bayestouch.published.all_numbers`.
+        One for each key of `bayestouch.paper.published.all_numbers`.
     """
 
     rows: tuple[Beside, ...]

@@ -12,8 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.reliability.distinguishability import threshold_radii
 from bayestouch.reliability.expected_calibration import expected_finger
@@ -21,7 +22,6 @@ from bayestouch.reliability.maps import SweetSpots, sweet_spots
 from bayestouch.reliability.paper_criterion import Annulus
 from bayestouch.simulation import FingerDesign
 
-FloatArray = NDArray[np.float64]
 Vary = Literal["depth_mm", "spacing_mm", "noise_percent", "thickness_mm"]
 
 INDENTERS_MM = (0.0, 3.9, 12.3, np.inf)

@@ -9,16 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.errors import InputError
 from bayestouch.reliability.evidence import log_evidence
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
-
-FloatArray = NDArray[np.float64]
 
 
 def told_apart(

@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.reliability.designs import INDENTERS_MM, places_deg
 from bayestouch.reliability.expected_calibration import expected_finger
 from bayestouch.reliability.known_finger import KnownFinger
 from bayestouch.reliability.maps import sweet_spots
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.finger import plan_touches
-
-FloatArray = NDArray[np.float64]
 
 #: A standard deviation that is larger than the least possible by this share is good enough.
 ENOUGH = 0.1

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
-
-FloatArray = NDArray[np.float64]
 
 # The search for the location starts from the best of these; a strain profile is some 20° wide.
 START_STEP = np.radians(1.0)

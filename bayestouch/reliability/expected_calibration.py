@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.calibration.finger_likelihood import LOAD_REACH
-from bayestouch.calibration.finger_priors import FingerPriors
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.noise import Noise
 from bayestouch.contact import composite_radius
-from bayestouch.fit import whiten_rank_one
-from bayestouch.noise import Noise
-from bayestouch.parameters import Prior
+from bayestouch.finger.likelihood import LOAD_REACH
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.priors.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
+from bayestouch.sampling.laplace import whiten_rank_one
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.designs import REFERENCE_LOAD
 from bayestouch.simulation.finger import BuiltFinger, plan_touches
-
-FloatArray = NDArray[np.float64]
 
 # Central 68 % of a prior: its standard deviation where it is normal.
 _ONE_SD = np.array([0.15865525, 0.84134475])

@@ -11,13 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius, indenter_radius
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
-
-FloatArray = NDArray[np.float64]
 
 #: Knots in R from edge to flat.
 RADIUS_KNOTS = 49

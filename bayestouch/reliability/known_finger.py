@@ -7,21 +7,19 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.calibration.empirical_map import EmpiricalCalibration
-from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import Neighbours
+from bayestouch.chain.noise import Noise
+from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
-from bayestouch.inference.finger_covariance import reading_covariance
-from bayestouch.inference.finger_reader import CalibratedFinger
-from bayestouch.noise import Noise
-from bayestouch.results import Calibration
-from bayestouch.sensor import Finger
-
-FloatArray = NDArray[np.float64]
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.empirical.map import EmpiricalCalibration
+from bayestouch.finger.reading.covariance import reading_covariance
+from bayestouch.finger.reading.reader import CalibratedFinger
+from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
-
-FloatArray = NDArray[np.float64]
 
 #: What a touch is estimated by: R (mm), θ_c (degree), P (N/m).
 NAMES = ("R", "theta_c", "P")

@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.location_bias import NAMES, TouchEstimator
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from bayestouch.calibration.pad import calibrate_pad
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-from bayestouch.inference.pad_reader import PadReader
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reliability.designs import PLACES
 from bayestouch.reliability.pad_maps import PadSpots, pad_spots
 from bayestouch.simulation import PadDesign, simulate
 
-FloatArray = NDArray[np.float64]
 VaryPad = Literal["spacing_mm", "noise_percent", "thickness_mm"]
 
 

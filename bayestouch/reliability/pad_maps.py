@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-from bayestouch.inference.pad_reader import PadReader
-
-FloatArray = NDArray[np.float64]
+from bayestouch.pad.reading.reader import PadReader
 
 
 @dataclass(frozen=True, eq=False)

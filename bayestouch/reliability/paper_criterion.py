@@ -11,14 +11,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.chain.response import modes_needed
 from bayestouch.contact import ContactModel, composite_radius, contact_model
 from bayestouch.errors import InputError
-
-FloatArray = NDArray[np.float64]
 
 #: The noise is exceeded by this factor where two indenters count as told apart.
 NOISE_FACTOR = 2.0

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from bayestouch.averages import TouchMeans
+from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.location_bias import NAMES, TouchEstimator
-
-FloatArray = NDArray[np.float64]
 
 
 def place_bias(

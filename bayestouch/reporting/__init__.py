@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.output.summary import Summarised, path_in_short
+from bayestouch.output.text import number, plural
 from bayestouch.progress import Progress
-from bayestouch.reporting.text import number, plural
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.summary import Summarised, path_in_short
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -41,14 +41,14 @@ class Report(Summarised):
     @property
     def calibration(self) -> Calibration:
         """The calibration, read back from its file."""
-        from bayestouch.posterior_reading import load_calibration
+        from bayestouch.results.reading import load_calibration
 
         return load_calibration(self.path / "calibration.nc")
 
     @property
     def posteriors(self) -> TouchPosteriors:
         """The touches' posteriors, read back from their file."""
-        from bayestouch.posterior_reading import load_touches
+        from bayestouch.results.reading import load_touches
 
         return load_touches(self.path / "posterior.nc")
 
@@ -124,8 +124,8 @@ def report(
     InputError
         As `bayestouch.calibrate` and `bayestouch.infer`, or the folder cannot be written to.
     """
+    from bayestouch.output.files import new_folder
     from bayestouch.reporting.evidence import gather
-    from bayestouch.reporting.files import new_folder
     from bayestouch.reporting.writing import write_report
 
     output = Path(output)

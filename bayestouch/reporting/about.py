@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from bayestouch.checking.tables import table_facts, touches_by_indenter
+from bayestouch.data.sensor import Finger, Sensor
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.sensor import Finger, Sensor
 
 
 def about_data(evidence: Evidence) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bayestouch.reporting.text import fixed, listed, number, percent, plural
+from bayestouch.output.text import fixed, listed, number, percent, plural
 
 # Coverage is as claimed within so many points of 90 %, or within two standard errors where touches are few; and nearly
 # as claimed within so many more.

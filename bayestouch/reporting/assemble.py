@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.json_values import strict
+from bayestouch.data.json_values import strict
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import answer
 from bayestouch.reporting.calibration_tables import about_calibration

@@ -6,12 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.reporting.calibration_tables import describe
-from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.peak_table import error_and_noise
-from bayestouch.reporting.pictures import (
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Finger, Pad
+from bayestouch.output.pictures import (
     BLUE,
     GREY,
     ORANGE,
@@ -22,10 +20,10 @@ from bayestouch.reporting.pictures import (
     element_ticks,
     rendered,
 )
-from bayestouch.reporting.text import listed, number
-from bayestouch.sensor import Finger, Pad
-
-FloatArray = NDArray[np.float64]
+from bayestouch.output.text import listed, number
+from bayestouch.reporting.calibration_tables import describe
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.peak_table import error_and_noise
 
 
 def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:

@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.parameters import Parameter
+from bayestouch.array_types import FloatArray
+from bayestouch.priors.parameters import Parameter
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.peak_table import error_and_noise, finger_peaks, pad_peaks
-from bayestouch.results import Calibration
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.objects import Calibration
 
 _SCORE, _ERROR = "log_score_", "error_percent_peak_"
 _LINEARITY = ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")

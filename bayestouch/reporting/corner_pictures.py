@@ -6,15 +6,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
+from bayestouch.output.pictures import BLUE, RED, Picture, drawing, rendered
+from bayestouch.output.text import number
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.locations import axes_of, inside_array
-from bayestouch.reporting.pictures import BLUE, RED, Picture, drawing, rendered
-from bayestouch.reporting.text import number
-
-FloatArray = NDArray[np.float64]
 
 # Draws in a corner plot: more only make its file larger.
 _CORNER_DRAWS = 2000

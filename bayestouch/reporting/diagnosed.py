@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
+from bayestouch.output.pictures import Format, Picture
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
-from bayestouch.reporting.pictures import Format, Picture
-from bayestouch.sensor import Finger
 
 #: Figures of a diagnosis that a report shows; the others are in the diagnosis' own folder.
 _SHOWN = 3

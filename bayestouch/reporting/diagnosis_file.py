@@ -7,9 +7,9 @@ import re
 from pathlib import Path
 from typing import Any
 
+from bayestouch.data.files import reading
 from bayestouch.diagnosis.outcome import VERDICTS
 from bayestouch.errors import InputError, shown
-from bayestouch.files import reading
 
 #: Ours have some tens of kB, and figures a MB at most.
 MAX_BYTES, MAX_FIGURE_BYTES = 16_000_000, 50_000_000

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.results import TouchPosteriors
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.objects import TouchPosteriors
 
 
 def turned(degrees: ArrayLike) -> FloatArray:

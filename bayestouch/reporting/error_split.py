@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.averages import TouchMeans
-from bayestouch.published import TABLE_4
+from bayestouch.array_types import FloatArray
+from bayestouch.data.averages import TouchMeans
+from bayestouch.paper.published import TABLE_4
+from bayestouch.paper.simplex import TouchPredictor
 from bayestouch.reporting.differences import reference_composite_radius, turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
-from bayestouch.simplex import TouchPredictor
-
-FloatArray = NDArray[np.float64]
 
 NAMES = ("theta_c", "P", "R")
 PARTS = ("total", "location", "noise")

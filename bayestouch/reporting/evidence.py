@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.averages import TouchMeans
-from bayestouch.dataset import DataSet
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.splits import with_calibration
 from bayestouch.reporting.diagnosed import Diagnosed, light_diagnosis, saved_diagnosis
-from bayestouch.results import Calibration, TouchPosteriors
-from bayestouch.sensor import Finger, Sensor
-from bayestouch.splits import with_calibration
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 StepProgress = Callable[[float], None]
 

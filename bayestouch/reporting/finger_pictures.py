@@ -6,13 +6,11 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
-from bayestouch.reporting.differences import reference_composite_radius
-from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.pictures import (
+from bayestouch.output.pictures import (
     BLUE,
     GREY,
     PALETTE,
@@ -25,13 +23,14 @@ from bayestouch.reporting.pictures import (
     ordered_colours,
     rendered,
 )
+from bayestouch.output.text import number
+from bayestouch.reporting.differences import reference_composite_radius
+from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.point_fits import fit_points, model_finger
-from bayestouch.reporting.text import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 
 #: The paper's Figure 12 is for this tip, mm.
 FIGURE_12_TIP = 12.3

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.reporting.pictures import BLUE, RED
+from bayestouch.output.pictures import BLUE, RED
 
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 _HEIGHT = 380

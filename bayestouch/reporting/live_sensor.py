@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.output.pictures import BLUE, GREY, ORANGE
 from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_hover
-from bayestouch.reporting.pictures import BLUE, GREY, ORANGE
 
 
 def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.data.sensor import Pad
 from bayestouch.reporting.differences import error_summary
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.results import TouchPosteriors
-from bayestouch.sensor import Pad
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
+from bayestouch.results.objects import TouchPosteriors
 
 
 def axes_of(posteriors: TouchPosteriors) -> tuple[str, ...]:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from bayestouch.checking.lacking import lacking
 from bayestouch.diagnosis.outcome import worse_lines
-from bayestouch.lacking import lacking
+from bayestouch.output.text import listed, number, percent
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.text import listed, number, percent
 
 # Beyond this share of a variance the other part is hardly worth an effort.
 _MOST = 65.0

@@ -5,17 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.locations import (
-    element_places,
-    inside_array,
-    location_errors,
-    reference_locations,
-    several_modes,
-)
-from bayestouch.reporting.pictures import (
+from bayestouch.array_types import FloatArray
+from bayestouch.output.pictures import (
     BLUE,
     ORDERED,
     RED,
@@ -26,9 +18,15 @@ from bayestouch.reporting.pictures import (
     mark_elements,
     rendered,
 )
-from bayestouch.reporting.text import number
-
-FloatArray = NDArray[np.float64]
+from bayestouch.output.text import number
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.locations import (
+    element_places,
+    inside_array,
+    location_errors,
+    reference_locations,
+    several_modes,
+)
 
 # Arrows at more places than this hide each other.
 _ARROWS = 450

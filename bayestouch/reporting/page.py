@@ -7,9 +7,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bayestouch.output.pictures import Picture
+from bayestouch.output.text import exact, number, percent, plus_minus
 from bayestouch.reporting.live import Live
-from bayestouch.reporting.pictures import Picture
-from bayestouch.reporting.text import exact, number, percent, plus_minus
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from bayestouch.published import NOTES, TABLE_1, TABLE_2, TABLE_3, TABLE_4
+from bayestouch.paper.published import NOTES, TABLE_1, TABLE_2, TABLE_3, TABLE_4
 
 SOURCE = (
     "E. J. Nicolson and R. S. Fearing, The Reliability of Curvature Estimates from Linear Elastic Tactile Sensors, 1995"

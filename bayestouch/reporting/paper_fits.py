@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.calibration.finger_posterior import finger_chain
 from bayestouch.errors import InputError
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.paper.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, TouchPredictor, table_1, table_2
 from bayestouch.reporting.differences import three
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, TouchPredictor, table_1, table_2
 
 _QUANTITIES = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak", "noise_percent_peak")
 

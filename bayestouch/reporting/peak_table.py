@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.published import TABLE_1, TABLE_2, number
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Finger
+from bayestouch.paper.published import TABLE_1, TABLE_2, number
 from bayestouch.reporting.differences import three
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.paper_fits import PaperFits
-from bayestouch.results import Calibration
-from bayestouch.sensor import Finger
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.objects import Calibration
 
 #: The paper's range of touches about an element, degree.
 WINDOW_DEG = 50.0

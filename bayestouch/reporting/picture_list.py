@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from bayestouch.output.pictures import Picture
 from bayestouch.reporting.calibration_pictures import calibration_pictures
 from bayestouch.reporting.corner_pictures import element_corner, touch_corners
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.finger_pictures import finger_pictures
 from bayestouch.reporting.pad_pictures import pad_pictures
-from bayestouch.reporting.pictures import Picture
 from bayestouch.reporting.sensor_pictures import sensor_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures
 

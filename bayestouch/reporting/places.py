@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
+from bayestouch.data.sensor import Finger
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.locations import element_places
-from bayestouch.sensor import Finger
-
-FloatArray = NDArray[np.float64]
 
 #: Tips that are asked for where no touch says with which it was made, r_c in mm.
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
@@ -74,7 +72,7 @@ def _finger(evidence: Evidence) -> dict[str, Any]:
 
 
 def _pad(evidence: Evidence) -> dict[str, Any]:
-    from bayestouch.inference.pad_reader import PadReader
+    from bayestouch.pad.reading.reader import PadReader
     from bayestouch.reliability import pad_spots
 
     reader = PadReader.from_calibration(evidence.calibration)

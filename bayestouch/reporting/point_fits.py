@@ -10,18 +10,17 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from bayestouch.averages import TouchMeans
-from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import indenter_radius
-from bayestouch.inference.finger_modes import find_modes
-from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
-from bayestouch.results import Calibration
-from bayestouch.simplex import TouchPredictor
-
-FloatArray = NDArray[np.float64]
+from bayestouch.data.averages import TouchMeans
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.paper.simplex import TouchPredictor
+from bayestouch.results.objects import Calibration
 
 # Within this share of edge and flat a radius is the edge or the flat itself.
 _END = 1e-9

@@ -7,16 +7,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
-from bayestouch.published import TABLE_3
+from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting.differences import error_summary, estimate_errors, load_errors, reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
 from bayestouch.reporting.trust import reference_ranks
-
-FloatArray = NDArray[np.float64]
 
 #: Two tips are told apart where the right answer is given at this share of touches, in %.
 TOLD_APART = 95.0

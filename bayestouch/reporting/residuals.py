@@ -5,14 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.reporting.differences import reference_composite_radius, three
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import element_peak
-from bayestouch.result_data import TouchRows
-
-FloatArray = NDArray[np.float64]
+from bayestouch.results.data import TouchRows
 
 
 def standardised(rows: TouchRows) -> FloatArray:
@@ -48,7 +46,7 @@ def _prediction(evidence: Evidence) -> dict[str, Any] | None:
 
     None where no touch has a known radius, location and load.
     """
-    from bayestouch.calibration.finger_posterior import finger_chain
+    from bayestouch.finger.calibration import finger_chain
 
     rows = evidence.posteriors.rows
     chain = finger_chain(evidence.calibration)

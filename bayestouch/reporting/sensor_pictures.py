@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.data.sensor import Finger
+from bayestouch.output.pictures import BLUE, GREY, ORANGE, ORDERED, Picture, canvas, drawing, legend_below, rendered
+from bayestouch.output.text import fixed, number
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.pictures import BLUE, GREY, ORANGE, ORDERED, Picture, canvas, drawing, legend_below, rendered
-from bayestouch.reporting.text import fixed, number
-from bayestouch.sensor import Finger
 
 _READ = "Predicted from the calibration alone, before any touch is read: small values are sweet spots. "
 

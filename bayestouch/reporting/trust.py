@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Finger
 from bayestouch.reporting.differences import turned
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.results import Calibration, TouchPosteriors
+from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import Demands
-from bayestouch.sensor import Finger
-
-FloatArray = NDArray[np.float64]
 
 LEVELS = (50, 80, 90, 95)
 # What every touch is asked for: whether much or little of it is good, and its label.

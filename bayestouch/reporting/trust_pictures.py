@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.pictures import (
+from bayestouch.array_types import FloatArray
+from bayestouch.output.pictures import (
     BLUE,
     DIVERGING,
     GREY,
@@ -21,11 +20,10 @@ from bayestouch.reporting.pictures import (
     element_ticks,
     rendered,
 )
+from bayestouch.output.text import number
+from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.residuals import standardised
-from bayestouch.reporting.text import number
 from bayestouch.reporting.trust import reference_ranks
-
-FloatArray = NDArray[np.float64]
 
 _LIMIT = 4.0
 _AXES = {"theta_c": "reference location θ (degree)", "x": "reference location x (mm)", None: "touch, in order"}

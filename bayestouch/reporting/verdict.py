@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.diagnosis.outcome import verdict_sentence, worse_lines
+from bayestouch.output.text import fixed, listed, number, percent
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
-from bayestouch.reporting.text import fixed, listed, number, percent
 
 _FIRST = "Can its readings be trusted?"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from bayestouch.output.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.files import NUMBERS, PAGE, write_numbers, write_pictures, write_text
 from bayestouch.reporting.live import live_figures
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import all_pictures

@@ -6,15 +6,12 @@ Adaptive importance sampling as in Cappé, Douc, Guillin, Marin and Robert (2008
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.density import LogDensity, of_blocks
 from bayestouch.sampling.pareto import systematic_resample
 from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentT
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 # Purpose of the random streams.
 PURPOSE = 6
@@ -37,7 +34,7 @@ WIDE_SCALE = 2.5
 SHRINKAGE = 0.03
 
 
-def adapt(log_density: LogDensity, proposal: BlockProposal, numbers: IntArray, seed: int) -> Mixture:
+def adapt(log_density: LogDensity, proposal: BlockProposal, numbers: IndexArray, seed: int) -> Mixture:
     """Fit mixtures of Student-t distributions to the posteriors of the blocks `numbers`, starting from `proposal`."""
     held = max(1, POINTS_HELD // POINTS)
     parts = []

@@ -8,7 +8,7 @@ import numpy as np
 from emcee.backends import Backend
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from bayestouch.array_types import FloatArray
 
 
 class BlockBackend(Backend):  # type: ignore[misc]  # emcee has no types

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-
 # Log density of points x (B, n, d) of the blocks numbered (B,): (B, n), -inf outside the support, never NaN.
-LogDensity = Callable[[FloatArray, IntArray], FloatArray]
+LogDensity = Callable[[FloatArray, IndexArray], FloatArray]
 # The same for blocks that are fixed, (B, n, d) -> (B, n).
 BlockDensity = Callable[[FloatArray], FloatArray]
 
@@ -24,7 +21,7 @@ POINTS_A_CALL = 1 << 13
 
 def of_blocks(
     log_density: LogDensity,
-    numbers: IntArray,
+    numbers: IndexArray,
     *,
     points_a_call: int = POINTS_A_CALL,
     called: Callable[[int], None] | None = None,
@@ -68,7 +65,7 @@ def of_blocks(
 def weighed(
     log_density: LogDensity,
     proposal: BlockProposal,
-    numbers: IntArray,
+    numbers: IndexArray,
     streams: BlockStreams,
     n: int,
     *,

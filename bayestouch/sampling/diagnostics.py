@@ -9,11 +9,10 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.array_types import FloatArray, IntArray
 
 _SLICE = 1 << 16  # values looked at together: half a megabyte, so that they stay in cache
 

@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.sampling.diagnostics import bulk_statistics
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -67,7 +63,7 @@ class BlockDraws:
     ess_bulk: FloatArray
     rhat: FloatArray
     pareto_k: FloatArray
-    rounds: IntArray
+    rounds: IndexArray
     grade: BoolArray
 
     @property
@@ -114,17 +110,17 @@ def grade(result: BlockDraws, part: slice, demands: Demands) -> None:
     result.grade[part] = good & (served | ~proposed)
 
 
-def put(result: BlockDraws, part: BlockDraws, blocks: IntArray) -> None:
+def put(result: BlockDraws, part: BlockDraws, blocks: IndexArray) -> None:
     """Put the draws of some blocks in place."""
     _copy(result, part, blocks, np.ones(len(blocks), dtype=bool))
 
 
-def keep_better(result: BlockDraws, again: BlockDraws, blocks: IntArray) -> None:
+def keep_better(result: BlockDraws, again: BlockDraws, blocks: IndexArray) -> None:
     """Put the draws of a further round of some blocks in place, where they are the better ones."""
     _copy(result, again, blocks, again.grade | (again.worst_ess > result.worst_ess[blocks]))
 
 
-def _copy(result: BlockDraws, source: BlockDraws, blocks: IntArray, which: BoolArray) -> None:
+def _copy(result: BlockDraws, source: BlockDraws, blocks: IndexArray, which: BoolArray) -> None:
     for one in fields(BlockDraws):
         old, new = getattr(result, one.name), getattr(source, one.name)
         if one.name in ("draws", "log_density"):

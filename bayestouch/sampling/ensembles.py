@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.density import BlockDensity, of_blocks
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 # Purposes of the random streams: round 3, its starts.
 ROUND, STARTS = 3, 4
@@ -23,7 +20,7 @@ CANDIDATES = 4096
 POINTS_HELD = 1 << 21
 
 
-def ensemble_round(run: Run, proposal: BlockProposal, numbers: IntArray) -> BlockDraws:
+def ensemble_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BlockDraws:
     """Draw with stretch and differential-evolution moves, one independent ensemble for each chain.
 
     The draws of a chain are those of its ensemble's walkers, one walker after the other.
@@ -44,7 +41,7 @@ def ensemble_round(run: Run, proposal: BlockProposal, numbers: IntArray) -> Bloc
     return result
 
 
-def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: IntArray, n: int) -> FloatArray:
+def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: IndexArray, n: int) -> FloatArray:
     """Pick n different points a block (B, n, d) among the proposals, likelier where the posterior is larger."""
     streams = BlockStreams(run.seed, numbers, purpose=STARTS)
     x, log_q = proposal.draw(streams, max(CANDIDATES, 2 * n))
@@ -57,7 +54,7 @@ def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: I
 def _ensembles(
     run: Run,
     density: BlockDensity,
-    numbers: IntArray,
+    numbers: IndexArray,
     start: FloatArray,
     result: BlockDraws,
     part: slice,

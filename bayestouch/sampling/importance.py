@@ -6,16 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.sampling.density import LogDensity, weighed
 from bayestouch.sampling.pareto import pareto_smooth, systematic_resample
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Purpose of the random streams: apart from those of the rounds of `sample_blocks`.
 PURPOSE = 5
@@ -101,7 +98,7 @@ def importance_blocks(
         chosen = systematic_resample(weights, n, streams.select(part).uniform(1))
         chosen += proposals * np.arange(len(chosen))[:, None]
 
-        def by_chain(values: FloatArray, chosen: IntArray = chosen) -> FloatArray:
+        def by_chain(values: FloatArray, chosen: IndexArray = chosen) -> FloatArray:
             return np.moveaxis(values.take(chosen).reshape(-1, walkers, draws), 0, 2)
 
         for j in range(d):

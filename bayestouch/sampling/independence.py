@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.density import POINTS_A_CALL
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
 from bayestouch.sampling.proposals import BlockProposal
@@ -17,8 +17,6 @@ from bayestouch.sampling.streams import BlockStreams
 if TYPE_CHECKING:
     from bayestouch.sampling.moves import IndependenceMove
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 # Proposals held in memory together.
 POINTS_HELD = 1 << 19
@@ -29,7 +27,7 @@ LEFT_OUT, LEAST_LEFT_OUT = 1 / 16, 8
 def independence_round(
     run: Run,
     proposal: BlockProposal,
-    numbers: IntArray,
+    numbers: IndexArray,
     *,
     round_: int,
     thin: int,

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from bayestouch.array_types import BoolArray, IndexArray
 from bayestouch.sampling.adapt import adapt
 from bayestouch.sampling.density import LogDensity, weighed
 from bayestouch.sampling.draws import BlockDraws, Demands, empty_draws, keep_better, put
@@ -16,10 +17,6 @@ from bayestouch.sampling.pareto import pareto_smooth
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
-BoolArray = NDArray[np.bool_]
 
 # Beyond this many parameters a mixture cannot be fitted to a thousand draws, and ensembles mix too slowly.
 LARGEST_RESHAPED = 8
@@ -95,7 +92,7 @@ def sample_blocks(
     return result
 
 
-def _again(run: Run, proposal: BlockProposal, numbers: IntArray, rounds: int) -> BlockDraws:
+def _again(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) -> BlockDraws:
     """Second round, and third for blocks that are still poor."""
     small = proposal.dimension <= LARGEST_RESHAPED
     result = empty_draws(run.walkers, run.draws, proposal.n_blocks, proposal.dimension, 2)
@@ -113,7 +110,7 @@ def _again(run: Run, proposal: BlockProposal, numbers: IntArray, rounds: int) ->
     return result
 
 
-def _served(run: Run, proposal: BlockProposal, numbers: IntArray) -> BoolArray:
+def _served(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BoolArray:
     """Blocks whose proposal is good, so that what their chains lacked was length or luck, (B,)."""
     served = np.empty(proposal.n_blocks, dtype=bool)
     streams = BlockStreams(run.seed, numbers, purpose=PURPOSE)

@@ -13,14 +13,11 @@ import numpy as np
 from emcee.moves import Move
 from numpy.typing import NDArray
 
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, LogDensity, weighed
 from bayestouch.sampling.pareto import pareto_shape
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
-IntArray = NDArray[np.intp]
 
 
 class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
@@ -51,7 +48,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         proposal: BlockProposal,
         streams: BlockStreams,
         log_density: LogDensity,
-        numbers: IntArray,
+        numbers: IndexArray,
         steps: int,
         *,
         points_a_call: int = POINTS_A_CALL,

@@ -6,10 +6,8 @@ Vehtari, Simpson, Gelman, Yao and Gabry (2024), Journal of Machine Learning Rese
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
+from bayestouch.array_types import FloatArray, IndexArray
 
 # Weights below the smallest normal number (relative to the largest) count as none.
 _LEAST_LOG = float(np.log(np.finfo(float).tiny))
@@ -49,7 +47,7 @@ def pareto_shape(log_weights: FloatArray) -> FloatArray:
     return shape
 
 
-def systematic_resample(weights: FloatArray, n: int, offset: FloatArray) -> IntArray:
+def systematic_resample(weights: FloatArray, n: int, offset: FloatArray) -> IndexArray:
     """Indices (B, n) of which each comes as often as its weight (B, N) asks, rounded up or down.
 
     Parameters

@@ -6,11 +6,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.sampling.diagnostics import bulk_statistics
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

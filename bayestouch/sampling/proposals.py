@@ -8,13 +8,11 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
+from bayestouch.array_types import FloatArray
 from bayestouch.sampling.streams import BlockStreams
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.intp]
 
 
 class BlockProposal(Protocol):

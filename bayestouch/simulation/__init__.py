@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from bayestouch.dataset import DataSet, save_dataset
+from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation import finger, pad
 from bayestouch.simulation.designs import FingerDesign, PadDesign
 from bayestouch.simulation.effects import SIMULATED_EFFECTS, SimulatedEffect, apply_effects, check_effects
 from bayestouch.simulation.finger import BuiltFinger
 from bayestouch.simulation.pad import BuiltPad
 from bayestouch.simulation.recording import Built
-from bayestouch.summary import Summarised, summary_html
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-from bayestouch.published import TABLE_3
-from bayestouch.summary import Summarised
-
-FloatArray = NDArray[np.float64]
+from bayestouch.output.summary import Summarised
+from bayestouch.paper.published import TABLE_3
 
 #: Line load (N/m) of the paper's touches: a finger's peak reading and its noise in % of peak refer to it.
 REFERENCE_LOAD = 200.0

@@ -11,12 +11,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bayestouch.errors import InputError
 from bayestouch.simulation.recording import SimulatedRecording
 
-FloatArray = NDArray[np.float64]
 Stage = Literal["rig", "contact", "body", "element", "readout", "noise"]
 Apply = Callable[[SimulatedRecording, float, np.random.Generator], SimulatedRecording]
 

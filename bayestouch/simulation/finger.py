@@ -12,16 +12,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.chain.response import modes_needed
 from bayestouch.contact import composite_radius, contact_model
-from bayestouch.sensor import Finger, Rubber, Sensor
+from bayestouch.data.sensor import Finger, Rubber, Sensor
 from bayestouch.simulation.designs import REFERENCE_LOAD, FingerDesign
 from bayestouch.simulation.recording import Plan, SimulatedRecording
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,13 +11,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.sensor import Pad, Rubber, Sensor
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Pad, Rubber, Sensor
 from bayestouch.simulation.designs import PadDesign
 from bayestouch.simulation.recording import Plan, SimulatedRecording
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

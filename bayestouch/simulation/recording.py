@@ -6,13 +6,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.sensor import Sensor
-from bayestouch.touches import Touches, touches_from
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.sensor import Sensor
+from bayestouch.data.touches import Touches, touches_from
 
 SAMPLE_INTERVAL_S = 0.25
 LIFT_INTERVAL_S = 4.0

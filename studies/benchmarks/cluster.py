@@ -18,10 +18,10 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 import bayestouch
-from bayestouch.calibration.finger_posterior import finger_chain
-from bayestouch.inference import run as run_module
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.reading import driver as run_module
 from bayestouch.simulation import FingerDesign
-from bayestouch.touches import Touches, touches_from
 
 DRAWS = 512
 SIZES = (512, 2048, 8192)

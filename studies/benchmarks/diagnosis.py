@@ -20,7 +20,6 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import bayestouch
-from bayestouch.affected.start import base_fit
 from bayestouch.diagnosis.candidates import score_effects
 from bayestouch.diagnosis.comparison import density, refit
 from bayestouch.diagnosis.data import DiagnosisData
@@ -28,6 +27,7 @@ from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.search import ERRORS, LEADING
 from bayestouch.effects import catalogue
 from bayestouch.effects.noise import NoiseEffect
+from bayestouch.finger.start import base_fit
 from bayestouch.simulation import FingerDesign, simulate
 
 MISSING = {"crosstalk": 0.04}

@@ -17,8 +17,8 @@ from collections.abc import Callable
 import numpy as np
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings
-from bayestouch.inference.reading_table import ReadingTable
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reading_table import ReadingTable
 
 TOUCHES, WALKERS, ELEMENTS = 256, 16, 16
 

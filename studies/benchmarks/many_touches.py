@@ -19,12 +19,12 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import numpy as np
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.inference.finger_covariance import CalibrationCovariance
-from bayestouch.inference.finger_draws import DrawTask, draw_all
-from bayestouch.inference.finger_modes import find_modes
-from bayestouch.inference.finger_reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
-from bayestouch.inference.reading_table import ReadingTable
-from bayestouch.noise import Noise
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.reading.covariance import CalibrationCovariance
+from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
+from bayestouch.finger.reading.reading_table import ReadingTable
 
 ELEMENTS, LOAD, NOISE_PERCENT, MODULUS = 16, 200.0, 1.72, 0.15
 ESS = 400.0

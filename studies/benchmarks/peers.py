@@ -27,9 +27,9 @@ import numpy as np
 sys.path.append(str(Path(__file__).parent))
 import many_touches
 
-from bayestouch.inference.finger_draws import DrawTask, draw_all
-from bayestouch.inference.finger_modes import find_modes
-from bayestouch.inference.finger_reader import FingerPosterior, TouchReadings, noise_whitener
+from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.modes import find_modes
+from bayestouch.finger.reading.reader import FingerPosterior, TouchReadings, noise_whitener
 from bayestouch.sampling.diagnostics import ess_bulk
 
 HERE = Path(__file__).parent

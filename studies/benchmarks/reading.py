@@ -24,9 +24,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from bayestouch.data.touch_source import joined_touches
+from bayestouch.data.touch_table import read_touches, write_touches
 from bayestouch.simulation import FingerDesign, simulate
-from bayestouch.touch_source import joined_touches
-from bayestouch.touch_table import read_touches, write_touches
 
 
 def seconds(call: Callable[[], object]) -> float:

@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 
 import bayestouch
-from bayestouch.calibration.finger_posterior import finger_chain
+from bayestouch.data.touch_table import write_touches
+from bayestouch.data.touches import touches_from
+from bayestouch.finger.calibration import finger_chain
 from bayestouch.simulation import FingerDesign
-from bayestouch.touch_table import write_touches
-from bayestouch.touches import touches_from
 
 # A table so small that what it costs is starting the program, solving contacts and opening files.
 SMALLEST = 64

@@ -13,9 +13,9 @@ from independent.dataset import Simulated, write
 from independent.finger import SMALL, Design
 
 import bayestouch
-from bayestouch.dataset import DataSet, load_dataset
+from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.effects.stated import StatedModel
-from bayestouch.results import Calibration
+from bayestouch.results.objects import Calibration
 
 #: Small and quiet: 122 touches of five samples, noise of 0.4 % of the peak, loads that vary by a factor of three.
 DESIGN = replace(SMALL, noise_sd=4.0, loads=(100.0, 300.0), force_sd=0.5)

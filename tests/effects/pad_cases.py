@@ -10,19 +10,19 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from independent import pad
 
-from bayestouch.affected.added import AddedEffect, added_effects
-from bayestouch.affected.effect_list import named_effects
-from bayestouch.affected.fitting import Fitted
-from bayestouch.affected.pad_calibration import pad_calibration
-from bayestouch.affected.pad_start import pad_fit
-from bayestouch.affected.timing import Timing
-from bayestouch.dataset import DataSet, load_dataset
+from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.stated_fit import _with_effect
 from bayestouch.effects import Setting
-from bayestouch.results import Calibration
+from bayestouch.model.added import AddedEffect, added_effects
+from bayestouch.model.effect_list import named_effects
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.timing import Timing
+from bayestouch.pad.calibration_with_effects import pad_calibration
+from bayestouch.pad.start import pad_fit
+from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from independent import catalogue_forms as forms
 
-from bayestouch.averages import average
+from bayestouch.chain.recording import History, Recording
+from bayestouch.data.averages import average
+from bayestouch.data.touches import touches_from
 from bayestouch.effects import Effect, Setting, effect_classes
 from bayestouch.effects.listing import FINGER, PAD
-from bayestouch.recording import History, Recording
-from bayestouch.touches import touches_from
 
 RNG = np.random.default_rng(14)
 TOUCHES, SAMPLES, M = 30, 4, 8

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.affected.noise_model import AddedNoise
+from bayestouch.chain.recording import Recording
 from bayestouch.effects import RandomEffect, effect_classes
 from bayestouch.effects.listing import FINGER
 from bayestouch.effects.noise import CommonModeNoise, Outliers, Scatter, SignalDependentNoise
-from bayestouch.recording import Recording
+from bayestouch.model.noise import AddedNoise
 
 RNG = np.random.default_rng(21)
 N, M = 50, 5

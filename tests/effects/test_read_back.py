@@ -10,7 +10,7 @@ import pytest
 from finger_cases import CASES, Case, recovered
 
 import bayestouch
-from bayestouch.results import Calibration
+from bayestouch.results.objects import Calibration
 
 #: By how many of their sds touches would be off, on average or as root mean square, if the effect were left out.
 BIASED = {"prober_eccentricity": "theta_c", "load_offset": "P", "load_misalignment": "P"}

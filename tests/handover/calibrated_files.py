@@ -11,9 +11,9 @@ import written_out as w
 import xarray as xr
 
 import bayestouch
+from bayestouch.data.touches import Touches
 from bayestouch.effects.stated import StatedModel
-from bayestouch.posterior_reading import load_calibration
-from bayestouch.touches import Touches
+from bayestouch.results.reading import load_calibration
 
 
 @dataclass(frozen=True, eq=False)

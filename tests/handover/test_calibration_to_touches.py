@@ -13,8 +13,8 @@ import written_out as w
 from calibrated_files import Calibrated
 
 import bayestouch
-from bayestouch.results import TouchPosteriors
-from bayestouch.touches import Touches
+from bayestouch.data.touches import Touches
+from bayestouch.results.objects import TouchPosteriors
 
 NAMES = ("R", "theta_c", "P")
 TOUCHES, SAMPLES, DRAWS = 30, 64, 1600

@@ -15,15 +15,15 @@ from pad_simulation import grid, line, square
 import bayestouch.diagnosis.finger as diagnosis_of_finger
 import bayestouch.diagnosis.pad as diagnosis_of_pad
 import bayestouch.reporting.evidence as evidence
-from bayestouch.affected.fitting import fit
-from bayestouch.affected.predictive import held_out_density
-from bayestouch.affected.start import base_fit
-from bayestouch.dataset import DataSet
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.splits import with_calibration
+from bayestouch.data.touches import Touches, touches_from
 from bayestouch.diagnosis.comparison import FOLDS, folds
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects.random import BaselineDrift
-from bayestouch.splits import with_calibration
-from bayestouch.touches import Touches, touches_from
+from bayestouch.finger.start import base_fit
+from bayestouch.model.fitting import fit
+from bayestouch.model.predictive import held_out_density
 
 M = w.ELEMENTS
 

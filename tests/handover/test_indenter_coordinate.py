@@ -7,9 +7,9 @@ import pytest
 import written_out as w
 from scipy import stats
 
-from bayestouch.indenter_priors import IndenterDistribution, IndenterPrior, UniformCurvature, UniformRadius
-from bayestouch.inference.indenter_coordinate import IndenterCoordinate
-from bayestouch.parameters import LogNormal
+from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
+from bayestouch.priors.indenters import IndenterDistribution, IndenterPrior, UniformCurvature, UniformRadius
+from bayestouch.priors.parameters import LogNormal
 
 R = np.array([0.5, 2.0, 5.0, 9.0, 12.0])
 TIP = R * w.OUTER / (w.OUTER - R)

@@ -17,7 +17,7 @@ import xarray as xr
 from calibrated_files import Calibrated
 
 import bayestouch
-from bayestouch.touches import Touches, touches_from
+from bayestouch.data.touches import Touches, touches_from
 
 M = w.ELEMENTS
 

@@ -15,12 +15,12 @@ import xarray as xr
 from pad_simulation import line
 from scipy import stats
 
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.calibration.pad_readings import pad_readings
-from bayestouch.inference.pad import infer_pad
-from bayestouch.inference.pad_reader import PadReader
-from bayestouch.posterior_reading import load_calibration
-from bayestouch.results import Calibration
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.known_touches import pad_readings
+from bayestouch.pad.reading.reader import PadReader
+from bayestouch.pad.reading.run import infer_pad
+from bayestouch.results.objects import Calibration
+from bayestouch.results.reading import load_calibration
 
 M = 4
 SAMPLES = 3

@@ -9,12 +9,12 @@ import written_out as w
 from calibrated_files import Calibrated
 from scipy import stats
 
-from bayestouch.affected.fitting import Fitted, fit
-from bayestouch.affected.start import base_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects.element import Crosstalk
 from bayestouch.effects.random import BaselineDrift, GainDrift, RandomEffect
-from bayestouch.inference.finger_drift import TouchEvidence, drift_of_others
+from bayestouch.finger.reading.drift import TouchEvidence, drift_of_others
+from bayestouch.finger.start import base_fit
+from bayestouch.model.fitting import Fitted, fit
 
 M = w.ELEMENTS
 

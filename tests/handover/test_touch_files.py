@@ -12,9 +12,9 @@ from calibrated_files import Calibrated
 from pad_simulation import grid, square
 
 import bayestouch
-from bayestouch.calibration.pad import calibrate_pad
-from bayestouch.posterior_reading import load_touches
-from bayestouch.touches import Touches
+from bayestouch.data.touches import Touches
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.results.reading import load_touches
 
 TIPS = np.array([2.0, 5.0, 9.0, 20.0, 40.0, 3.0])
 PLACES = np.array([-15.0, 12.0, -6.0, 9.0, 3.0, -11.0])

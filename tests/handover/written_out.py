@@ -13,9 +13,9 @@ import numpy as np
 from scipy import stats
 
 from bayestouch.chain.finger import FingerChain
-from bayestouch.dataset import DataSet
-from bayestouch.sensor import Finger, Rubber, Sensor
-from bayestouch.touches import Touches, touches_from
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger, Rubber, Sensor
+from bayestouch.data.touches import Touches, touches_from
 
 CORE, OUTER, DEPTH = 9.4, 12.7, 9.9
 ANGLES = (-17.6, -8.8, 0.0, 8.8, 17.6)

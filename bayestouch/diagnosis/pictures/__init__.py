@@ -9,7 +9,7 @@ from bayestouch.diagnosis.pictures.search import search_picture
 from bayestouch.diagnosis.pictures.touches import touch_picture
 from bayestouch.diagnosis.pictures.views import pair_picture, view_picture
 from bayestouch.diagnosis.traced import Traced
-from bayestouch.reporting.pictures import Picture
+from bayestouch.output.pictures import Picture
 
 __all__ = ["all_pictures"]
 

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.diagnosis.pictures.scatter import scatter_picture
 from bayestouch.diagnosis.traced import Traced
-from bayestouch.reporting.pictures import Picture, canvas, drawing, rendered
-
-FloatArray = NDArray[np.float64]
+from bayestouch.output.pictures import Picture, canvas, drawing, rendered
 
 # Where an effect within touches lowers the mean square of the touches' means by so much, these show it.
 IN_MEANS = 1.1

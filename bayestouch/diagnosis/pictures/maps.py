@@ -6,12 +6,10 @@ from textwrap import fill
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.quantities import Quantity
-from bayestouch.reporting.pictures import DIVERGING, element_ticks
-
-FloatArray = NDArray[np.float64]
+from bayestouch.output.pictures import DIVERGING, element_ticks
 
 BINS = 24
 # of a label below a panel of a third of the page

@@ -5,16 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.affected.fitting import Fitted
 from bayestouch.diagnosis.rounds import Round
-from bayestouch.reporting.pictures import BLUE, GREY, RED, Picture, canvas, drawing, legend_below, rendered
+from bayestouch.model.fitting import Fitted
+from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, legend_below, rendered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-FloatArray = NDArray[np.float64]
 
 
 def scatter_picture(number: int, each: Round, following: Round) -> Picture:

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.traced import Traced
-from bayestouch.reporting.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
+from bayestouch.output.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,7 +6,7 @@ import numpy as np
 
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import TouchReading
-from bayestouch.reporting.pictures import BLUE, GREY, RED, Picture, canvas, drawing, rendered
+from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, rendered
 
 
 def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOut, held_after: HeldOut) -> Picture:

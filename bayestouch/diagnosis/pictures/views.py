@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.where import View, views
-from bayestouch.reporting.pictures import (
+from bayestouch.output.pictures import (
     BLUE,
     DIVERGING,
     GREY,
@@ -18,8 +18,6 @@ from bayestouch.reporting.pictures import (
     element_ticks,
     rendered,
 )
-
-FloatArray = NDArray[np.float64]
 
 COLUMNS = 2
 

@@ -1,0 +1,267 @@
+"""Simulation-based calibration of the calibration posterior of a finger.
+
+Draw all parameters from their priors, simulate the calibration touches, calibrate, and rank the truth among the draws
+that a user gets. Truth, noise and readings are made here from the public parameters: nothing of the likelihood's noise,
+layout or prior densities is used for them.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.calibration import calibrate
+from bayestouch.chain.finger import FingerChain
+from bayestouch.checks.ranks import RankStatistics, of_ranks, rank
+from bayestouch.contact import composite_radius
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.grouping import grouped_mean, groups
+from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.touches import Touches
+from bayestouch.errors import InputError
+from bayestouch.finger.density import FingerDensity
+from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.likelihood import LOAD_REACH, softest
+from bayestouch.finger.priors import FIELDS, FingerPriors
+from bayestouch.parallel.cluster import on_cluster
+from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.progress import Progress
+
+# Fingers like the one at hand, where the user states no prior: responses and noise within these factors of its own.
+RESPONSE_FACTOR, NOISE_FACTOR = 1.3, 1.5
+# Fewer simulations than this are done sooner than other processes have started.
+WORTH_PROCESSES = 16
+
+Ranked = dict[str, tuple[int, bool]]
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationDesign:
+    """Calibration touches to be simulated, and what their parameters are drawn from.
+
+    Attributes
+    ----------
+    sensor : Sensor
+        The finger as built.
+    drawn_from : mapping of str to Prior
+        Priors that the truth is drawn from, by the names of `bayestouch.calibrate`: all of them.
+    assumed : mapping of str to Prior
+        Priors that the calibration is told.
+    touches : Touches
+        Samples whose places, indenters and mean loads are kept.
+    contact : str
+        Contact model.
+    draws : int
+        Posterior draws of each simulation.
+    seed : int
+        Seed of everything.
+    """
+
+    sensor: Sensor
+    drawn_from: Mapping[str, Prior]
+    assumed: Mapping[str, Prior]
+    touches: Touches
+    contact: str
+    draws: int
+    seed: int
+
+    @classmethod
+    def of(
+        cls, dataset: DataSet, stated: Mapping[str, Prior], contact: str, draws: int, seed: int
+    ) -> CalibrationDesign:
+        """Design of a data set's calibration; priors that are not stated follow from its sensor and readings."""
+        finger, table = dataset.sensor.body, dataset.calibration
+        if not isinstance(finger, Finger):
+            raise InputError("simulation-based calibration is offered for fingers")
+        if table is None:
+            raise InputError("simulation-based calibration needs a data set with calibration touches")
+        touches = table.baseline_corrected()
+        touches = touches.select(touches.in_contact & np.isfinite(touches.load)).with_(reads=None, readings_sd=None)
+        default = FingerPriors.of(dataset.sensor)[0]
+        fit, used = fit_finger(touches.averaged(), finger, default, contact=contact)
+        if not used.all():
+            raise InputError("simulation-based calibration needs touches that are all known")
+        own = {
+            "response": LogNormal(float(np.median(np.abs(fit.chain.response))), float(np.log(RESPONSE_FACTOR))),
+            "noise_sd": LogNormal(float(np.median(fit.noise.tactile_sd)), float(np.log(NOISE_FACTOR))),
+            "force_noise_sd": LogNormal(fit.noise.force_sd, float(np.log(NOISE_FACTOR))),
+        }
+        complete = default.with_stated(stated, finger)
+        priors = {name: getattr(complete, field) or own[name] for name, field in FIELDS.items()}
+        return cls(dataset.sensor, priors, priors, touches, contact, draws, seed)
+
+    @property
+    def finger(self) -> Finger:
+        """Geometry as built."""
+        assert isinstance(self.sensor.body, Finger)
+        return self.sensor.body
+
+
+def check_calibration(
+    design: CalibrationDesign, simulations: int, progress: Progress | None, scheduler: str | None = None
+) -> RankStatistics:
+    """Ranks of every parameter, of the first and the last touch's true load, and of the log density.
+
+    The log density of the posterior is a function of parameters and data: its rank finds what marginal ranks may
+    hide (Modrák et al. 2023, doi:10.1214/23-BA1404).
+    """
+    found: dict[int, Ranked] = {}
+    for number, piece in _numbered(design, range(simulations), scheduler):
+        found[number] = piece
+        if progress is not None:
+            progress(len(found) / simulations)
+    pieces = [found[number] for number in range(simulations)]
+    ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in pieces[0]}
+    return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in pieces[0]})
+
+
+def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
+    """Results of all simulations: of a cluster, or of all cores where there are enough simulations for them."""
+    from concurrent.futures import ProcessPoolExecutor
+
+    workers = os.cpu_count() or 1
+    if scheduler is not None:
+        yield from on_cluster(scheduler, simulate_and_rank, design, zip(numbers, numbers, strict=True))
+    elif workers == 1 or len(numbers) < WORTH_PROCESSES:
+        yield from ((number, simulate_and_rank(design, number)) for number in numbers)
+    else:
+        with ProcessPoolExecutor(workers) as pool:
+            yield from zip(numbers, pool.map(partial(simulate_and_rank, design), numbers, chunksize=4), strict=True)
+
+
+def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
+    """Rank of the truth of one simulated calibration, and whether the 90 % interval holds it, by name."""
+    rng = np.random.default_rng([design.seed, number])
+    true, loads, touches = simulate_calibration(design, rng)
+    calibration = calibrate(
+        DataSet(design.sensor, touches, touches),
+        contact=design.contact,
+        priors=design.assumed,
+        draws=design.draws,
+        seed=design.seed + number,
+    )
+    public = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}
+    fit, _ = fit_finger(
+        touches.averaged(),
+        design.finger,
+        FingerPriors.of(design.sensor)[0].with_stated(design.assumed, design.finger),
+        contact=design.contact,
+    )
+    density, flat = FingerDensity.of(fit), flat_vectors(fit, public)
+    at_truth = flat_vectors(fit, {name: true[name][None] for name in public})
+    drawn, truth = by_element(public), by_element({name: true[name][None] for name in public})
+    drawn["log density"], truth["log density"] = density(flat), density(at_truth)
+    centre, sd = density.true_loads(flat)
+    for label, touch in (("P of the first touch", 0), ("P of the last touch", -1)):
+        drawn[label], truth[label] = rng.normal(centre[:, touch], sd[:, touch]), loads[[touch]]
+    out = {}
+    for name, values in drawn.items():
+        low, high = np.quantile(values, [0.05, 0.95])
+        out[name] = int(rank(values[:, None], truth[name])[0]), bool(low <= truth[name][0] <= high)
+    return out
+
+
+def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Parameters (n,), and those by element (n, m) as m of ``"r_s e03"`` (n,)."""
+    out = {}
+    for name, each in values.items():
+        if each.ndim == 1:
+            out[name] = each
+        else:
+            out |= {f"{name} e{element + 1:02d}": column for element, column in enumerate(each.T)}
+    return out
+
+
+def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray:
+    """Vectors (n, d) at which the log density of a fit is evaluated, from parameters in public units (n[, m])."""
+    at = fit.likelihood.layout
+    out = np.empty((len(public["sigma"]), at.size))
+    out[:, at.response], out[:, at.depth] = np.log(np.abs(public["response"])), public["r_s"]
+    out[:, at.angle], out[:, at.sigma] = np.radians(public["theta_s"]), public["sigma"]
+    out[:, at.log_mu], out[:, at.noise] = np.log(public["mu"]), np.log(public["noise_sd"])
+    out[:, at.force_noise] = np.log(public["force_noise_sd"])
+    if at.discrepancy:
+        reads = fit.likelihood.known.typical_reads
+        out[:, at.missed] = np.log(public["discrepancy_sd"] / public["noise_sd"] * np.sqrt(reads))
+    return out
+
+
+def simulate_calibration(
+    design: CalibrationDesign, rng: np.random.Generator
+) -> tuple[dict[str, FloatArray], FloatArray, Touches]:
+    """Parameters from their priors, true loads (t,) and samples of the design's touches.
+
+    The posterior takes every load as equally likely before it is measured. That is the same as to keep the measured
+    mean and let the true load scatter about it, which is how loads are drawn here.
+
+    Parameters
+    ----------
+    design : CalibrationDesign
+        Touches and priors.
+    rng : numpy Generator
+        Source of all random numbers.
+
+    Returns
+    -------
+    dict of arrays
+        Parameters by public name and in public units, () or (m,) each.
+    (t,) array
+        True loads, N/m.
+    Touches
+        The design's touches with new readings and loads.
+    """
+    touches = design.touches
+    ids, group = groups(touches.touch)
+    means = touches.averaged()
+    reads = np.bincount(group, minlength=len(ids))
+    true = draw_parameters(design, float(np.median(means.counts[means.counts > 0])), rng)
+    loads = rng.normal(means.load, true["force_noise_sd"] / np.sqrt(reads))
+    chain = FingerChain(
+        core_radius_mm=design.finger.core_radius_mm,
+        outer_radius_mm=design.finger.outer_radius_mm,
+        response=true["response"],
+        sensing_radius_mm=true["r_s"],
+        angle=np.radians(true["theta_s"]),
+        offset=np.zeros(design.finger.n_elements),
+        poisson_ratio=float(true["sigma"]),
+        shear_modulus_MPa=float(true["mu"]),
+        largest_load=float(loads.max()),
+        contact=design.contact,
+    )
+    true["gain"] = chain.gain
+    assert means.angle_deg is not None
+    place = composite_radius(means.indenter_radius_mm, design.finger.outer_radius_mm), np.radians(means.angle_deg)
+    clean = chain.predict(*place, loads)
+    readings = rng.normal(rng.normal(clean, true["discrepancy_sd"])[group], true["noise_sd"])
+    scatter = rng.normal(0.0, true["force_noise_sd"], len(group))
+    scatter -= grouped_mean(scatter, group, len(ids))[group]
+    return (
+        true,
+        loads,
+        touches.with_(
+            readings=np.where(np.isnan(touches.readings), np.nan, readings), load=means.load[group] + scatter
+        ),
+    )
+
+
+def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Generator) -> dict[str, FloatArray]:
+    """One draw of every parameter from its prior, for touches of so many readings: of a rubber that carries the loads.
+
+    As documented: angles are departures from those as built, and the discrepancy is in units of the noise of a touch's
+    mean.
+    """
+    finger, m = design.finger, design.finger.n_elements
+    shapes = {name: () if name in ("sigma", "mu", "force_noise_sd") else (m,) for name in FIELDS}
+    lowest = np.exp(softest(finger, LOAD_REACH * float(design.touches.averaged().load.max())))
+    while True:
+        drawn = {name: design.drawn_from[name].quantile(rng.random(shape)) for name, shape in shapes.items()}
+        if drawn["mu"] > lowest:
+            break
+    drawn["theta_s"] = drawn["theta_s"] + np.asarray(finger.element_angles_deg)
+    drawn["discrepancy_sd"] = drawn["discrepancy_sd"] * drawn["noise_sd"] / np.sqrt(reads)
+    return drawn

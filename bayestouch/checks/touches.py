@@ -1,0 +1,205 @@
+"""Simulation-based calibration: ranks of the truth of simulated touches among the draws of their posteriors.
+
+Draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the truth among
+the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788). Calibrations are
+checked the same way in `bayestouch.checks.calibrations`.
+
+The simulation takes the draws of the calibration as they are saved, and makes its own noise from them; `infer` reads
+with the calibration's mode, covariance and noise. So the check notices if these do not belong together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
+from bayestouch.checks.ranks import BINS, RankStatistics, rank_statistics
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.errors import InputError
+from bayestouch.inference import infer
+from bayestouch.model.effect_list import KEY
+from bayestouch.priors.parameters import Prior
+from bayestouch.progress import Progress
+from bayestouch.results.objects import Calibration
+
+# The prior of a touch as docs/statistics.md states it: locations as far beyond the outermost elements, degree, and
+# loads up to so many mean calibration loads. Written here again, so that the check does not share it with `infer`.
+MARGIN_DEG, LARGEST_LOAD = 20.0, 3.0
+
+
+def sbc(
+    of: Calibration | DataSet,
+    *,
+    simulations: int = 500,
+    samples: int = 1,
+    plug_in: bool = False,
+    method: str = "emcee",
+    priors: Mapping[str, Prior] | None = None,
+    contact: str = "layer",
+    draws: int | None = None,
+    seed: int = 0,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+) -> RankStatistics:
+    """Simulation-based calibration of the posteriors on a finger: of touches, or of the calibration itself.
+
+    Parameters
+    ----------
+    of : Calibration or DataSet
+        A calibrated finger checks the posteriors of touches: each touch is drawn from the prior and simulated with one
+        of the calibration's draws (with fewer draws than simulations they are used again), then read by
+        `bayestouch.infer`. A data set checks the posterior of its calibration: all parameters are drawn from their
+        priors, and the calibration touches simulated and calibrated with.
+    simulations : int
+        Touches, or calibrations, to simulate.
+    samples : int
+        Readings averaged in each touch (touches only; calibrations have the data set's samples).
+    plug_in : bool
+        Read the touches as if the calibration were exact: its ranks then show what that costs (touches only).
+    method : {"emcee", "importance"}
+        How to draw (touches only).
+    priors : mapping of str to Prior, optional
+        As in `bayestouch.calibrate` (calibrations only). Where none is stated of responses or noise, they follow the
+        data set's own within a factor of 1.3 and 1.5, since a prior that is taken from data cannot be drawn from.
+    contact : str
+        Contact model (calibrations only; a calibration has its own).
+    draws : int, optional
+        Posterior draws of each simulation: 1024 of a touch, 400 of a calibration.
+    seed : int
+        Seed of everything.
+    scheduler : str, optional
+        Address of the scheduler of a Dask cluster that does the simulations (calibrations only).
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    RankStatistics
+        By parameter, and of a calibration by parameter and element (``"r_s e03"``), with two true loads and the log
+        density. `RankStatistics.passes` says whether all are uniform at a level.
+
+    Raises
+    ------
+    InputError
+        If the sensor is not a finger, its calibration has effects or an identified E map (which the simulation does
+        not know), too few simulations are asked for or an option does not fit.
+    """
+    if simulations < 5 * BINS:
+        raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
+    if isinstance(of, DataSet):
+        if plug_in or samples != 1 or method != "emcee":
+            raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
+        from bayestouch.checks.calibrations import CalibrationDesign, check_calibration
+
+        design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed)
+        return check_calibration(design, simulations, progress, scheduler)
+    if priors or contact != "layer" or scheduler is not None:
+        raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
+    if not isinstance(of.sensor.body, Finger):
+        raise InputError("simulation-based calibration is offered for fingers")
+    if KEY in of.settings or of.settings.get("e_map") == "empirical":
+        raise InputError(
+            "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
+            "the E map of the model"
+        )
+    return _check_touches(of, simulations, samples, plug_in, method, draws or 1024, seed, progress)
+
+
+def _check_touches(
+    calibration: Calibration,
+    simulations: int,
+    samples: int,
+    plug_in: bool,
+    method: str,
+    draws: int,
+    seed: int,
+    progress: Progress | None,
+) -> RankStatistics:
+    """Ranks of R, r_c, θ_c and P of simulated touches among the draws that `infer` returns."""
+    truth, touches = simulate_touches(calibration, simulations, samples, np.random.default_rng([seed, 1]))
+    read = infer(
+        touches,
+        calibration,
+        plug_in=plug_in,
+        check_sensor=False,
+        method=method,
+        draws=draws,
+        seed=seed,
+        progress=progress,
+    )
+    return rank_statistics(read.posterior, truth)
+
+
+def simulate_touches(
+    calibration: Calibration, simulations: int, samples: int, rng: np.random.Generator
+) -> tuple[dict[str, FloatArray], Touches]:
+    """Touches from the prior, each read by a calibration of its own.
+
+    Touches that share a calibration share its error: their ranks would not be independent.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Its draws are the calibrations.
+    simulations, samples : int
+        Touches, and readings of each.
+    rng : numpy Generator
+        Source of all random numbers.
+
+    Returns
+    -------
+    dict of (simulations,) arrays
+        The truth: ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m).
+    Touches
+        ``simulations * samples`` rows.
+    """
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    place = np.asarray(calibration.mode["theta_s"])
+    outer, largest = finger.outer_radius_mm, LARGEST_LOAD * float(np.nanmean(calibration.rows.load))
+    radius = rng.uniform(0.0, outer, simulations)
+    truth = {
+        "R": radius,
+        "r_c": radius * outer / (outer - radius),
+        "theta_c": rng.uniform(place.min() - MARGIN_DEG, place.max() + MARGIN_DEG, simulations),
+        "P": rng.uniform(0.0, largest, simulations),
+    }
+    flat = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}
+    number = np.resize(rng.permutation(len(flat["sigma"])), simulations)
+    clean = np.stack(
+        [
+            _chain(calibration, {name: values[i] for name, values in flat.items()}).predict(
+                radius[row], np.radians(truth["theta_c"][row]), truth["P"][row]
+            )
+            for row, i in enumerate(number)
+        ]
+    )
+    noise, force = flat["noise_sd"][number], flat["force_noise_sd"][number]
+    missed = flat["discrepancy_sd"][number] if "discrepancy_sd" in flat else np.zeros_like(noise)
+    mean = clean + rng.normal(0.0, missed) + calibration.extra.get("rest_reading", np.zeros(finger.n_elements))
+    touch = np.repeat(np.arange(simulations), samples)
+    readings, load = rng.normal(mean[touch], noise[touch]), rng.normal(truth["P"][touch], force[touch])
+    return truth, touches_from(touch, readings, load=load, contact=1.0)
+
+
+def _chain(calibration: Calibration, drawn: Mapping[str, FloatArray]) -> FingerChain:
+    """The finger with the parameters of one draw."""
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    return FingerChain(
+        core_radius_mm=finger.core_radius_mm,
+        outer_radius_mm=finger.outer_radius_mm,
+        response=drawn["response"],
+        sensing_radius_mm=drawn["r_s"],
+        angle=np.radians(drawn["theta_s"]),
+        offset=np.zeros(finger.n_elements),
+        poisson_ratio=float(drawn["sigma"]),
+        shear_modulus_MPa=float(drawn["mu"]),
+        largest_load=float(calibration.settings["largest_load"]),
+        contact=str(calibration.settings["contact"]),
+    )

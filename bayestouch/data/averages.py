@@ -1,0 +1,154 @@
+"""Means over the samples of a touch, and the pure error between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.grouping import first_of, grouped_mean, groups
+from bayestouch.data.sample_rows import SampleRows
+from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchMeans(Summarised):
+    """One row per touch, over its samples in contact; t touches, m elements.
+
+    Touches stand in the order of their first row in contact; a touch that has none is left out.
+
+    Attributes
+    ----------
+    touch : int array, shape (t,)
+    readings : array, shape (t, m)
+        Mean readings; NaN where a touch has none of an element.
+    counts : int array, shape (t, m)
+        Number of raw reads behind each mean: a row counts once, or `reads` times where it is an average.
+    pure_error_variance : array, shape (m,)
+        Variance of ONE raw read, pooled over touches; that of a mean is this over `counts`. NaN where
+        no element of a touch was read twice.
+    pure_error_dof : array, shape (m,)
+        Degrees of freedom behind it.
+    load, indenter_radius_mm, depth_mm, time_s : array, shape (t,)
+        Means over the rows that have them (load in N/m or N); NaN where none has.
+    angle_deg, x_mm, y_mm : array, shape (t,), or None
+        Mean location (angles across ±180° are averaged around the circle).
+    load_reads : array, shape (t,), or None
+        Number of raw reads behind each mean load; 0 where none has one.
+    load_error_variance, load_error_dof : float
+        Variance of ONE read of the load within touches, and its degrees of freedom; NaN and 0 where no load of a touch
+        was read twice, or where those of every touch are equal (then one load was written into all its rows).
+    """
+
+    touch: IntArray
+    readings: FloatArray
+    counts: IntArray
+    pure_error_variance: FloatArray
+    pure_error_dof: FloatArray
+    load: FloatArray
+    indenter_radius_mm: FloatArray
+    depth_mm: FloatArray
+    time_s: FloatArray
+    angle_deg: FloatArray | None
+    x_mm: FloatArray | None
+    y_mm: FloatArray | None
+    load_reads: FloatArray | None = None
+    load_error_variance: float = np.nan
+    load_error_dof: float = 0.0
+
+    @property
+    def n_touches(self) -> int:
+        """Number of touches."""
+        return len(self.touch)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return int(self.readings.shape[1])
+
+
+def average(touches: SampleRows) -> TouchMeans:
+    """Average each touch over its samples in contact.
+
+    A row that is itself an average of r raw reads (`reads`) weighs r. With ȳ the mean of the touch, the
+    sum of squares within it is Σ r (y − ȳ)² between its rows plus Σ (r − 1) s² inside them, where s is
+    the row's `eNN_sd`, the standard deviation of the raw reads (with r − 1 in its denominator) and not of
+    their mean. Degrees of freedom are one less than the number of rows, plus Σ (r − 1) over the rows that
+    give s. A row with s but without r counts as one read, and its s as one degree of freedom.
+
+    Raises
+    ------
+    InputError
+        A touch is made with two indenters.
+    """
+    rows = np.flatnonzero(touches.in_contact)
+    ids, group = groups(touches.touch[rows])
+    n = len(ids)
+    reads = np.ones(len(rows)) if touches.reads is None else np.where(np.isnan(touches.reads), 1, touches.reads)[rows]
+    values = touches.readings[rows]
+    sd = np.full(values.shape, np.nan) if touches.readings_sd is None else touches.readings_sd[rows]
+    known_reads = touches.reads is not None and ~np.isnan(touches.reads[rows])
+    inner = np.where(known_reads, reads - 1, 1.0)
+
+    m = touches.n_elements
+    means, counts = np.full((n, m), np.nan), np.zeros((n, m), dtype=np.int64)
+    variance, dof = np.full(m, np.nan), np.zeros(m)
+    for k in range(m):
+        some = ~np.isnan(values[:, k])
+        means[:, k] = grouped_mean(values[:, k], group, n, reads)
+        counts[:, k] = np.bincount(group[some], weights=reads[some], minlength=n)
+        deviation = values[some, k] - means[group[some], k]
+        inside = some & ~np.isnan(sd[:, k])
+        squares = np.sum(reads[some] * deviation**2) + np.sum(inner[inside] * sd[inside, k] ** 2)
+        dof[k] = some.sum() - len(np.unique(group[some])) + inner[inside].sum()
+        if dof[k] > 0:
+            variance[k] = squares / dof[k]
+
+    def mean(column: FloatArray) -> FloatArray:
+        return grouped_mean(column[rows], group, n, reads)
+
+    load_reads, load_variance, load_dof = _load_error(touches.load[rows], group, n, reads)
+    return TouchMeans(
+        touch=ids,
+        readings=means,
+        counts=counts,
+        pure_error_variance=variance,
+        pure_error_dof=dof,
+        load=mean(touches.load),
+        indenter_radius_mm=_one_indenter(touches.indenter_radius_mm[rows], ids, group),
+        depth_mm=mean(touches.depth_mm),
+        time_s=mean(touches.time_s),
+        angle_deg=None if touches.angle_deg is None else _mean_angle(touches.angle_deg[rows], group, n, reads),
+        x_mm=None if touches.x_mm is None else mean(touches.x_mm),
+        y_mm=None if touches.y_mm is None else mean(touches.y_mm),
+        load_reads=load_reads,
+        load_error_variance=load_variance,
+        load_error_dof=load_dof,
+    )
+
+
+def _load_error(load: FloatArray, group: IntArray, n: int, reads: FloatArray) -> tuple[FloatArray, float, float]:
+    """Reads behind each mean load, and variance of one read within touches with its degrees of freedom."""
+    some = ~np.isnan(load)
+    count = np.asarray(np.bincount(group[some], weights=reads[some], minlength=n), dtype=np.float64)
+    deviation = (load - grouped_mean(load, group, n, reads)[group])[some]
+    squares = float(np.sum(reads[some] * deviation**2))
+    dof = float(some.sum() - len(np.unique(group[some])))
+    return (count, squares / dof, dof) if dof > 0 and squares > 0 else (count, np.nan, 0.0)
+
+
+def _mean_angle(angle: FloatArray, group: IntArray, n: int, weights: FloatArray) -> FloatArray:
+    first = first_of(angle, group, n)
+    turned = (angle - first[group] + 180) % 360 - 180
+    return first + grouped_mean(turned, group, n, weights)
+
+
+def _one_indenter(radius: FloatArray, ids: IntArray, group: IntArray) -> FloatArray:
+    first = first_of(radius, group, len(ids))
+    wrong = np.flatnonzero(~np.isnan(radius) & (radius != first[group]))
+    if len(wrong):
+        two = f"{first[group[wrong[0]]]:g} and {radius[wrong[0]]:g} mm"
+        raise InputError(f"touch {ids[group[wrong[0]]]} is made with two indenters, {two}", column="indenter_radius_mm")
+    return first

@@ -1,0 +1,164 @@
+"""A data set: a folder with `sensor.toml`, `touches.csv` and, where there is one, `calibration.csv`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from bayestouch.data.files import write_together
+from bayestouch.data.sensor import Sensor
+from bayestouch.data.sensor_toml import read_sensor, sensor_writer
+from bayestouch.data.touch_table import check_fit, read_touches, table_columns, touches_writer
+from bayestouch.data.touches import Touches
+from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised, notes_line, path_in_short, span
+from bayestouch.output.text import plural
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+_FORMATS = ("csv", "parquet")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class DataSet(Summarised):
+    """A sensor and its touches.
+
+    Attributes
+    ----------
+    sensor : Sensor
+    calibration : Touches or None
+        Touches to calibrate with; None where the folder has none (see `bayestouch.data.splits.with_calibration`).
+    touches : Touches
+        Touches to be read.
+    path : Path or None
+        Folder it was read from.
+    notes : tuple of str
+        Everything that was handled in reading, for the report.
+
+    Raises
+    ------
+    InputError
+        The touches do not fit the sensor.
+    """
+
+    sensor: Sensor
+    calibration: Touches | None
+    touches: Touches
+    path: Path | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_fit(self.touches, self.sensor, file="touches")
+        if self.calibration is not None:
+            check_fit(self.calibration, self.sensor, file="calibration")
+
+    def to_dataframe(self) -> DataFrame:
+        """Both tables, a row each sample, as the format names the columns; ``table`` says which."""
+        import pandas as pd
+
+        tables = {"calibration": self.calibration, "touches": self.touches}
+        return pd.concat(
+            [
+                pd.DataFrame({"table": name, **table_columns(table, self.sensor, name)})
+                for name, table in tables.items()
+                if table is not None and table.n_rows
+            ],
+            ignore_index=True,
+        )
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        return [f"DataSet of {self.sensor.in_short}", *self.tables_in_short()]
+
+    def tables_in_short(self) -> list[str]:
+        """A line for each table, for the notes and for the folder."""
+        lines = []
+        for name, table in (("calibration", self.calibration), ("touches", self.touches)):
+            if table is None:
+                lines.append(f"{name}: none")
+            else:
+                load = f", load{known} {self.sensor.body.load_unit}" if (known := span(table.load)) else ""
+                lines.append(f"{name}: {plural(table.n_touches, 'touch')}, {plural(table.n_rows, 'row')}{load}")
+        return [*lines, *notes_line(self.notes), *([] if self.path is None else [f"from {path_in_short(self.path)}"])]
+
+
+def load_dataset(path: str | Path) -> DataSet:
+    """Read a data set from its folder.
+
+    Parameters
+    ----------
+    path : str or Path
+        Folder with `sensor.toml`, `touches.csv` and optionally `calibration.csv`; either table may be
+        `.parquet` instead.
+
+    Raises
+    ------
+    InputError
+        The folder or a file is missing, or holds what it should not: one line with file, row and column.
+    """
+    folder = Path(path)
+    if not folder.exists():
+        raise InputError("no such folder", file=folder)
+    if not folder.is_dir():
+        raise InputError("expected a folder with sensor.toml and touches.csv, got a file", file=folder)
+    sensor = read_sensor(folder / "sensor.toml")
+    calibration_file = _table(folder, "calibration")
+    touches_file = _table(folder, "touches") or folder / "touches.csv"
+    calibration = None
+    if calibration_file is not None:
+        calibration = read_touches(calibration_file, sensor, location=True)
+    # Without a calibration of their own the touches must serve for one, and for that their place is needed.
+    touches = read_touches(touches_file, sensor, location=calibration is None)
+    return DataSet(
+        sensor=sensor,
+        calibration=calibration,
+        touches=touches,
+        path=folder,
+        notes=(*sensor.notes, *(calibration.notes if calibration else ()), *touches.notes),
+    )
+
+
+def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "parquet"] = "csv") -> None:
+    """Write a data set to a folder (made if need be); `load_dataset` gives the same data back.
+
+    Files of a data set that the folder held before are replaced, and removed where the new one has none,
+    once everything new is written; other files stay. Nothing is changed if anything cannot be written.
+
+    Raises
+    ------
+    InputError
+        The data do not fit the format, or the folder cannot be written to.
+    """
+    if format not in _FORMATS:
+        raise InputError(f"expected the format csv or parquet, got {format!r}")
+    folder = Path(path)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make this folder: {error.strerror or error}", file=folder) from error
+    tables = {"touches": dataset.touches, "calibration": dataset.calibration}
+    writers = {folder / "sensor.toml": sensor_writer(dataset.sensor)}
+    for name, touches in tables.items():
+        if touches is not None:
+            target = folder / f"{name}.{format}"
+            writers[target] = touches_writer(touches, target, dataset.sensor)
+    write_together(writers)
+    _remove([folder / f"{name}.{f}" for name in tables for f in _FORMATS if folder / f"{name}.{f}" not in writers])
+
+
+def _table(folder: Path, name: str) -> Path | None:
+    found = [folder / f"{name}.{format}" for format in _FORMATS if (folder / f"{name}.{format}").exists()]
+    if len(found) > 1:
+        raise InputError(f"expected {name}.csv or {name}.parquet, found both", file=folder)
+    return found[0] if found else None
+
+
+def _remove(files: Sequence[Path]) -> None:
+    for file in files:
+        try:
+            file.unlink(missing_ok=True)
+        except OSError as error:
+            raise InputError(f"cannot be removed: {error.strerror or error}", file=file) from error

@@ -1,0 +1,39 @@
+"""Rows in groups: their ids in order, means and first values."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+
+
+def groups(touch: IntArray) -> tuple[IntArray, IntArray]:
+    """Distinct ids in order of appearance, shape (t,), and for each row its place among them, shape (n,)."""
+    ids, first, inverse = np.unique(touch, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty(len(ids), dtype=np.int64)
+    rank[order] = np.arange(len(ids))
+    return ids[order], rank[inverse]
+
+
+def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None) -> FloatArray:
+    """Mean of the values that are not NaN in each of n groups; NaN for a group without any. Shape (n,).
+
+    Deviations from the group's first value are averaged, so that equal values give that value exactly,
+    and a small scatter on a large offset keeps its digits.
+    """
+    first = first_of(values, group, n)
+    some = ~np.isnan(values)
+    weights = np.ones(len(values)) if weights is None else weights
+    total = np.bincount(group[some], weights=weights[some], minlength=n)
+    excess = np.bincount(group[some], weights=(weights * (values - first[group]))[some], minlength=n)
+    return np.asarray(first + np.divide(excess, total, out=np.zeros(n), where=total > 0), dtype=np.float64)
+
+
+def first_of(values: FloatArray, group: IntArray, n: int) -> FloatArray:
+    """First value that is not NaN in each of n groups; NaN for a group without any. Shape (n,)."""
+    first = np.full(n, np.nan)
+    some = np.flatnonzero(~np.isnan(values))
+    members, at = np.unique(group[some], return_index=True)
+    first[members] = values[some[at]]
+    return first

@@ -1,0 +1,149 @@
+"""Rows of a CSV table that hold nothing but plain cells: read by pandas, many at a time.
+
+What may be meant in two ways, or is wrong, is left to the reader of single rows (`bayestouch.data.tables`).
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Collection, Sequence
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
+from bayestouch.data.cells import MISSING, NumberReader
+
+#: What pandas is told to take for a missing number.
+_WORDS = ["", "NaN", "+NaN", "-NaN", *(form(word) for word in MISSING for form in (str, str.upper, str.capitalize))]
+
+
+class PlainRows(NamedTuple):
+    """Columns by name: numbers (NaN where missing) and texts, shape (n_rows,) each."""
+
+    numbers: dict[str, FloatArray]
+    texts: dict[str, ObjectArray]
+
+
+def plain_rows(
+    lines: Sequence[str],
+    first: int,
+    names: Sequence[str],
+    wanted: Collection[str],
+    separator: str,
+    reader: NumberReader,
+) -> PlainRows | None:
+    """Read lines that are a row each.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        Lines with their ends.
+    first : int
+        Place of the first line in the file, counted from 1.
+    names : sequence of str
+        Of the columns.
+    wanted : collection of str
+        Columns of numbers.
+    separator : str
+        Between the cells.
+    reader : NumberReader
+        Remembers what was handled.
+
+    Returns
+    -------
+    PlainRows or None
+        Numbers are what Python's `float` makes of their cells, to the last bit. None where a line is no row of plain
+        cells.
+    """
+    import pandas as pd
+
+    if (cells := _Cells.of(lines, len(names), separator)) is None:
+        return None
+    numeric = {k: name for k, name in enumerate(names) if name in wanted}
+    # pandas takes a column of True and False for numbers, and may leave a cell to Python's float, which takes 1_000
+    if any(cells.hold(letter, list(numeric)) for letter in "rRsS_"):
+        return None
+    marks = [mark for mark in ",." if cells.hold(mark, list(numeric))] if reader.decimal_comma else ["."]
+    if len(marks) > 1 or (marks and reader.decimal not in (None, *marks)):
+        return None
+    options: dict[str, Any] = {
+        "dtype": {k: np.float64 if k in numeric else object for k in range(len(names))},
+        "na_values": dict.fromkeys(numeric, _WORDS),
+        "keep_default_na": False,
+        "decimal": marks[0] if marks else ".",
+        "quoting": csv.QUOTE_NONE,
+        "skip_blank_lines": False,
+        "index_col": False,
+        "low_memory": False,
+    }
+    # From 3.1 on pandas has one converter of numbers, which is exact, and warns where it is chosen.
+    if _version(pd.__version__) < (3, 1):
+        options["float_precision"] = "round_trip"
+    try:
+        frame: pd.DataFrame = pd.read_csv(
+            io.BytesIO(cells.data), sep=separator, header=None, names=range(len(names)), engine="c", **options
+        )
+    except ValueError:
+        return None
+    numbers = {name: np.array(frame[k], dtype=np.float64) for k, name in numeric.items()}
+    words = {k: np.flatnonzero(np.isnan(numbers[name]) & ~cells.empty[:, k]).tolist() for k, name in numeric.items()}
+    if any(cells.text(row, k).strip().lower() not in MISSING for k, rows in words.items() for row in rows):
+        return None
+    for k, rows in words.items():
+        reader.take_words(len(rows), numeric[k], [first + row for row in rows[:1]])
+    if reader.decimal_comma and marks:
+        reader.decimal = marks[0]
+    return PlainRows(numbers, {name: np.array(frame[k]) for k, name in enumerate(names) if k not in numeric})
+
+
+class _Cells(NamedTuple):
+    """Rows in bytes, and where their cells are.
+
+    Attributes
+    ----------
+    data : bytes
+        Rows in UTF-8, each with a newline at its end.
+    marks : int array, shape (n_rows * width,)
+        Place behind each cell.
+    empty : bool array, shape (n_rows, width)
+        Which cells have nothing in them.
+    """
+
+    data: bytes
+    marks: IntArray
+    empty: BoolArray
+
+    @classmethod
+    def of(cls, lines: Sequence[str], width: int, separator: str) -> Self | None:
+        """Rows of so many cells; None where there are others, or something that is no plain cell."""
+        data = "".join(lines).encode().replace(b"\r\n", b"\n")
+        data += b"" if data.endswith(b"\n") else b"\n"
+        # quotes hold separators and line ends; pandas ends a cell at a zero, and skips a byte order mark in any block
+        if width < 2 or any(mark in data for mark in (b'"', b"\r", b"\0")) or data.startswith(b"\xef\xbb\xbf"):
+            return None
+        raw = np.frombuffer(data, np.uint8)
+        marks = np.flatnonzero((raw == ord(separator)) | (raw == ord("\n")))
+        if len(marks) != len(lines) * width or not (raw[marks[width - 1 :: width]] == ord("\n")).all():
+            return None
+        lengths = np.diff(marks, prepend=-1).reshape(-1, width) - 1
+        empty = lengths == 0
+        return None if lengths.max() > csv.field_size_limit() or empty.all(axis=1).any() else cls(data, marks, empty)
+
+    def hold(self, mark: str, columns: npt.ArrayLike) -> bool:
+        """Whether a character is in any cell of these columns."""
+        if mark.encode() not in self.data:
+            return False
+        places = np.flatnonzero(np.frombuffer(self.data, np.uint8) == ord(mark))
+        return bool(np.isin(np.searchsorted(self.marks, places) % self.empty.shape[1], columns).any())
+
+    def text(self, row: int, column: int) -> str:
+        """What is in a cell."""
+        k = row * self.empty.shape[1] + column
+        return self.data[self.marks[k - 1] + 1 if k else 0 : self.marks[k]].decode()
+
+
+def _version(text: str) -> tuple[int, ...]:
+    return tuple(int(part) for part in text.split(".")[:2])

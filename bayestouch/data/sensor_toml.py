@@ -1,0 +1,192 @@
+"""`sensor.toml`: the sensor as text, and back."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from bayestouch.data.files import write_together
+from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.data.toml_text import read_toml_text, tables_from_toml
+from bayestouch.errors import InputError, shown
+
+_GEOMETRY: Mapping[str, tuple[str, ...]] = {
+    "finger": ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm", "element_angles_deg"),
+    "pad": ("element_x_mm", "element_y_mm", "thickness_mm", "depth_mm"),
+}
+_REQUIRED: Mapping[str, tuple[str, ...]] = {"finger": _GEOMETRY["finger"], "pad": ("element_x_mm",)}
+_NOISE: Mapping[str, str] = {"finger": "noise_sd_N_per_m", "pad": "noise_sd_N"}
+_RUBBER = ("shear_modulus_MPa", "poisson_ratio")
+_READINGS = ("unit", "quantity")
+
+
+def read_sensor(path: str | Path) -> Sensor:
+    """Read `sensor.toml`.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file. A sensor without a name is called after its folder.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is no TOML, or a value is missing, of the wrong type or out of range.
+    """
+    text, notes = read_toml_text(path)
+    file = Path(path)
+    sensor = sensor_from_toml(text, file=file, default_name=file.resolve().parent.name)
+    return replace(sensor, notes=(*notes, *sensor.notes))
+
+
+def sensor_from_toml(text: str, *, file: str | Path = "sensor.toml", default_name: str = "sensor") -> Sensor:
+    """Build a `Sensor` from the text of a `sensor.toml`; `file` is what errors call it.
+
+    Raises
+    ------
+    InputError
+        As `read_sensor`, with the line of the value at fault where it can be told.
+    """
+    tables = tables_from_toml(text, file)
+    try:
+        return _sensor(tables, default_name, Path(file).name)
+    except InputError as error:
+        row = _line_of(text, error.column)
+        raise InputError(error.message, file=file, row=row, column=error.column) from None
+
+
+def sensor_to_toml(sensor: Sensor) -> str:
+    """Write a `Sensor` as the text of a `sensor.toml`; `sensor_from_toml` gives the same sensor back."""
+    body = sensor.body
+    kept = dict(sensor.extra)
+
+    def table(name: str, values: Mapping[str, object]) -> dict[str, object]:
+        unused = kept.pop(name, {})
+        return {k: v for k, v in values.items() if v is not None} | dict(unused)
+
+    tables: dict[str, Any] = {"name": sensor.name, "body": body.kind}
+    named = {
+        "geometry": table("geometry", {key: _plain(getattr(body, key)) for key in _GEOMETRY[body.kind]}),
+        "rubber": table("rubber", {key: getattr(sensor.rubber, key) for key in _RUBBER}),
+        "force_sensor": table("force_sensor", {_NOISE[body.kind]: sensor.force_noise_sd}),
+        "readings": table(
+            "readings", {"unit": sensor.reading_unit or None, "quantity": sensor.reading_quantity or None}
+        ),
+        "source": dict(sensor.source),
+    }
+    return tomli_w.dumps(tables | kept | {name: values for name, values in named.items() if values})
+
+
+def write_sensor(sensor: Sensor, path: str | Path) -> None:
+    """Write `sensor.toml`, whole or not at all."""
+    write_together({Path(path): sensor_writer(sensor)})
+
+
+def sensor_writer(sensor: Sensor) -> Callable[[Path], None]:
+    """Give the function that writes this sensor to a path (see `bayestouch.data.files.write_together`).
+
+    Raises
+    ------
+    InputError
+        The sensor holds text that cannot be written.
+    """
+    try:
+        data = sensor_to_toml(sensor).encode()
+    except (UnicodeEncodeError, TypeError) as error:
+        raise InputError(f"the sensor cannot be written as TOML: {error}") from None
+
+    def write(path: Path) -> None:
+        path.write_bytes(data)
+
+    return write
+
+
+def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
+    kind = tables.pop("body", "finger")
+    if kind not in ("finger", "pad"):
+        raise InputError(f'expected "finger" or "pad", got {shown(kind)}', column="body")
+    name = tables.pop("name", default_name)
+    geometry = _take(tables, "geometry", _GEOMETRY[kind])
+    for key in _REQUIRED[kind]:
+        if key not in geometry:
+            hint = ', or body = "pad" at the top' if "element_x_mm" in tables.get("geometry", {}) else ""
+            needed = ", ".join(_REQUIRED[kind])
+            raise InputError(f"missing; a {kind} needs {needed} under [geometry]{hint}", column=f"geometry.{key}")
+    rubber = _take(tables, "rubber", _RUBBER)
+    force = _take(tables, "force_sensor", (_NOISE[kind],))
+    other = _NOISE["pad" if kind == "finger" else "finger"]
+    if not force and other in tables.get("force_sensor", {}):
+        raise InputError(f"expected {_NOISE[kind]} on a {kind}", column=f"force_sensor.{other}")
+    readings = _take(tables, "readings", _READINGS)
+    source = _take(tables, "source", None)
+    table_of = dict.fromkeys(_GEOMETRY[kind], "geometry") | dict.fromkeys(_RUBBER, "rubber")
+    table_of |= dict.fromkeys(_READINGS, "readings") | {_NOISE[kind]: "force_sensor"}
+    with _within(table_of):
+        return Sensor(
+            name=name,
+            body=Finger(**geometry) if kind == "finger" else Pad(**geometry),
+            rubber=Rubber(**rubber),
+            force_noise_sd=force.get(_NOISE[kind]),
+            reading_unit=readings.get("unit", ""),
+            reading_quantity=readings.get("quantity", ""),
+            source={key: value if isinstance(value, str) else str(value) for key, value in source.items()},
+            extra=tables,
+            notes=tuple(f"{file}: {key} is not known here, kept and not used" for key in _leaves(tables)),
+        )
+
+
+@contextmanager
+def _within(tables: Mapping[str, str]) -> Iterator[None]:
+    """Put the table's name before the key that an error names."""
+    try:
+        yield
+    except InputError as error:
+        key = (error.column or "").partition("[")[0]
+        column = f"{tables[key]}.{error.column}" if key in tables else error.column
+        raise InputError(error.message, column=column) from None
+
+
+def _take(tables: dict[str, Any], name: str, keys: tuple[str, ...] | None) -> dict[str, Any]:
+    """Remove what is known of a table (everything where `keys` is None), leave the rest in place."""
+    table = tables.pop(name, {})
+    if not isinstance(table, dict):
+        raise InputError(f"expected a table [{name}], got {shown(table)}", column=name)
+    unused = {} if keys is None else {key: value for key, value in table.items() if key not in keys}
+    if unused:
+        tables[name] = unused
+    return {key: value for key, value in table.items() if key not in unused}
+
+
+def _leaves(tables: Mapping[str, Any]) -> list[str]:
+    known = (*_NOISE, "geometry", "rubber", "force_sensor", "readings")
+    return [
+        leaf
+        for name, value in tables.items()
+        for leaf in ([f"{name}.{key}" for key in value] if name in known and isinstance(value, dict) else [name])
+    ]
+
+
+def _plain(value: object) -> object:
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _line_of(text: str, column: str | None) -> int | None:
+    """Line of `table.key`, or of `table`; None where it is written in some rarer way (dotted, inline)."""
+    if column is None:
+        return None
+    table, _, key = column.partition("[")[0].rpartition(".")
+    current = ""
+    for number, line in enumerate(text.split("\n"), start=1):
+        if heading := re.match(r"\s*\[\s*([\w-]+)\s*\]", line):
+            current = heading[1]
+            if not table and key == current:
+                return number
+        elif current == table and re.match(rf"\s*[\"']?{re.escape(key)}[\"']?\s*=", line):
+            return number
+    return None

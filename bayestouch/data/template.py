@@ -1,0 +1,108 @@
+"""A data set to fill in: `sensor.toml` with comments, and tables that have a header and no row."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+
+from bayestouch.data.files import write_together
+from bayestouch.errors import InputError
+
+# A length of 0 is refused by name and line when the data set is read, so that none is forgotten.
+_FINGER = """\
+[geometry]                  # every 0 must be replaced: lengths in mm, angles in degree
+core_radius_mm = 0          # r_a: the rigid core under the rubber
+outer_radius_mm = 0         # r_b: the surface that is touched
+sensing_radius_mm = 0       # r_s: where the elements lie, between the two (as designed; it is calibrated)
+element_angles_deg = []     # theta_s: {elements} angles, in the order of the columns {columns}
+
+[force_sensor]              # measures the load of each touch; leave out what you do not know
+# noise_sd_N_per_m = 1.0    # standard deviation of one reading of the load
+"""
+_PAD = """\
+[geometry]                  # every 0 must be replaced: lengths in mm
+element_x_mm = []           # {elements} places, in the order of the columns {columns}
+# element_y_mm = []         # the same across; leave out for elements in a line
+# thickness_mm = 0          # of the rubber
+# depth_mm = 0              # of the elements under the surface
+
+[force_sensor]              # measures the load of each touch; leave out what you do not know
+# noise_sd_N = 0.01         # standard deviation of one reading of the load
+"""
+_SENSOR = """\
+# The sensor as built. What is behind a # is a comment; take the # away from a line to use it.
+name = {name}
+body = "{body}"
+
+{geometry}
+[rubber]                    # nominal values, which calibration corrects; with none the priors are wide
+# shear_modulus_MPa = 0.15
+# poisson_ratio = 0.48
+
+[readings]
+# unit = "counts"
+# quantity = "strain"
+
+[source]                    # free text, carried into every report
+# made_by = ""
+# date = ""
+"""
+_LOCATION = {"finger": ("angle_deg",), "pad": ("x_mm", "y_mm")}
+_LOAD = {"finger": "load_N_per_m", "pad": "load_N"}
+
+
+def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) -> tuple[Path, ...]:
+    """Start a data set: a ``sensor.toml`` with comments and empty tables to fill in.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Made if need be; its name becomes the sensor's.
+    body : {"finger", "pad"}
+    elements : int
+        Number of elements, and so of columns of readings.
+
+    Returns
+    -------
+    tuple of Path
+        What was written: ``sensor.toml``, ``calibration.csv``, ``touches.csv``.
+
+    Raises
+    ------
+    InputError
+        The folder holds one of these files already, or cannot be written to.
+    """
+    if body not in _LOCATION:
+        raise InputError(f"body: expected finger or pad, got {body!r}")
+    if elements < 1:
+        raise InputError(f"elements: expected at least one, got {elements}")
+    folder = Path(folder)
+    columns = tuple(f"e{e + 1:02d}" for e in range(elements))
+    header = ("touch", "sample", "indenter_radius_mm", *_LOCATION[body], _LOAD[body], *columns)
+    texts = {
+        folder / "sensor.toml": _sensor(folder.resolve().name, body, columns),
+        folder / "calibration.csv": ",".join(header) + "\n",
+        folder / "touches.csv": ",".join(header) + "\n",
+    }
+    for file in texts:
+        if file.exists():
+            raise InputError("exists already and is not replaced", file=file)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make this folder: {error.strerror or error}", file=folder) from error
+    write_together({file: partial(_write, text) for file, text in texts.items()})
+    return tuple(texts)
+
+
+def _sensor(name: str, body: str, columns: tuple[str, ...]) -> str:
+    geometry = (_FINGER if body == "finger" else _PAD).format(
+        elements=len(columns), columns=columns[0] if len(columns) == 1 else f"{columns[0]} … {columns[-1]}"
+    )
+    # A JSON string is a TOML string too.
+    return _SENSOR.format(name=json.dumps(name, ensure_ascii=False), body=body, geometry=geometry)
+
+
+def _write(text: str, path: Path) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")

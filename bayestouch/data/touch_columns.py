@@ -1,0 +1,205 @@
+"""What the columns of a touch table are called and what they may hold."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.data.arrays import MAX_ID
+from bayestouch.data.sensor import Sensor
+from bayestouch.data.tables import Header
+from bayestouch.errors import InputError, few
+
+#: Columns with one name on every sensor.
+COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
+
+LOAD_COLUMNS = frozenset({"load_N_per_m", "load_N"})
+
+_ELEMENT = re.compile(r"e([0-9]{1,9})")
+_ELEMENT_SD = re.compile(r"e([0-9]{1,9})_sd")
+
+
+class Columns(NamedTuple):
+    """Names as in the header: readings, their sd by element (None where absent), all that hold numbers."""
+
+    readings: tuple[str, ...]
+    readings_sd: tuple[str | None, ...]
+    numeric: frozenset[str]
+
+
+def element_name(index: int) -> str:
+    """Column of element `index`, counted from 0: e01, e02 …"""
+    return f"e{index + 1:02d}"
+
+
+def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
+    """Find the columns of a sensor's touch table in a header.
+
+    Parameters
+    ----------
+    location : bool
+        Whether the reference location must be there.
+
+    Raises
+    ------
+    InputError
+        A column is missing; elements have gaps, are there twice, or are not as many as the sensor's.
+    """
+    names, file, row = header.names, header.file, header.row
+    body = sensor.body
+    if "touch" not in names:
+        found = few(names)
+        raise InputError(f"expected a header with this column, found {found}", file=file, row=row, column="touch")
+    for other in LOAD_COLUMNS - {body.load_column}:
+        if other in names and body.load_column not in names:
+            expected = f"expected {body.load_column} ({body.load_unit}) on a {body.kind}"
+            raise InputError(f"{expected}, found {other}", file=file, row=row, column=other)
+    here = [name for name in body.location_columns if name in names]
+    for name in body.location_columns:
+        if name not in names and (location or here):
+            kind = f"{body.kind} in the plane" if name == "y_mm" else body.kind
+            message = f"missing: the reference location on a {kind}"
+            raise InputError(message, file=file, row=row, column=name)
+    readings = _elements(header, sensor)
+    sds: dict[int, str] = {}
+    for name in names:
+        if (match := _ELEMENT_SD.fullmatch(name)) and 1 <= (number := int(match[1])) <= sensor.n_elements:
+            if number in sds:
+                raise InputError(f"the same as {sds[number]}", file=file, row=row, column=name)
+            sds[number] = name
+    numeric = {*COMMON, body.load_column, *body.location_columns, *readings, *sds.values()}
+    return Columns(
+        readings=readings,
+        readings_sd=tuple(sds.get(i) for i in range(1, sensor.n_elements + 1)),
+        numeric=frozenset(numeric & set(names)),
+    )
+
+
+def _elements(header: Header, sensor: Sensor) -> tuple[str, ...]:
+    found: dict[int, str] = {}
+    for name in header.names:
+        if match := _ELEMENT.fullmatch(name):
+            number = int(match[1])
+            if number == 0:
+                message = "elements are counted from e01"
+                raise InputError(message, file=header.file, row=header.row, column=name)
+            if number in found:
+                message = f"the same element as {found[number]}"
+                raise InputError(message, file=header.file, row=header.row, column=name)
+            found[number] = name
+    last = element_name(sensor.n_elements - 1)
+    expected = (
+        f"expected readings of {sensor.n_elements} elements (e01 … {last}), "
+        f"one for each of {sensor.body.elements_key} in sensor.toml, found {len(found) or 'none'}"
+    )
+    if not found:
+        raise InputError(expected, file=header.file, row=header.row, column="e01")
+    for number in range(1, len(found) + 1):
+        if number not in found:
+            column = element_name(number - 1)
+            raise InputError(f"missing: {expected}", file=header.file, row=header.row, column=column)
+    if len(found) != sensor.n_elements:
+        raise InputError(expected, file=header.file, row=header.row)
+    return tuple(found[number] for number in sorted(found))
+
+
+def check_values(columns: Mapping[str, FloatArray], *, file: str | Path, line: npt.ArrayLike | None = None) -> None:
+    """Check every known column of a table, rows against each other included.
+
+    Parameters
+    ----------
+    columns : mapping of column name to array, shape (n_rows,)
+    line : int array, shape (n_rows,), optional
+        Line of each row in the file; without it rows are counted from line 2 on.
+
+    Raises
+    ------
+    InputError
+        The first row with a value that its column cannot hold; a sample given twice; a touch made with
+        two indenters.
+    """
+    lines = np.arange(2, 2 + len(columns["touch"])) if line is None else np.asarray(line)
+    faults = []
+    for name, values in columns.items():
+        allowed, expected = _rule(name)
+        if len(bad := np.flatnonzero(~allowed(values))):
+            faults.append((int(bad[0]), name, expected))
+    if faults:
+        index, name, expected = min(faults)
+        value = columns[name][index]
+        got = "nothing" if np.isnan(value) else repr(float(value)).removesuffix(".0")
+        raise InputError(f"expected {expected}, got {got}", file=file, row=int(lines[index]), column=name)
+    _check_samples(columns, lines, file)
+    _check_indenters(columns, lines, file)
+
+
+def _check_samples(columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int64], file: str | Path) -> None:
+    if "sample" not in columns:
+        return
+    touch, sample = columns["touch"], columns["sample"]
+    order = np.lexsort((np.arange(len(touch)), sample, touch))
+    again = (np.diff(touch[order]) == 0) & (np.diff(sample[order]) == 0)
+    if again.any():
+        at = int(np.flatnonzero(again)[np.argmin(order[1:][again])])
+        first, second = order[at], order[at + 1]
+        message = f"touch {touch[second]:.0f} has sample {sample[second]:.0f} twice, before in row {lines[first]}"
+        raise InputError(message, file=file, row=int(lines[second]), column="sample")
+
+
+def _check_indenters(columns: Mapping[str, FloatArray], lines: npt.NDArray[np.int64], file: str | Path) -> None:
+    if "indenter_radius_mm" not in columns:
+        return
+    known = np.flatnonzero(~np.isnan(columns["indenter_radius_mm"]))
+    touch, radius = columns["touch"][known], columns["indenter_radius_mm"][known]
+    _, first, inverse = np.unique(touch, return_index=True, return_inverse=True)
+    if len(other := np.flatnonzero(radius != radius[first][inverse])):
+        at = int(other[0])
+        message = f"touch {touch[at]:.0f} is made with one indenter: expected {radius[first][inverse][at]:g} mm"
+        message += f" as in row {lines[known[first[inverse[at]]]]}, got {radius[at]:g}"
+        raise InputError(message, file=file, row=int(lines[known[at]]), column="indenter_radius_mm")
+
+
+Rule = tuple[Callable[[FloatArray], BoolArray], str]
+
+
+def _integer(lowest: float) -> Callable[[FloatArray], BoolArray]:
+    return lambda v: (v >= lowest) & (v > -MAX_ID) & (v < MAX_ID) & (v == np.floor(v))
+
+
+def _or_nothing(allowed: Callable[[FloatArray], BoolArray]) -> Callable[[FloatArray], BoolArray]:
+    return lambda v: np.isnan(v) | allowed(v)
+
+
+_NUMBER: Rule = (lambda v: ~np.isinf(v), "a finite number or nothing")
+_NOT_NEGATIVE: Rule = (_or_nothing(lambda v: (v >= 0) & np.isfinite(v)), "a number from 0 up or nothing")
+_RULES: Mapping[str, Rule] = {
+    "touch": (_integer(-np.inf), "an integer below 2^53"),
+    "sample": (_integer(0), "an integer from 0 up"),
+    "indenter_radius_mm": (
+        _or_nothing(lambda v: v >= 0),
+        "a radius from 0 (a knife edge) to inf (a flat) or nothing",
+    ),
+    "depth_mm": _NOT_NEGATIVE,
+    "contact": (_or_nothing(lambda v: (v == 0) | (v == 1)), "0, 1 or nothing"),
+    "reads": (_or_nothing(_integer(1)), "an integer from 1 up or nothing"),
+}
+
+
+def _rule(name: str) -> Rule:
+    return _RULES.get(name, _NOT_NEGATIVE if name.endswith("_sd") else _NUMBER)
+
+
+def has_meaning(name: str, sensor: Sensor) -> bool:
+    """Whether a column of this name is read as something on this sensor."""
+    sd = _ELEMENT_SD.fullmatch(name)
+    return bool(
+        name in (*COMMON, sensor.body.load_column, *sensor.body.location_columns)
+        or _ELEMENT.fullmatch(name)
+        or (sd and 1 <= int(sd[1]) <= sensor.n_elements)
+    )

@@ -1,0 +1,241 @@
+"""The touch table in memory: one row per sample, one array per column.
+
+Reading and writing are in `bayestouch.data.touch_table`, means per touch in `bayestouch.data.averages`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
+from bayestouch.data.arrays import float_array, same_bits, text_rows, whole_array
+from bayestouch.errors import InputError, few
+from bayestouch.output.summary import Summarised, size_in_short, span
+from bayestouch.output.text import plural
+
+if TYPE_CHECKING:
+    from bayestouch.data.averages import TouchMeans
+
+_PER_ROW = ("time_s", "indenter_radius_mm", "load", "depth_mm", "contact")
+_MAYBE_PER_ROW = ("angle_deg", "x_mm", "y_mm", "reads")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Touches(Summarised):
+    """Samples of touches; n rows, m elements. Arrays are read-only. `touches_from` fills in what is absent.
+
+    Attributes
+    ----------
+    touch : int array, shape (n,)
+        Id of the touch.
+    sample : int array, shape (n,)
+        Number of the sample within the touch.
+    time_s : array, shape (n,)
+        When taken; NaN unknown.
+    indenter_radius_mm : array, shape (n,)
+        Reference radius r_c: 0 a knife edge, inf a flat, NaN unknown.
+    angle_deg, x_mm, y_mm : array, shape (n,), or None
+        Reference location: the angle on a finger, x (and y in two dimensions) on a pad; None where the
+        table does not have it, NaN in rows without it.
+    load : array, shape (n,)
+        Reading of the force sensor, N/m on a finger and N on a pad; NaN not measured.
+    depth_mm : array, shape (n,)
+        Commanded indentation; NaN unknown.
+    contact : array, shape (n,)
+        1 the probe touches, 0 it does not, NaN not stated (see `in_contact`).
+    readings : array, shape (n, m)
+        Raw readings in the sensor's own unit; NaN missing.
+    readings_sd : array, shape (n, m), or None
+        Standard deviation of the raw reads behind an averaged reading; NaN unknown.
+    reads : array, shape (n,), or None
+        Number of raw reads behind an averaged reading; NaN unknown.
+    extra : mapping of str to object array of str, shape (n,)
+        Columns that are not known here, as text; kept and ignored.
+    notes : tuple of str
+        What was handled in reading, for the report.
+
+    Raises
+    ------
+    InputError
+        Arrays do not fit together.
+    """
+
+    touch: IntArray
+    sample: IntArray
+    time_s: FloatArray
+    indenter_radius_mm: FloatArray
+    angle_deg: FloatArray | None
+    x_mm: FloatArray | None
+    y_mm: FloatArray | None
+    load: FloatArray
+    depth_mm: FloatArray
+    contact: FloatArray
+    readings: FloatArray
+    readings_sd: FloatArray | None = None
+    reads: FloatArray | None = None
+    extra: Mapping[str, ObjectArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        def put(name: str, value: object) -> None:
+            object.__setattr__(self, name, value)
+
+        n, m = len(np.atleast_1d(self.touch)), np.shape(self.readings)[-1] if np.ndim(self.readings) else 0
+        put("touch", whole_array(self.touch, "touch", n))
+        put("sample", whole_array(self.sample, "sample", n))
+        for name in (*_PER_ROW, *_MAYBE_PER_ROW):
+            value = getattr(self, name)
+            if value is not None or name in _PER_ROW:
+                put(name, float_array(value, name, (n,)))
+        put("readings", float_array(self.readings, "readings", (n, m)))
+        if self.readings_sd is not None:
+            put("readings_sd", float_array(self.readings_sd, "readings_sd", (n, m)))
+        put("extra", {name: text_rows(values, name, n) for name, values in self.extra.items()})
+        put("notes", tuple(self.notes))
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows (samples)."""
+        return len(self.touch)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return int(self.readings.shape[1])
+
+    @property
+    def n_touches(self) -> int:
+        """Number of distinct touch ids."""
+        return len(np.unique(self.touch))
+
+    @property
+    def in_contact(self) -> BoolArray:
+        """False in rows with contact = 0, a depth of 0 or a load of exactly 0. Shape (n,)."""
+        away = (self.contact == 0) | (self.depth_mm == 0) | (self.load == 0)
+        return np.asarray(~away, dtype=np.bool_)
+
+    @property
+    def usable_elements(self) -> BoolArray:
+        """False for an element that has no reading at all, or the same in two rows and more. Shape (m,)."""
+        some = ~np.isnan(self.readings)
+        varies = np.array(
+            [np.ptp(v[s]) > 0 if s.any() else False for v, s in zip(self.readings.T, some.T, strict=True)]
+        )
+        return np.asarray(some.any(axis=0) & (varies | (some.sum(axis=0) == 1)), dtype=np.bool_)
+
+    def select(self, rows: npt.ArrayLike | slice) -> Touches:
+        """Take rows by a mask of shape (n,), by indices, or by a slice."""
+        index = rows if isinstance(rows, slice) else np.asarray(rows)
+        if not isinstance(index, slice) and index.size == 0 and index.dtype != np.bool_:
+            index = index.astype(np.int64)  # an empty list comes as floats
+        if not isinstance(index, slice) and index.dtype == np.bool_ and index.shape != (self.n_rows,):
+            raise InputError(f"expected a mask of {self.n_rows} rows, got shape {index.shape}")
+        changes: dict[str, Any] = {"extra": {name: values[index] for name, values in self.extra.items()}}
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if isinstance(value, np.ndarray):
+                changes[each.name] = value[index]
+        return replace(self, **changes)
+
+    def with_(self, **changes: Any) -> Touches:
+        """Copy with other values in some attributes."""
+        return replace(self, **changes)
+
+    def same_as(self, other: Touches) -> bool:
+        """Whether both hold the same data bit for bit (NaN equal to NaN, 0 not to −0); notes do not count."""
+        for each in fields(self):
+            mine, theirs = getattr(self, each.name), getattr(other, each.name)
+            if each.name == "extra":
+                if mine.keys() != theirs.keys() or any(list(mine[k]) != list(theirs[k]) for k in mine):
+                    return False
+            elif each.name != "notes" and not same_bits(mine, theirs):
+                return False
+        return True
+
+    def averaged(self) -> TouchMeans:
+        """Mean of each touch over its samples in contact; see `bayestouch.data.averages.average`."""
+        from bayestouch.data.averages import average
+
+        return average(self)
+
+    def rest_reading(self) -> FloatArray | None:
+        """Mean no-contact reading of each element, shape (m,); see `bayestouch.data.baseline.rest_reading`."""
+        from bayestouch.data.baseline import rest_reading
+
+        return rest_reading(self)
+
+    def baseline_corrected(self, rest: npt.ArrayLike | None = None) -> Touches:
+        """Subtract the no-contact readings; see `bayestouch.data.baseline.correct`."""
+        from bayestouch.data.baseline import correct
+
+        return correct(self, rest)
+
+    def summary_lines(self) -> list[str]:
+        """Lines of the ``repr``."""
+        counts = [plural(self.n_touches, "touch"), plural(self.n_rows, "row"), plural(self.n_elements, "element")]
+        lines = [f"Touches: {', '.join(counts)}"]
+        radii = np.unique(self.indenter_radius_mm[~np.isnan(self.indenter_radius_mm)])
+        if radii.size:
+            lines.append(f"indenters r_c: {few([size_in_short(radius) for radius in radii], 12)} mm")
+        # a table on a finger has angles, one on a pad has places; without either the body is not known
+        on_pad, on_finger = self.x_mm is not None, self.angle_deg is not None
+        load_unit = " N/m" if on_finger else " N" if on_pad else ""
+        columns = {
+            "angle": (self.angle_deg, "°"),
+            "x": (self.x_mm, " mm"),
+            "y": (self.y_mm, " mm"),
+            "load": (self.load, load_unit),
+        }
+        spans = [f"{name}{known}{unit}" for name, (column, unit) in columns.items() if (known := _span_of(column))]
+        missing = int(np.isnan(self.readings).sum())
+        return [*lines, *filter(None, [", ".join(spans)]), f"readings{span(self.readings)}, {missing} missing"]
+
+
+def touches_from(
+    touch: npt.ArrayLike, readings: npt.ArrayLike, *, sample: npt.ArrayLike | None = None, **columns: Any
+) -> Touches:
+    """Build `Touches` from what there is; the other attributes become unknown (NaN or None).
+
+    Parameters
+    ----------
+    touch : int array, shape (n,)
+    readings : array, shape (n, m)
+    sample : int array, shape (n,), optional
+        Absent: rows of the same touch are numbered in order.
+    **columns
+        Any other attribute of `Touches`; a single number stands for every row.
+    """
+    ids = whole_array(touch, "touch", len(np.atleast_1d(np.asarray(touch))))
+    n = len(ids)
+    given = {
+        name: np.full(n, value, dtype=np.float64) if np.ndim(value) == 0 and value is not None else value
+        for name, value in columns.items()
+        if name in (*_PER_ROW, *_MAYBE_PER_ROW)
+    }
+    unknown = {name: np.full(n, np.nan) for name in _PER_ROW} | dict.fromkeys(("angle_deg", "x_mm", "y_mm"))
+    return Touches(
+        touch=ids,
+        readings=np.asarray(readings, dtype=np.float64),
+        sample=numbered(ids) if sample is None else np.asarray(sample),
+        **{**unknown, **columns, **given},
+    )
+
+
+def numbered(touch: IntArray) -> IntArray:
+    """Number rows 0, 1, 2 … within each touch, in the order of the rows. Shape (n,)."""
+    order = np.argsort(touch, kind="stable")
+    sorted_ids = touch[order]
+    first = np.flatnonzero(np.r_[True, sorted_ids[1:] != sorted_ids[:-1]]) if len(touch) else np.array([], dtype=int)
+    lengths = np.diff(np.r_[first, len(touch)])
+    result = np.empty(len(touch), dtype=np.int64)
+    result[order] = np.arange(len(touch)) - np.repeat(first, lengths)
+    return result
+
+
+def _span_of(column: FloatArray | None) -> str:
+    return "" if column is None else span(column)

@@ -1,0 +1,93 @@
+"""Basis of a pad's correction without a cause: smooth functions of where the touch is, in proportion to the load.
+
+One function of the distance to the element that all elements share, one of the location for each element, and one more
+of that kind which grows with the square of the load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
+from bayestouch.model.fitting import spread_over_elements
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.table import kernel_width
+
+# Lengths of the functions over the width of the kernel.
+SHARED_LENGTH, OWN_LENGTH = 0.5, 1.0
+# Knots of one element.
+MOST_KNOTS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class PadPlaced:
+    """Basis of the correction for one pad; m elements, D coordinates.
+
+    Attributes
+    ----------
+    position : (m, D) array
+        Positions of the elements, mm.
+    peak : (m,) array
+        Size of each element's reading under the reference load.
+    reference_load : float
+        N.
+    loads_vary : bool
+        Whether there is anything to tell the square of the load from the load.
+    shared : SmoothBasis
+        Of the distance between element and touch, mm.
+    own : tuple of PlaceBasis
+        Of the location, for each element.
+    """
+
+    position: FloatArray
+    peak: FloatArray
+    reference_load: float
+    loads_vary: bool
+    shared: SmoothBasis
+    own: tuple[PlaceBasis, ...]
+
+    @classmethod
+    def of(cls, model: PadModel, vector: FloatArray) -> PadPlaced:
+        """Basis over the places that the touches of a model cover."""
+        recording, chain = model.poses(vector), model.chain(vector)
+        place = np.stack(recording.place, axis=1)
+        extent = float(np.ptp(place, axis=0).max())
+        width = min(kernel_width(chain, extent), 0.5 * extent)
+        farthest = float(np.sqrt(((place[:, None] - chain.position) ** 2).sum(axis=-1)).max())
+        grid = PlaceBasis.grid(place.min(axis=0), place.max(axis=0), OWN_LENGTH * width, most=600)
+        own = []
+        for position in chain.position:
+            near = np.argsort(((grid - position) ** 2).sum(axis=1), kind="stable")[:MOST_KNOTS]
+            own.append(PlaceBasis.at(grid[near], OWN_LENGTH * width))
+        return cls(
+            position=chain.position,
+            peak=model.peak,
+            reference_load=model.reference_load,
+            loads_vary=bool(np.ptp(recording.load) > 0.2 * model.reference_load),
+            shared=SmoothBasis.of(0.0, farthest, SHARED_LENGTH * width),
+            own=tuple(own),
+        )
+
+    def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
+        """Readings per unit weight for touches at places (t, D) under loads (t,).
+
+        Each part is (k, t, m), at size one.
+        """
+        place, load = where
+        share = load / self.reference_load
+        distance = np.sqrt(((place[:, None] - self.position) ** 2).sum(axis=-1))
+        scale = share[:, None] * self.peak
+        shared = spread_over_elements(np.moveaxis(self.shared(distance), -1, 0), scale, own=False)
+        parts = []
+        for e, basis in enumerate(self.own):
+            functions = basis(place)
+            column = np.zeros((functions.shape[1], *scale.shape))
+            column[:, :, e] = functions.T * scale[:, e]
+            parts.append(column)
+        own = np.concatenate(parts)
+        if not self.loads_vary:
+            return {"shared": shared, "own": own}
+        return {"shared": shared, "own": own, "loaded": own * share[None, :, None]}

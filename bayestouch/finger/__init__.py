@@ -1,0 +1,1 @@
+"""All that is particular to a finger: its fit, its model with effects, its reader."""

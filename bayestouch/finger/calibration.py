@@ -1,0 +1,255 @@
+"""The calibration of a finger as a posterior, ready to be saved and used."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
+from bayestouch.errors import InputError
+from bayestouch.finger.fit import FingerFit, fit_finger
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.noise import noise_of, public_noise
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.sampling import sample_fit
+from bayestouch.priors.parameters import Prior
+from bayestouch.progress import Progress
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import Calibration
+from bayestouch.version import __version__
+
+
+def calibrate_finger(
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str = "model",
+    draws: int,
+    seed: int,
+    stated: Mapping[str, Prior] | None = None,
+    progress: Progress | None = None,
+) -> Calibration:
+    """Calibrate a finger; see `bayestouch.calibrate`.
+
+    The mode and the normal (Laplace) approximation around it come first; emcee then draws from the exact posterior
+    of the chain's parameters and of all noise together, with proposals from that normal.
+    """
+    sensor, table = dataset.sensor, dataset.calibration
+    finger = sensor.body
+    assert isinstance(finger, Finger) and table is not None
+    priors, notes = FingerPriors.of(sensor)
+    priors = priors.with_stated(stated or {}, finger)
+    rest = table.rest_reading()
+    corrected = table.baseline_corrected()
+    means = corrected.averaged()
+    if means.n_touches == 0:
+        raise InputError(
+            "no calibration touch is in contact (contact, depth or load is 0 in every row), so that nothing of the "
+            "sensor is identifiable: give touches with a load",
+            file=_file(dataset),
+        )
+    fit, used = fit_finger(means, finger, priors, contact=contact)
+    drawn = sample_fit(fit, draws, seed, progress)
+    vectors = drawn.draws[:, :, 0]
+    touches, layout_ = fit.likelihood.known, fit.likelihood.layout
+    noise = noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1]))
+    notes += _noise_notes(touches, priors)
+    known = means.touch[used]
+    location = means.angle_deg
+    assert location is not None
+    rows = TouchRows(
+        touch=known,
+        location={"theta_c": location[used]},
+        radius_mm=means.indenter_radius_mm[used],
+        load=means.load[used],
+        observed=means.readings[used],
+        predicted=fit.predicted,
+        sd=fit.sd,
+        counts=means.counts[used],
+    )
+    if not used.all():
+        notes += (
+            f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",
+        )
+    new_notes = tuple(dict.fromkeys((*dataset.notes, *table.notes, *corrected.notes, *notes)))
+    typical = float(np.nanmean(rows.load))
+    calibration = Calibration(
+        sensor=sensor,
+        parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
+        mode=_public_mode(fit),
+        posterior=public_draws(fit, vectors),
+        covariance=np.cov(_linear(fit, vectors).T),
+        layout=layout(finger.n_elements),
+        noise=noise,
+        rows=rows,
+        settings={
+            "body": "finger",
+            "contact": contact,
+            "e_map": "model",
+            "seed": float(seed),
+            "version": __version__,
+            "largest_load": fit.chain.largest_load,
+            "typical_load": typical,
+        },
+        statistics={
+            **_statistics(fit, rows, typical),
+            "ess_bulk": float(drawn.ess_bulk.min()),
+            "rhat": float(drawn.rhat.max()),
+            "acceptance": float(drawn.acceptance.min()),
+        },
+        extra={} if rest is None else {"rest_reading": rest},
+        notes=new_notes,
+    )
+    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+
+
+def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
+    """The calibration with its E map identified directly, as a regression about the elastic one."""
+    from bayestouch.finger.empirical.calibration import fit_empirical
+
+    identified = fit_empirical(fit)
+    lack_of_fit = float(np.nanmean(identified.lack_of_fit))
+    notes = calibration.notes
+    if lack_of_fit > 1.5:
+        notes += (
+            f"Lack of fit stays at {lack_of_fit:.2f} with the identified E map: what is missing is not a smooth "
+            "function of element and location in proportion to the load. It may change with time or load, with the "
+            "width of the contact, or from place to place faster than the map; readings with the map may be wrong.",
+        )
+    return replace(
+        calibration,
+        noise=identified.calibration.noise,
+        rows=replace(calibration.rows, predicted=identified.predicted, sd=identified.sd),
+        settings={**calibration.settings, "e_map": "empirical"},
+        statistics={**calibration.statistics, "lack_of_fit_empirical": lack_of_fit},
+        extra={**calibration.extra, **identified.calibration.arrays()},
+        notes=notes,
+    )
+
+
+def layout(n_elements: int) -> tuple[str, ...]:
+    """Names of the rows of a finger's covariance (angles in rad, μ as its logarithm)."""
+    by_element = [f"{name}[{e}]" for name in ("response", "r_s", "theta_s_rad") for e in range(n_elements)]
+    return (*by_element, "sigma", "log_mu")
+
+
+def finger_chain(calibration: Calibration) -> FingerChain:
+    """The finger at the mode of its calibration."""
+    finger = calibration.sensor.body
+    assert isinstance(finger, Finger)
+    mode = calibration.mode
+    return FingerChain(
+        core_radius_mm=finger.core_radius_mm,
+        outer_radius_mm=finger.outer_radius_mm,
+        response=np.asarray(mode["response"]),
+        sensing_radius_mm=np.asarray(mode["r_s"]),
+        angle=np.radians(mode["theta_s"]),
+        offset=np.zeros(finger.n_elements),
+        poisson_ratio=float(mode["sigma"]),
+        shear_modulus_MPa=float(mode["mu"]),
+        largest_load=float(calibration.settings["largest_load"]),
+        contact=str(calibration.settings["contact"]),
+    )
+
+
+def _file(dataset: DataSet) -> str | None:
+    return None if dataset.path is None else str(dataset.path)
+
+
+def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
+    """What the touches cannot tell of the noise, so that its prior speaks."""
+    notes = []
+    if not known.repeated:
+        notes.append(
+            "Not every element was read twice in a touch: what the model misses cannot be told from noise, and all of "
+            "it is called noise."
+        )
+    if known.load_scatter_dof == 0:
+        source = "as stated" if priors.force_noise else "as assumed"
+        notes.append(
+            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from how "
+            "the elements read together."
+        )
+    if (known.load_reads == 0).any():
+        count = int((known.load_reads == 0).sum())
+        notes.append(f"{count} calibration touches have no measured load: it is inferred with the rest.")
+    return tuple(notes)
+
+
+def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
+    chain = fit.chain
+    return {
+        "sigma": np.asarray(chain.poisson_ratio),
+        "mu": np.asarray(chain.shear_modulus_MPa),
+        "r_s": chain.sensing_radius_mm,
+        "theta_s": np.degrees(chain.angle),
+        "response": chain.response,
+        "gain": chain.gain,
+        "noise_sd": fit.noise.tactile_sd,
+        "discrepancy_sd": fit.noise.discrepancy_sd,
+        "force_noise_sd": np.asarray(fit.noise.force_sd),
+    }
+
+
+def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
+    """Flat vectors (n, 3 m + 2) of the chain's parameters with responses in place of their logarithms."""
+    at = fit.likelihood.layout
+    linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
+    linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
+    return linear
+
+
+def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
+    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d); gains follow from them."""
+    at = fit.likelihood.layout
+    flat = vectors.reshape(-1, vectors.shape[-1])
+    response = fit.likelihood.sign * np.exp(flat[:, at.response])
+    depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
+    peak = np.stack([peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    noise, missed, force = public_noise(fit.likelihood.known, at, flat)
+    values = {
+        "sigma": sigma,
+        "mu": mu,
+        "r_s": depth,
+        "theta_s": np.degrees(flat[:, at.angle]),
+        "response": response,
+        "gain": response * 1000 * mu[:, None] / peak,
+        "noise_sd": noise,
+        **({"discrepancy_sd": missed} if at.discrepancy else {}),
+        "force_noise_sd": force,
+    }
+    return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
+
+
+def peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:
+    """Compressive strain (m,) under a knife edge of 1 N/mm above each element at μ = 1 MPa."""
+    from bayestouch.body.annulus import solve_annulus
+    from bayestouch.chain.response import modes_needed
+
+    modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
+    strain = solve_annulus(
+        modes,
+        core_radius_mm=chain.core_radius_mm,
+        outer_radius_mm=chain.outer_radius_mm,
+        poisson_ratio=poisson_ratio,
+    ).radial_strain(depth)
+    return np.asarray((strain[:, 0] + 2 * strain[:, 1:].sum(axis=1)) / (2 * np.pi * chain.outer_radius_mm))
+
+
+def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[str, float]:
+    peak = np.abs(fit.chain.response) * typical_load
+    present = ~np.isnan(rows.observed)
+    squares = np.where(present, rows.observed - rows.predicted, 0.0) ** 2
+    alive = present.any(axis=0)
+    error = np.sqrt(squares.sum(axis=0)[alive] / present.sum(axis=0)[alive]) / peak[alive] * 100
+    return {
+        "touches": float(len(rows.touch)),
+        "lack_of_fit": fit.lack_of_fit,
+        "error_percent_peak": float(error.mean()),
+        "noise_percent_peak": float((fit.noise.tactile_sd / peak)[alive].mean() * 100),
+    }

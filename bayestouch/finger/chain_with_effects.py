@@ -1,0 +1,93 @@
+"""The chain of a finger's calibration with effects, rebuilt from the calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Finger
+from bayestouch.effects import Values
+from bayestouch.finger.correction_table import PlacedTable
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.model import FingerModel
+from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.observations import PlainRows
+from bayestouch.results.objects import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class AffectedChain:
+    """The chain of a calibration with effects.
+
+    Attributes
+    ----------
+    model : FingerModel
+        Without touches.
+    vector : (d,) array
+        Its parameters at the mode.
+    covariance : (d, d) array
+        Their covariance.
+    listed : EffectList
+        All effects.
+    values : mapping of str to tuple of float
+        Values of every effect by its name.
+    placed : PlacedTable or None
+        A correction by element and relative location, without a cause.
+    """
+
+    model: FingerModel
+    vector: FloatArray
+    covariance: FloatArray
+    listed: EffectList
+    values: Mapping[str, Values]
+    placed: PlacedTable | None = None
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> AffectedChain:
+        """Rebuild it from a calibration."""
+        from bayestouch.finger.calibration import finger_chain
+
+        finger = calibration.sensor.body
+        assert isinstance(finger, Finger)
+        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        chain = finger_chain(calibration)
+        sign = np.where(chain.response < 0, -1.0, 1.0)
+        model = FingerModel(
+            observed=PlainRows(0),
+            finger=finger,
+            layout=FlatLayout(finger.n_elements, discrepancy=False),
+            flat_prior=None,
+            sign=sign,
+            contact=chain.contact,
+            peak=np.asarray(calibration.extra[PEAK]),
+            reference_load=listed.setting.reference_load,
+            largest_load=chain.largest_load,
+            effects=listed.plain,
+        )
+        values = {
+            effect.name: tuple(float(calibration.mode[p.name]) for p in effect.public_parameters())
+            for effect in listed.effects
+        }
+        response = np.where(chain.response == 0, 1e-300, np.abs(chain.response))
+        base = [np.log(response), chain.sensing_radius_mm, chain.angle]
+        vector = np.concatenate([*base, [chain.poisson_ratio, np.log(chain.shear_modulus_MPa)]])
+        for effect in listed.plain:
+            inward = [p.inward(v) for p, v in zip(effect.parameters, values[effect.name], strict=True)]
+            vector = np.concatenate([vector, inward])
+        scale = np.ones(len(vector))
+        scale[: finger.n_elements] = 1 / (sign * response)
+        return cls(
+            model,
+            vector,
+            calibration.covariance * np.outer(scale, scale),
+            listed,
+            values,
+            PlacedTable.from_arrays(calibration.extra),
+        )
+
+    def static(self) -> FingerModel:
+        """The model with those effects only that are the same in all samples."""
+        return replace(self.model, effects=tuple(e for e in self.model.effects if not e.needs_samples))

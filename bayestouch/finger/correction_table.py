@@ -1,0 +1,76 @@
+"""A correction of a finger's readings by element and location, as a table that a calibration file holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
+
+PREFIX = "placed_"
+NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedTable:
+    """Correction over the contact location; a locations, m elements.
+
+    Attributes
+    ----------
+    angle_deg : (a,) array
+        Locations, equally spaced.
+    even, wide, loaded : (a, m) arrays
+        Readings added for each N/m, and those that come to them times ``P R`` in N and times the load in N/m.
+    sd : (a, m) array
+        Standard deviation of the addition for each N/m.
+    """
+
+    angle_deg: FloatArray
+    even: FloatArray
+    wide: FloatArray
+    loaded: FloatArray
+    sd: FloatArray
+
+    def sd_at(self, angle_deg: FloatArray) -> FloatArray:
+        """Standard deviation (n, m) of what is added for each N/m at locations (n,); zero outside the table."""
+        (sd,) = self._at(angle_deg, self.sd)
+        return sd
+
+    def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
+        """Tables (a, m) at locations (n,), each (n, m); zero outside."""
+        step = self.angle_deg[1] - self.angle_deg[0]
+        place = (np.asarray(angle_deg) - self.angle_deg[0]) / step
+        inside = (place >= 0) & (place <= len(self.angle_deg) - 1)
+        row = np.clip(np.floor(place), 0, len(self.angle_deg) - 2).astype(np.int64)
+        share = np.where(inside, np.clip(place - row, 0, 1), 0.0)[:, None]
+        kept = inside[:, None]
+        return [np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0) for table in tables]
+
+    def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Readings added (n, m) to touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
+        even, wide, loaded = self._at(np.degrees(angle), self.even, self.wide, self.loaded)
+        share = even + (load * radius_mm / 1000)[:, None] * wide + load[:, None] * loaded
+        return np.asarray(load[:, None] * share)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """By name, for a file."""
+        return {PREFIX + name: getattr(self, name) for name in NAMES}
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PlacedTable | None:
+        """From a file's arrays; None where they hold no correction.
+
+        Raises
+        ------
+        InputError
+            They hold a part of one.
+        """
+        missing = [PREFIX + name for name in NAMES if PREFIX + name not in arrays]
+        if len(missing) == len(NAMES):
+            return None
+        if missing:
+            raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
+        return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in NAMES})

@@ -1,0 +1,76 @@
+"""Exact posterior density of a finger's calibration."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.likelihood import FingerLikelihood
+from bayestouch.finger.noise import log_likelihood_of_scatter
+
+# Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
+NUMBERS_HELD = 1 << 16
+
+
+@dataclass(frozen=True, eq=False)
+class FingerDensity:
+    """Log posterior of the flat vector (see `FlatLayout`).
+
+    Attributes
+    ----------
+    likelihood : FingerLikelihood
+        Touches and priors.
+    predict : callable
+        Readings (n, t, m) at the measured loads, and their derivative with respect to the load, from n flat vectors.
+    within : callable
+        Where `predict` holds among n vectors.
+    """
+
+    likelihood: FingerLikelihood
+    predict: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    within: Callable[[FloatArray], NDArray[np.bool_]] = lambda vectors: np.ones(len(vectors), dtype=bool)
+
+    @classmethod
+    def of(cls, fit: FingerFit) -> FingerDensity:
+        """The posterior of a fit."""
+        series = fit.likelihood.posterior_series(fit.laplace)
+        return cls(fit.likelihood, series, series.covers)
+
+    def __call__(self, vectors: FloatArray) -> FloatArray:
+        """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""
+        flat = vectors.reshape(-1, vectors.shape[-1])
+        low, high = self.likelihood.bounds
+        out = np.full(len(flat), -np.inf)
+        inside = np.flatnonzero(((flat > low) & (flat < high)).all(axis=1) & self.within(flat))
+        held = max(1, NUMBERS_HELD // self.likelihood.missing.size)
+        for first in range(0, len(inside), held):
+            part = inside[first : first + held]
+            out[part] = self._inside(flat[part])
+        return out.reshape(vectors.shape[:-1])
+
+    def _inside(self, vectors: FloatArray) -> FloatArray:
+        likelihood, known = self.likelihood, self.likelihood.known
+        predicted, slope = self.predict(vectors)
+        spread = likelihood.errors(vectors)
+        z = likelihood.whiten(known.readings - predicted, slope, spread)
+        # The load's shared error makes the covariance depend on the prediction: its determinant counts.
+        shared = np.where(likelihood.missing, 0.0, slope) * spread.load_sd[..., None] / spread.sd
+        determinant = np.log1p(np.einsum("ntm,ntm->nt", shared, shared)).sum(axis=1)
+        determinant += 2 * np.log(np.where(likelihood.missing, 1.0, spread.sd)).sum(axis=(1, 2))
+        data = -0.5 * (np.einsum("ntm,ntm->n", z, z) + determinant)
+        scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
+        return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
+
+    def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
+        likelihood, spread = self.likelihood, self.likelihood.errors(vectors)
+        predicted, slope = self.predict(vectors)
+        weight = np.where(likelihood.missing, 0.0, 1 / spread.sd**2)
+        left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+        variance = 1 / ((slope**2 * weight).sum(axis=-1) + spread.load_sd**-2.0)
+        return likelihood.known.load + variance * (slope * left * weight).sum(axis=-1), np.sqrt(variance)

@@ -1,0 +1,221 @@
+"""Direct identification of a finger's E map as Bayesian regression.
+
+Section 3.2 of Nicolson and Fearing (1995) solves ``E P = G D`` by least squares, equation (6): nothing is assumed of
+E, and every coefficient must be found from touches all the way around. Here the rows of E have a prior that is centred
+on the elastic model, and whose strength is inferred. Row e, with the gain in it, is
+
+    E_e = elastic(r_s, θ_s, response) + departure,    departure_k ~ N(0, (λ_e S_k)²),  S_k = max |elastic_l| over l >= k
+
+for the sine and cosine of each Fourier mode k: a departure has the bandwidth of the sensor, as nothing finer gets
+through the rubber, and no preferred place around the finger. (At low modes the elastic response is small because the
+rubber is all but incompressible, which is no reason for a small departure: S stays at its peak there.)
+
+λ → 0 is the model calibration, λ → ∞ equation (6). What touches on one side of the finger leave open stays with the
+prior, and its uncertainty is in the covariance.
+
+Pressures come from the contact model at σ and μ of the model calibration; what these leave uncertain is carried along
+by refitting E beside them. The error of a touch's load is in the noise of each element; that it is the same error
+for all elements is left out (each element's posterior is exact given its own readings).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.body.emap import per_coefficient
+from bayestouch.chain.empirical import (
+    EmpiricalFingerChain,
+    elastic_amplitudes,
+    elastic_e_matrix,
+    modes_of,
+    pressure_matrix,
+)
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.empirical.map import EmpiricalCalibration, contact_neighbours
+from bayestouch.finger.empirical.regression import DiagonalElement, ElementData, MapPrior
+from bayestouch.finger.empirical.strength import StrengthPosterior, infer_strength
+from bayestouch.finger.fit import FingerFit
+
+# Central differences; E is smooth on these scales.
+STEP_RESPONSE, STEP_RADIUS_MM, STEP_ANGLE = 1e-3, 1e-3, 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class EmpiricalFit:
+    """An identified E map and how it was found.
+
+    Attributes
+    ----------
+    calibration : EmpiricalCalibration
+        The posterior of E.
+    strength : StrengthPosterior
+        Posterior of the prior's strength λ.
+    effective_coefficients : (m,) array
+        How many coefficients of the departure the touches determine, rather than the prior.
+    lack_of_fit : (m,) array
+        Mean square of what is left over that of repeats, ``φ²``. Well above one, touches differ by something that is
+        no smooth function of location in proportion to the load: drift, memory, nonlinearity, or an error that changes
+        from place to place faster than the map. A map fitted to a drift takes what happened while a place was touched
+        for a property of the place.
+    predicted, sd : (t, m) arrays
+        Prediction for the calibration touches, and standard deviation of reading minus prediction.
+    """
+
+    calibration: EmpiricalCalibration
+    strength: StrengthPosterior
+    effective_coefficients: FloatArray
+    lack_of_fit: FloatArray
+    predicted: FloatArray
+    sd: FloatArray
+
+    @property
+    def strengths(self) -> FloatArray:
+        """Posterior mean of log λ, as λ, of each element, (m,)."""
+        with np.errstate(divide="ignore"):
+            return np.array([np.exp(w.weight @ np.log(w.strength)) for w in self.strength.weights])
+
+
+def fit_empirical(
+    fit: FingerFit,
+    *,
+    n_coefficients: int | None = None,
+    strength: float | None = None,
+    family: bool = True,
+    repeated: NDArray[np.bool_] | None = None,
+) -> EmpiricalFit:
+    """Identify E from the touches of a model calibration, with a prior centred on that model.
+
+    Parameters
+    ----------
+    fit : FingerFit
+        Model calibration: elastic finger at the mode, touches, priors, noise.
+    n_coefficients : int, optional
+        n_c; all modes that the elastic model sums by default. The prior falls with the elastic response, so that
+        high modes do no harm; without a prior no more than the touches determine may be asked for.
+    strength : float, optional
+        λ of all elements, to be held: 0 the model, infinity equation (6). Inferred by default.
+    family : bool
+        Let response, r_s and θ_s of the model move with the fit, under the priors of the model calibration. Otherwise
+        the prior is centred on the mode itself.
+    repeated : (m,) bool array, optional
+        Elements whose noise is known from repeats; by default all if the model calibration has a lack of fit.
+
+    Raises
+    ------
+    InputError
+        If `strength` is infinite and the touches do not determine all coefficients.
+    """
+    elastic = fit.chain
+    n_c = modes_of(elastic) if n_coefficients is None else n_coefficients
+    m = elastic.n_elements
+    known = np.full(m, np.isfinite(fit.lack_of_fit)) if repeated is None else repeated
+    sd = _known_sd(fit)
+    elements = _diagonal(fit, elastic, 1.0, n_c, sd, family)
+    posterior = infer_strength(elements, [bool(each) for each in known], strength)
+    pairs = [element.posterior(weights) for element, weights in zip(elements, posterior.weights, strict=True)]
+    e_matrix = np.stack([mean for mean, _ in pairs])
+    by_contact = np.empty((2, *e_matrix.shape))
+    for i, near in enumerate(contact_neighbours(elastic)):
+        up, down = (
+            [
+                element.mean(weights)
+                for element, weights in zip(
+                    _diagonal(fit, side, factor, n_c, sd, family), posterior.weights, strict=True
+                )
+            ]
+            for side, factor in near.sides
+        )
+        by_contact[i] = (np.stack(up) - np.stack(down)) / (2 * near.step)
+    factor2 = np.array([w.weight @ w.factor**2 for w in posterior.weights])
+    calibration = EmpiricalCalibration(
+        chain=EmpiricalFingerChain(elastic, e_matrix),
+        covariance=np.stack([covariance for _, covariance in pairs]),
+        by_contact=by_contact,
+        contact_covariance=fit.laplace.covariance[3 * m :, 3 * m :],
+        noise=_noise(fit, factor2, known),
+    )
+    touches = fit.likelihood.known
+    design = pressure_matrix(elastic, touches.radius_mm, touches.angle, touches.load, n_c)
+    return EmpiricalFit(
+        calibration=calibration,
+        strength=posterior,
+        effective_coefficients=np.array(
+            [element.effective_coefficients(w) for element, w in zip(elements, posterior.weights, strict=True)]
+        ),
+        lack_of_fit=factor2,
+        predicted=design @ e_matrix.T,
+        sd=sd * np.sqrt(factor2),
+    )
+
+
+def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
+    """Prior of each row of E about an elastic finger near the mode of its calibration, one per element."""
+    mean = elastic_e_matrix(elastic, n_coefficients)
+    amplitudes = np.abs(elastic_amplitudes(elastic, n_coefficients))
+    scale = per_coefficient(np.maximum.accumulate(amplitudes[:, ::-1], axis=1)[:, ::-1])
+    m, p = mean.shape
+    if not family:
+        return [MapPrior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
+    prior = fit.likelihood.prior
+    ones = np.ones(m)
+    steps = {
+        "response": STEP_RESPONSE * np.abs(elastic.response),
+        "sensing_radius_mm": STEP_RADIUS_MM * ones,
+        "angle": STEP_ANGLE * ones,
+    }
+    tangents, start = np.empty((m, p, 3)), np.empty((m, 3))
+    for i, (name, step) in enumerate(steps.items()):
+        here = np.asarray(getattr(elastic, name))
+        up, down = (elastic_e_matrix(elastic.with_(**{name: here + sign * step}), n_coefficients) for sign in (1, -1))
+        # The prior of a response is of its logarithm.
+        unit, value = (here, np.log(np.abs(here))) if name == "response" else (ones, here)
+        centre, width = (values[i * m : (i + 1) * m] for values in (prior.mean, prior.spread))
+        tangents[:, :, i] = (up - down) * (width * unit / (2 * step))[:, None]
+        start[:, i] = (centre - value) / width
+    return [MapPrior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
+
+
+def _diagonal(
+    fit: FingerFit,
+    elastic: FingerChain,
+    radius_factor: float,
+    n_coefficients: int,
+    sd: FloatArray,
+    family: bool,
+) -> list[DiagonalElement]:
+    touches, missing = fit.likelihood.known, fit.likelihood.missing
+    design = pressure_matrix(elastic, touches.radius_mm * radius_factor, touches.angle, touches.load, n_coefficients)
+    out = []
+    for e, prior in enumerate(finger_prior(fit, elastic, n_coefficients, family=family)):
+        there = ~missing[:, e]
+        data = ElementData(design[there], touches.readings[there, e], sd[there, e])
+        out.append(DiagonalElement.of(data, prior))
+    return out
+
+
+def _known_sd(fit: FingerFit) -> FloatArray:
+    """Standard deviation of each mean reading (t, m): repeats and the error of the load; inf where missing."""
+    touches = fit.likelihood.known
+    counts = np.where(fit.likelihood.missing, 0, touches.counts)
+    bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
+    _, slope = fit.likelihood.predicted(fit.laplace.mode)
+    by_load = slope * fit.likelihood.errors(fit.vector).load_sd[:, None]
+    return np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
+
+
+def _noise(fit: FingerFit, factor2: FloatArray, known: NDArray[np.bool_]) -> Noise:
+    """Noise whose discrepancy is what is left beside the map; without repeats all of it is called sensor noise."""
+    counts = np.where(fit.likelihood.missing, 0, fit.likelihood.known.counts)
+    per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
+    typical = fit.noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
+    excess = np.maximum(factor2 - 1, 0.0) * typical
+    return replace(
+        fit.noise,
+        tactile_sd=np.where(known, fit.noise.tactile_sd, fit.noise.tactile_sd * np.sqrt(factor2)),
+        discrepancy_sd=np.where(known, np.sqrt(excess), 0.0),
+    )

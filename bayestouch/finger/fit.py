@@ -1,0 +1,185 @@
+"""Calibration of a finger from touches with known indenter, location and load."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.noise import Noise
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import Finger
+from bayestouch.errors import InputError
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.likelihood import FingerLikelihood
+from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.sampling.laplace import LaplaceFit
+
+# Fits of the chain, each with the noise that the one before leaves; two serve unless loads are unknown.
+MOST_FITS = 6
+
+
+@dataclass(frozen=True, eq=False)
+class FingerFit:
+    """Normal approximation of the posterior of all calibration parameters at once.
+
+    Attributes
+    ----------
+    chain : FingerChain
+        The finger at the mode.
+    laplace : LaplaceFit
+        Of the coordinates that the chain depends on, at the fitted noise (see `FlatLayout`).
+    vector : (d,) array
+        Centre of the whole flat vector: the mode of `laplace`, then the mean noise at that mode.
+    noise_shape : NoiseShape
+        Approximate density of the noise's coordinates.
+    noise : Noise
+        Noise of readings and force sensor, at the centre.
+    lack_of_fit : float
+        Residual mean square over pure-error mean square: 1 where the model is right; NaN without repeats.
+    predicted, sd : (t, m) arrays
+        Prediction for the touches, and standard deviation of reading minus prediction.
+    likelihood : FingerLikelihood
+        Touches and priors that were fitted.
+    """
+
+    chain: FingerChain
+    laplace: LaplaceFit
+    vector: FloatArray
+    noise_shape: NoiseShape
+    noise: Noise
+    lack_of_fit: float
+    predicted: FloatArray
+    sd: FloatArray
+    likelihood: FingerLikelihood
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of responses, depths (mm), angles (rad), σ and log μ: of the laplace, but not log responses."""
+        scale = np.ones(len(self.laplace.mode))
+        scale[: self.chain.n_elements] = self.chain.response
+        return self.laplace.covariance * np.outer(scale, scale)
+
+
+def fit_finger(
+    means: TouchMeans, finger: Finger, priors: FingerPriors, *, contact: str = "layer"
+) -> tuple[FingerFit, NDArray[np.bool_]]:
+    """Fit every calibration parameter to all known touches at once.
+
+    Parameters
+    ----------
+    means : TouchMeans
+        Averaged calibration touches, rest reading subtracted.
+    finger : Finger
+        Geometry as built.
+    priors : FingerPriors
+        Priors.
+    contact : str
+        Contact model.
+
+    Returns
+    -------
+    FingerFit, (t,) bool array
+        The fit, and which touches it used.
+
+    Raises
+    ------
+    InputError
+        If the touches cannot identify the parameters, saying what would.
+    """
+    known, used = KnownTouches.of(means, finger)
+    apparent = known.apparent_response(finger)
+    check_enough(known)
+    prior = priors.flat(finger, known)
+    start = prior.mean[: prior.layout.n_chain].copy()
+    start[prior.layout.response] = np.log(np.abs(apparent))
+    likelihood = FingerLikelihood(known, finger, prior, start, np.sign(apparent), contact)
+    vector = np.concatenate([start, first_guess(known, prior)])
+    unmeasured = known.load_reads == 0
+    spread = likelihood.errors(vector)
+    for _ in range(MOST_FITS):
+        laplace = likelihood.maximum(spread)
+        likelihood.start = laplace.mode
+        vector = np.concatenate([laplace.mode, vector[prior.layout.n_chain :]])
+        shape = noise_shape(likelihood.known, prior, vector, _residuals(likelihood, laplace, vector))
+        vector[prior.layout.n_chain :] = shape.mean
+        before, spread = spread, likelihood.errors(vector)
+        # A fiftieth of a standard deviation does not matter to a proposal.
+        settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02) for n in ("sd", "load_sd"))
+        if unmeasured.any():
+            moved = _estimated_loads(likelihood, vector)
+            settled &= np.allclose(moved, likelihood.known.load, rtol=1e-3)
+            likelihood = likelihood.with_known(replace(likelihood.known, load=moved))
+        if settled:
+            break
+    predicted, _ = likelihood.predicted(laplace.mode)
+    chain = likelihood.chain(laplace.mode)
+    sd = likelihood.errors(vector).sd
+    noise = noise_of(likelihood.known, prior.layout, vector)
+    lack_of_fit = _lack_of_fit(likelihood, vector)
+    return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood), used
+
+
+def check_enough(known: KnownTouches) -> None:
+    """Refuse data that have fewer numbers than there are parameters.
+
+    Raises
+    ------
+    InputError
+        Naming the element, or the count, and what would help.
+    """
+    read = (~known.missing).sum(axis=0)
+    few = np.flatnonzero((read > 0) & (read < 3))
+    if len(few):
+        names = ", ".join(f"e{i + 1:02d}" for i in few)
+        raise InputError(
+            f"fewer than 3 calibration touches were read by element {names}: its response, depth and angle are not "
+            "identifiable; touch the finger at 3 places within its reach at least"
+        )
+    numbers, alive = int(read.sum()), int((read > 0).sum())
+    parameters = 3 * alive + 2
+    if numbers < parameters:
+        raise InputError(
+            f"{numbers} mean readings for {parameters} parameters (3 for each of {alive} elements, Poisson's ratio and "
+            "shear modulus): not identifiable; add touches at other places or with other indenters"
+        )
+
+
+def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatArray) -> Residuals:
+    """What the fit leaves, and how many parameters each element's readings determine."""
+    predicted, slope = likelihood.predicted(laplace.mode)
+    rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.errors(vector))
+    spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
+    left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+    return Residuals(left, np.where(likelihood.missing, 0.0, slope), spent)
+
+
+def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
+    """Loads where none was measured, from the readings; the measured ones elsewhere."""
+    known, spread = likelihood.known, likelihood.errors(vector)
+    predicted, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
+    weight = np.where(known.missing, 0.0, 1 / spread.sd**2)
+    left = np.where(known.missing, 0.0, known.readings - predicted)
+    step = (slope * left * weight).sum(axis=1) / ((slope**2 * weight).sum(axis=1) + spread.load_sd**-2.0)
+    bounded = np.clip(known.load + step, 0.05 * known.typical_load, 3 * known.typical_load)
+    return np.where(known.load_reads == 0, bounded, known.load)
+
+
+def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
+    """Mean square of the residuals over what repeats explain; NaN without repeats."""
+    layout, known = likelihood.layout, likelihood.known
+    if not known.repeated:
+        return np.nan
+    bare = vector.copy()
+    some = known.scatter_dof > 0
+    bare[layout.noise] = np.where(
+        some, 0.5 * np.log(np.where(some, known.scatter, 1.0) / np.maximum(known.scatter_dof, 1.0)), bare[layout.noise]
+    )
+    bare[layout.missed] = -np.inf
+    predicted, slope = likelihood.predicted(vector[: layout.n_chain])
+    z = likelihood.whiten(known.readings - predicted, slope, likelihood.errors(bare))
+    return float((z * z).sum() / max(int((~known.missing).sum()) - layout.n_chain, 1))

@@ -1,0 +1,172 @@
+"""Touches that calibrate a finger: what was done, and what was read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.contact import composite_radius
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import Finger
+from bayestouch.errors import InputError
+
+# An unmeasured load is normal about where the readings put it, with this many times the mean load as its standard
+# deviation: all but flat.
+UNMEASURED_LOAD_SD = 10.0
+# It is looked for between these many times that.
+LEAST_LOAD, MOST_LOAD = 0.05, 3.0
+# The mean of a touch is compared with the peak of elements this near, in degrees, to find where to start.
+NEAR_DEG = 15.0
+
+
+@dataclass(frozen=True, eq=False)
+class KnownTouches:
+    """Touches of which indenter and location are known, averaged over samples; t touches, m elements.
+
+    Attributes
+    ----------
+    radius_mm, angle, load : (t,) arrays
+        Composite radius R (mm), contact location (rad), load (N/m): the measured one, or an estimate.
+    load_reads : (t,) array
+        Reads of the force sensor behind each load; 0 where it was not measured.
+    readings : (t, m) array
+        Mean readings, NaN missing.
+    counts : (t, m) array
+        Raw readings behind each; 0 where missing.
+    scatter, scatter_dof : (m,) arrays
+        Sum of squares of raw readings about their touch's mean, and its degrees of freedom (0 without repeats).
+    load_scatter, load_scatter_dof : float
+        The same of the force sensor's readings, (N/m)².
+    """
+
+    radius_mm: FloatArray
+    angle: FloatArray
+    load: FloatArray
+    load_reads: FloatArray
+    readings: FloatArray
+    counts: NDArray[np.int64]
+    scatter: FloatArray
+    scatter_dof: FloatArray
+    load_scatter: float = 0.0
+    load_scatter_dof: float = 0.0
+
+    @classmethod
+    def of(cls, means: TouchMeans, finger: Finger) -> tuple[KnownTouches, NDArray[np.bool_]]:
+        """Known touches among `means`, and which they are.
+
+        An element that reads the same in every touch tells nothing and is taken as missing. Touches whose mean load
+        is not above zero are left out.
+
+        Raises
+        ------
+        InputError
+            If no touch is known, or none has a load above zero.
+        """
+        assert means.angle_deg is not None
+        known = ~np.isnan(means.indenter_radius_mm) & ~np.isnan(means.angle_deg)
+        pressed = ~(means.load <= 0)
+        if not known.any():
+            raise InputError(
+                "no touch has a known indenter and location, so that nothing of the sensor is identifiable: "
+                "calibration needs indenter_radius_mm (0 for a knife edge, inf for a flat) and angle_deg"
+            )
+        if not (known & pressed).any():
+            raise InputError(
+                "no touch has a load above zero: what does not press says nothing of gains, depths or the rubber; "
+                "touch with a load, or leave load_N_per_m empty where it was not measured"
+            )
+        known &= pressed
+        load = means.load[known]
+        measured = np.isfinite(load)
+        if not measured.any():
+            raise InputError(
+                "no calibration touch has a measured load: gains and the shear modulus are not identifiable without "
+                "one; fill in load_N_per_m for some touches at least"
+            )
+        typical = float(load[measured].mean())
+        readings = means.readings[known]
+        counts = np.where(np.isnan(readings), 0, means.counts[known])
+        there = np.where(counts > 0, readings, np.nan)
+        constant = (counts > 0).sum(axis=0) > 1
+        constant &= np.array([len(np.unique(values[~np.isnan(values)])) <= 1 for values in there.T])
+        dof = np.where(
+            np.isfinite(means.pure_error_variance) & (means.pure_error_variance > 0), means.pure_error_dof, 0
+        )
+        scatter = np.where(dof > 0, np.nan_to_num(means.pure_error_variance) * dof, 0.0)
+        reads = means.load_reads[known] if means.load_reads is not None else counts.max(axis=1).astype(float)
+        load_dof = means.load_error_dof
+        return (
+            cls(
+                radius_mm=composite_radius(means.indenter_radius_mm[known], finger.outer_radius_mm),
+                angle=np.radians(means.angle_deg[known]),
+                load=np.where(measured, load, typical),
+                load_reads=np.where(measured, np.maximum(reads, 1.0), 0.0),
+                readings=np.where(constant, np.nan, readings),
+                counts=np.where(constant, 0, counts),
+                scatter=np.where(constant, 0.0, scatter),
+                scatter_dof=np.where(constant, 0.0, dof),
+                load_scatter=means.load_error_variance * load_dof if load_dof > 0 else 0.0,
+                load_scatter_dof=load_dof,
+            ),
+            known,
+        )
+
+    @property
+    def missing(self) -> NDArray[np.bool_]:
+        """Where there is no reading, (t, m)."""
+        return ~(self.counts > 0) | np.isnan(self.readings)
+
+    @property
+    def repeated(self) -> bool:
+        """Whether repeats tell the noise of every element that was read from what the model misses."""
+        read = (self.counts > 0).any(axis=0)
+        return bool(read.any() and (self.scatter_dof[read] > 0).all())
+
+    @property
+    def typical_load(self) -> float:
+        """Mean of the measured loads, N/m."""
+        return float(self.load[self.load_reads > 0].mean())
+
+    @property
+    def typical_reads(self) -> float:
+        """Median number of raw readings behind a mean."""
+        return float(np.median(self.counts[self.counts > 0]))
+
+    def load_range(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest load (t,) at which each touch is looked at, N/m: steps about a measured one."""
+        measured = self.load_reads > 0
+        low = np.where(measured, 0.97 * self.load, LEAST_LOAD * self.typical_load)
+        return low, np.where(measured, 1.03 * self.load, MOST_LOAD * self.typical_load)
+
+    def load_sd(self, force_sd: float | FloatArray) -> FloatArray:
+        """Standard deviation (..., t) of the true load about `load`, for force sensors of this noise (...) in N/m."""
+        measured = np.asarray(force_sd)[..., None] / np.sqrt(np.maximum(self.load_reads, 1.0))
+        return np.where(self.load_reads > 0, measured, UNMEASURED_LOAD_SD * self.typical_load)
+
+    def apparent_response(self, finger: Finger) -> FloatArray:
+        """Largest reading over load of each element among the touches near it, (m,): where a fit starts.
+
+        Of an element without readings the median of the others.
+
+        Raises
+        ------
+        InputError
+            If no touch came near an element that was read.
+        """
+        nominal = np.radians(finger.element_angles_deg)
+        turn = np.abs(np.angle(np.exp(1j * (self.angle[:, None] - nominal))))
+        near = (turn < np.radians(NEAR_DEG)) & ~self.missing
+        unreached = ~near.any(axis=0) & ~self.missing.all(axis=0)
+        if unreached.any():
+            names = ", ".join(f"e{i + 1:02d}" for i in np.flatnonzero(unreached))
+            raise InputError(
+                f"no calibration touch comes within {NEAR_DEG:g} degrees of element {names}: its gain, depth and angle "
+                "are not identifiable; touch the finger there, or leave the element out"
+            )
+        share = np.where(near, np.nan_to_num(self.readings) / self.load[:, None], 0.0)
+        response = np.take_along_axis(share, np.abs(share).argmax(axis=0)[None], axis=0)[0]
+        alive = response != 0
+        return np.where(alive, response, np.median(response[alive]) if alive.any() else 1.0)

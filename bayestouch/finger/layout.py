@@ -1,0 +1,161 @@
+"""The flat vector of a finger's calibration parameters: where each stands, and its prior.
+
+For m elements: log |response| (reading per N/m), depths r_s (mm), angles θ_s (rad), σ, log μ (MPa), log noise
+(reading), log discrepancy (multiple of the noise of a touch's mean; only where repeats tell the two apart), log noise
+of the force sensor (N/m). What the chain predicts depends on the first ``3 m + 2`` of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.priors.parameters import LogNormal, Normal, Prior
+
+
+@dataclass(frozen=True)
+class FlatLayout:
+    """Places in the flat vector.
+
+    Attributes
+    ----------
+    n_elements : int
+        m.
+    discrepancy : bool
+        Whether discrepancies are among the unknowns.
+    """
+
+    n_elements: int
+    discrepancy: bool
+
+    @property
+    def n_chain(self) -> int:
+        """Coordinates that the chain depends on."""
+        return 3 * self.n_elements + 2
+
+    @property
+    def size(self) -> int:
+        """All coordinates."""
+        return self.n_chain + self.n_elements * (2 if self.discrepancy else 1) + 1
+
+    @property
+    def response(self) -> slice:
+        return slice(0, self.n_elements)
+
+    @property
+    def depth(self) -> slice:
+        return slice(self.n_elements, 2 * self.n_elements)
+
+    @property
+    def angle(self) -> slice:
+        return slice(2 * self.n_elements, 3 * self.n_elements)
+
+    @property
+    def sigma(self) -> int:
+        return 3 * self.n_elements
+
+    @property
+    def log_mu(self) -> int:
+        return 3 * self.n_elements + 1
+
+    @property
+    def noise(self) -> slice:
+        return slice(self.n_chain, self.n_chain + self.n_elements)
+
+    @property
+    def missed(self) -> slice:
+        """Discrepancies; empty where they are not among the unknowns."""
+        first = self.n_chain + self.n_elements
+        return slice(first, first + (self.n_elements if self.discrepancy else 0))
+
+    @property
+    def force_noise(self) -> int:
+        return self.size - 1
+
+
+@dataclass(frozen=True, eq=False)
+class FlatPrior:
+    """Independent priors of all coordinates; d of them.
+
+    Attributes
+    ----------
+    layout : FlatLayout
+        What stands where.
+    priors : tuple of Prior
+        Of the value behind each coordinate.
+    logarithmic : (d,) bool array
+        Whether the coordinate is the logarithm of that value.
+    mean, spread : (d,) arrays
+        Normal approximation of the prior of each coordinate: exact for a normal one, and for a log-normal one of a
+        logarithm.
+    """
+
+    layout: FlatLayout
+    priors: tuple[Prior, ...]
+    logarithmic: NDArray[np.bool_]
+    mean: FloatArray
+    spread: FloatArray
+
+    @classmethod
+    def of(cls, n_elements: int, priors: tuple[Prior, ...]) -> FlatPrior:
+        """Priors in the order of the flat vector; with or without discrepancies, by their number."""
+        layout = FlatLayout(n_elements, len(priors) > 4 * n_elements + 3)
+        assert len(priors) == layout.size
+        logarithmic = np.ones(layout.size, dtype=bool)
+        logarithmic[n_elements : layout.log_mu] = False
+        pairs = [_normal(prior, bool(log)) for prior, log in zip(priors, logarithmic, strict=True)]
+        mean, spread = np.array(pairs).T
+        return cls(layout, priors, logarithmic, mean, spread)
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest value of each coordinate."""
+        low, high = np.array([prior.support for prior in self.priors]).T
+        with np.errstate(divide="ignore"):
+            log_low, log_high = np.log(np.maximum(low, 0.0)), np.log(high)
+        return np.where(self.logarithmic, log_low, low), np.where(self.logarithmic, log_high, high)
+
+    @cached_property
+    def _other(self) -> NDArray[np.intp]:
+        """Coordinates whose prior is not normal."""
+        plain = [
+            isinstance(prior, LogNormal if log else Normal)
+            for prior, log in zip(self.priors, self.logarithmic, strict=True)
+        ]
+        return np.flatnonzero(~np.array(plain))
+
+    def log_density(self, vectors: FloatArray) -> FloatArray:
+        """Log density (...) of coordinates (..., d) inside the bounds, up to a constant."""
+        z = (vectors - self.mean) / self.spread
+        z[..., self._other] = 0.0
+        total = -0.5 * np.einsum("...d,...d->...", z, z)
+        for i in self._other:
+            coordinate = vectors[..., i]
+            jacobian = coordinate if self.logarithmic[i] else 0.0
+            value = np.exp(coordinate) if self.logarithmic[i] else coordinate
+            total = total + self.priors[i].log_density(value) + jacobian
+        return np.asarray(total)
+
+    def draw(self, rng: np.random.Generator) -> FloatArray:
+        """One vector from the prior."""
+        values = np.array(
+            [float(p.quantile(u)) for p, u in zip(self.priors, rng.random(len(self.priors)), strict=True)]
+        )
+        return np.where(self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values)
+
+
+def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
+    """Mean and standard deviation of a coordinate; by its quartiles where its prior is not normal."""
+    if isinstance(prior, Normal) and not logarithmic:
+        return prior.mean, prior.sd
+    if isinstance(prior, LogNormal) and logarithmic:
+        return float(np.log(prior.median)), prior.spread
+    low, middle, high = prior.quantile([0.25, 0.5, 0.75])
+    if logarithmic:
+        low, middle, high = np.log([low, middle, high])
+    # quartiles of a normal lie 0.6745 standard deviations off
+    return float(middle), float(high - low) / (2 * 0.6745)

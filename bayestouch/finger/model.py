@@ -1,0 +1,260 @@
+"""The chain of a finger with effects, as a function of one flat vector, for touches and samples."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.neighbours import calibration_jacobian
+from bayestouch.chain.recording import Recording
+from bayestouch.contact import composite_radius
+from bayestouch.contact.layer import LayerContact
+from bayestouch.data.sensor import Finger
+from bayestouch.effects.effect import Effect
+from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, AffectedModel, Predicted, difference
+from bayestouch.model.observations import Observations
+
+# Central difference of a signal through the effects, as a share of the peak.
+SIGNAL_STEP = 1e-4
+# How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
+NEAREST = 0.05
+# How near to the end of the table of contacts, which is further the higher Poisson's ratio is.
+SHORT_OF_THE_END = 0.95
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class FingerModel(AffectedModel):
+    """A finger with effects.
+
+    Base parameters are those of `bayestouch.finger.layout` that the chain depends on: for m elements log
+    responses, depths r_s (mm) and angles θ_s (rad), then σ and log μ.
+
+    Attributes
+    ----------
+    observed, peak, reference_load, effects
+        As `AffectedModel`; the reference load in N/m.
+    finger : Finger
+        As built.
+    layout : FlatLayout
+        What stands where among the base parameters.
+    flat_prior : FlatPrior or None
+        Their prior; None where nothing is fitted.
+    sign : (m,) array
+        1, or -1 for an element whose reading falls when it is squeezed.
+    contact : str
+        Base contact model.
+    largest_load : float
+        Up to which contacts are tabulated, N/m.
+    pose : (3, t) array or None
+        Composite radius R (mm), location (rad) and load (N/m) as they really are, in place of what the table says:
+        for touches that are read, not known.
+    """
+
+    finger: Finger
+    layout: FlatLayout
+    flat_prior: FlatPrior | None
+    sign: FloatArray
+    contact: str
+    largest_load: float
+    pose: FloatArray | None = None
+
+    @property
+    def n_base(self) -> int:
+        """Number of base parameters."""
+        return self.layout.n_chain
+
+    def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Mean, standard deviation, lower and upper bound of the vector."""
+        assert self.flat_prior is not None
+        base = slice(0, self.n_base)
+        mean, spread = self.flat_prior.mean[base], self.flat_prior.spread[base]
+        low, high = (ends[base].copy() for ends in self.flat_prior.bounds)
+        # Softer rubber, on which a flat would take a quarter of the circumference, has no linear contact.
+        radii = (self.finger.core_radius_mm, self.finger.outer_radius_mm)
+        softest = self.largest_load / 1000 * radii[1] / _widest_kappa(radii, float(low[self.layout.sigma]))
+        low[self.layout.log_mu] = max(low[self.layout.log_mu], np.log(softest))
+        # Under the very surface an element sees waves without end, and its table grows with them: gigabytes at the
+        # prior's bound, where a step of a fit may try anything.
+        depth, outer = self.layout.depth, self.finger.outer_radius_mm
+        skin = np.minimum(NEAREST * (outer - self.finger.core_radius_mm), 0.5 * np.maximum(outer - mean[depth], 0.0))
+        high[depth] = np.minimum(high[depth], outer - skin)
+        more = self.value_priors.T
+        return (
+            np.concatenate([mean, more[0]]),
+            np.concatenate([spread, more[1]]),
+            np.concatenate([low, more[2]]),
+            np.concatenate([high, more[3]]),
+        )
+
+    def peak_at(self, vector: FloatArray) -> FloatArray:
+        """See `AffectedModel.peak_at`; on a finger the response is a parameter."""
+        if not self.effects:
+            return self.peak
+        return np.asarray(np.exp(vector[self.layout.response]) * self.reference_load)
+
+    def homeward(self, vector: FloatArray) -> FloatArray | None:
+        """The vector with depths, angles, σ and μ as built; None where they are near that already.
+
+        What a missing effect has driven far off is no place to start from once the effect is there.
+        """
+        assert self.flat_prior is not None
+        mean, spread, _, _ = self.prior()
+        far = np.abs(vector - mean) / spread
+        far[self.layout.response] = 0.0
+        far[self.n_base :] = 0.0
+        if far.max() < FAR_FROM_PRIOR:
+            return None
+        home = vector.copy()
+        rest = slice(self.n_elements, self.n_base)
+        home[rest] = mean[rest]
+        return home
+
+    def chain(self, vector: FloatArray) -> FingerChain:
+        """The finger at these base parameters, with the effects that change it."""
+        changed = tuple(v for e, v in zip(self.effects, self.values(vector), strict=True) if _changes_finger(e))
+        key = (vector[: self.n_base].tobytes(), changed)
+        if self._last.get("key") != key:
+            self._last.update(key=key, chain=self._chain(vector))
+        chain: FingerChain = self._last["chain"]
+        return chain
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        """The chain that was asked for last: its tables are dear, and most calls differ in effects of the readout."""
+        return {}
+
+    def _chain(self, vector: FloatArray) -> FingerChain:
+        at = self.layout
+        chain = FingerChain(
+            core_radius_mm=self.finger.core_radius_mm,
+            outer_radius_mm=self.finger.outer_radius_mm,
+            response=self.sign * np.exp(vector[at.response]),
+            sensing_radius_mm=vector[at.depth],
+            angle=vector[at.angle],
+            offset=np.zeros(self.n_elements),
+            poisson_ratio=float(vector[at.sigma]),
+            shear_modulus_MPa=float(np.exp(vector[at.log_mu])),
+            largest_load=self.largest_load,
+            contact=self.contact,
+        )
+        for effect, values in self.in_order(vector):
+            chain = effect.finger(chain, values)
+        return chain
+
+    def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
+        """Touches as they really were."""
+        observed = self.observed
+        outer = self.finger.outer_radius_mm
+        if self.pose is None:
+            assert isinstance(observed, Observations) and observed.means.angle_deg is not None
+            radius, angle = observed.means.indenter_radius_mm, observed.means.angle_deg
+            load = self.load if load is None else load
+        else:
+            composite, angle = self.pose[0], np.degrees(self.pose[1])
+            radius = composite * outer / np.maximum(outer - composite, 1e-9)
+            load = self.pose[2] if load is None else load
+        recording = Recording(
+            indenter_radius_mm=radius,
+            place=(angle,),
+            load=load,
+            time_s=observed.touch_time_s,
+            held_s=observed.of_touches(observed.held_s),
+            element_place=(np.asarray(self.finger.element_angles_deg),),
+            peak=self.peak,
+            reference_load=self.reference_load,
+            signal=np.zeros((observed.n_touches, self.n_elements)),
+            history=observed.history,
+        )
+        if self.pose is None:
+            for effect, values in self.in_order(vector):
+                recording = effect.pose(recording, values)
+        return recording
+
+    def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
+        """Touches with the signal that leaves the body."""
+        recording, chain = self.poses(vector, load), self.chain(vector)
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
+
+    def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+        m, recording, chain = self.n_elements, self.signal(vector), self.chain(vector)
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)
+        of_signal[0] *= chain.response
+        # By parameter: which derivative of the signal, and of which elements.
+        if any(effect.mixes for effect in self.effects):
+            everything = [(block, [e]) for block in range(3) for e in range(m)] + [(3, range(m)), (4, range(m))]
+            out = [self._through(recording, vector, of_signal[block], elements) for block, elements in everything]
+        else:
+            out = self._unmixed(recording, vector, of_signal)
+        out += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
+        samples = None if out[0].samples is None else np.stack([np.asarray(each.samples) for each in out])
+        return np.stack([each.touches for each in out]), samples
+
+    def _through(
+        self, recording: Recording, vector: FloatArray, of_signal: FloatArray, elements: range | list[int]
+    ) -> Predicted:
+        """Derivative of the readings along a derivative of the signal of some elements."""
+        moved = np.zeros_like(of_signal)
+        moved[:, elements] = of_signal[:, elements]
+        if not self.effects:
+            return Predicted(moved, None)
+        size = float(np.abs(moved).max())
+        step = SIGNAL_STEP * float(self.peak.mean()) / size if size > 0 else 1.0
+
+        def at(sign: float) -> Predicted:
+            return self.readings(replace(recording, signal=recording.signal + sign * step * moved), vector)
+
+        return difference(at, step)
+
+    def _unmixed(self, recording: Recording, vector: FloatArray, of_signal: FloatArray) -> list[Predicted]:
+        """The same for effects that leave each element to itself: all elements at once, then taken apart."""
+        m, out = self.n_elements, []
+        for block in range(5):
+            whole = self._through(recording, vector, of_signal[block], range(m))
+            if block > 2:
+                out.append(whole)
+                continue
+            for e in range(m):
+                only = np.arange(m) == e
+                samples = None if whole.samples is None else np.where(only, whole.samples, 0.0)
+                out.append(Predicted(np.where(only, whole.touches, 0.0), samples))
+        return out
+
+    def by_load(self, vector: FloatArray) -> FloatArray:
+        """Derivative of the readings of each touch over its load, (t, m)."""
+        load = self.load if self.pose is None else self.pose[2]
+        step = LOAD_STEP * load
+        up, down = (self.predict(vector, load + sign * step).touches for sign in (1, -1))
+        return np.asarray((up - down) / (2 * step[:, None]))
+
+    def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
+        """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
+        new = replace(self, pose=np.stack([radius_mm, angle, load]))
+        new._last.update(self._last)
+        return new
+
+
+@lru_cache(maxsize=8)
+def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
+    """κ (mm²) of the widest contact that a fit may try, on a body of this Poisson's ratio or any higher."""
+    return SHORT_OF_THE_END * float(
+        min(LayerContact.for_body(*radii_mm, poisson_ratio).kappas[-1], 10 * radii_mm[1] ** 2)
+    )
+
+
+def _changes_finger(effect: Effect) -> bool:
+    return type(effect).finger is not Effect.finger
+
+
+def finger_model(model: AffectedModel) -> FingerModel:
+    """The same model, which must be that of a finger."""
+    assert isinstance(model, FingerModel)
+    return model

@@ -1,0 +1,254 @@
+"""Noise of a finger's readings and of its force sensor as unknowns of the calibration.
+
+A raw reading of element e has noise ``s_e``, one of the force sensor ``s_F``. The mean of n readings has variance
+``s_e² (1/n + τ_e²/ñ)``: ``d_e = τ_e s_e/√ñ``, ñ a touch's typical number of readings, is the discrepancy, what the
+model misses of the element, which averaging does not shrink. Without repeats the two cannot be told apart and all of
+it is called noise.
+
+Repeats enter by their sums of squares W about the touches' means, with ν degrees of freedom: the likelihood of the
+noise has the factor ``s^-ν exp(-W/2s²)``, exactly, because means and scatter of normal readings are independent.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtri
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.quantiles import QuantileMaps
+
+# Grid of the noise's conditional density: standard deviations of log s, and of log τ about its prior and where the
+# residuals put it. Sums over a smooth density on steps of half a standard deviation are exact to a thousandth.
+STEPS = np.linspace(-4.0, 4.0, 17)
+LOG_DISCREPANCY_STEP = 0.15
+FORCE_STEPS = np.linspace(-6.0, 6.0, 61)
+
+
+@dataclass(frozen=True, eq=False)
+class Errors:
+    """Standard deviations that a vector of parameters implies.
+
+    Attributes
+    ----------
+    sd : (t, m) array
+        Of each mean reading; ``inf`` where there is none.
+    load_sd : (t,) array
+        Of the true load about the measured one, N/m.
+    """
+
+    sd: FloatArray
+    load_sd: FloatArray
+
+
+def errors(known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> Errors:
+    """Errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
+    noise = np.exp(vector[..., layout.noise])
+    counts = known.counts
+    share = np.divide(1.0, counts, out=np.full(counts.shape, np.inf), where=~known.missing)
+    if layout.discrepancy:
+        share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
+    return Errors(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
+
+
+def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> FloatArray:
+    """Log likelihood (...) of the noise in vectors (..., d) from repeats alone."""
+    noise, force = vectors[..., layout.noise], vectors[..., layout.force_noise]
+    tactile = noise @ known.scatter_dof + 0.5 * (np.exp(-2 * noise) @ known.scatter)
+    loads = known.load_scatter_dof * force + 0.5 * known.load_scatter * np.exp(-2 * force)
+    return np.asarray(-(tactile + loads))
+
+
+def first_guess(known: KnownTouches, prior: FlatPrior) -> FloatArray:
+    """Noise coordinates to start from: repeats where there are any, else the priors."""
+    layout = prior.layout
+    guess = prior.mean[layout.n_chain :].copy()
+    offset = layout.n_chain
+    some = known.scatter_dof > 0
+    scatter = np.where(some, known.scatter, 1.0) / np.where(some, known.scatter_dof, 1.0)
+    guess[: layout.n_elements] = np.where(some, 0.5 * np.log(scatter), guess[: layout.n_elements])
+    if known.load_scatter_dof > 0:
+        guess[layout.force_noise - offset] = 0.5 * np.log(known.load_scatter / known.load_scatter_dof)
+    return guess
+
+
+def public_noise(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> tuple[FloatArray, ...]:
+    """Noise of a reading and discrepancy, (..., m), and noise of the force sensor, (...), from flat vectors."""
+    noise = np.exp(vectors[..., layout.noise])
+    missed = np.exp(vectors[..., layout.missed]) if layout.discrepancy else np.zeros(noise.shape)
+    return noise, missed * noise / np.sqrt(known.typical_reads), np.exp(vectors[..., layout.force_noise])
+
+
+def noise_of(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> Noise:
+    """Noise at a vector; of several (n, d) that whose variances are their means, as a prediction has them."""
+    noise, missed, force = public_noise(known, layout, np.atleast_2d(vectors))
+    tactile, discrepancy = (np.sqrt(np.mean(each**2, axis=0)) for each in (noise, missed))
+    return Noise(tactile, discrepancy, 0.0, float(np.sqrt(np.mean(force**2))))
+
+
+@dataclass(frozen=True, eq=False)
+class Residuals:
+    """What a fit leaves of the mean readings, and what it spent on them.
+
+    Attributes
+    ----------
+    left, slope : (t, m) arrays
+        Reading minus prediction, and derivative of the prediction with respect to the load; 0 where missing.
+    spent : (m,) array
+        Parameters that each element's readings determine: so many degrees of freedom are gone.
+    """
+
+    left: FloatArray
+    slope: FloatArray
+    spent: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseShape:
+    """Approximate density of the k noise coordinates, the rest of the vector held.
+
+    Attributes
+    ----------
+    mean : (k,) array
+        Of the coordinates, in the order of the flat vector from its first noise on.
+    centre, covariance : (k,) array, (k, k) array
+        Of the same with each log discrepancy replaced by the normal variable of its quantile.
+    quantiles : QuantileMaps or None
+        Log discrepancies from those variables: they are skewed, as readings bound them on one side.
+    """
+
+    mean: FloatArray
+    centre: FloatArray
+    covariance: FloatArray
+    quantiles: QuantileMaps | None
+
+
+def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, residuals: Residuals) -> NoiseShape:
+    """Shape of the noise's density by sums over a grid of each element's own (log s, log τ), and of log s_F."""
+    layout, m = prior.layout, prior.layout.n_elements
+    mean, covariance = vector[layout.n_chain :].copy(), np.zeros((layout.size - layout.n_chain,) * 2)
+    held = errors(known, layout, vector)
+    push = residuals.slope * held.load_sd[:, None]
+    weight = np.where(known.missing, 0.0, 1 / held.sd**2)
+    by_load, by_both = (push**2 * weight).sum(axis=1), (push * residuals.left * weight).sum(axis=1)
+    grids, masses = [], []
+    for e in range(m):
+        there = ~known.missing[:, e]
+        u, r, w = push[there, e], residuals.left[there, e], weight[there, e]
+        others = by_load[there] - u**2 * w, by_both[there] - u * r * w
+        axes = _axes(known, prior, e, float(np.sum(r**2)))
+        log_density = _element_log_density(known, prior, e, (r, u, *others), axes, float(residuals.spent[e]))
+        mass = np.exp(log_density - log_density.max())
+        mass /= mass.sum()
+        rows = [e, m + e] if layout.discrepancy else [e]
+        mean[rows], covariance[np.ix_(rows, rows)] = _moments(axes, mass)
+        if layout.discrepancy:
+            own = mass.sum(axis=0)
+            grids.append(axes[1])
+            masses.append(own)
+            z = ndtri(np.clip(np.cumsum(own) - 0.5 * own, 1e-9, 1 - 1e-9))
+            _, covariance[np.ix_(rows, rows)] = _moments([axes[0], z], mass)
+    last = layout.size - 1 - layout.n_chain
+    mean[last], covariance[last, last] = _force_noise(known, prior, residuals, weight)
+    centre = mean.copy()
+    centre[layout.missed.start - layout.n_chain : layout.missed.stop - layout.n_chain] = 0.0
+    return NoiseShape(mean, centre, covariance, QuantileMaps.of(grids, masses) if layout.discrepancy else None)
+
+
+def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -> list[FloatArray]:
+    """Grid of log s, and of log τ where it is unknown."""
+    layout, e = prior.layout, element
+    i = layout.n_chain + e
+    t = int((~known.missing[:, e]).sum())
+    if layout.discrepancy and known.scatter_dof[e] > 0:
+        centre, dof = 0.5 * np.log(known.scatter[e] / known.scatter_dof[e]), known.scatter_dof[e]
+    elif t > 0 and not layout.discrepancy:
+        scatter, dof = known.scatter[e] + squares * known.typical_reads, known.scatter_dof[e] + t
+        centre = 0.5 * np.log(max(scatter, 1e-300) / dof)
+    else:
+        return [axis + prior.mean[i + k * layout.n_elements] for k, axis in enumerate(_prior_axes(prior, i))]
+    sd = min(prior.spread[i], 1 / np.sqrt(2 * dof))
+    # few degrees of freedom leave a long tail of large noise
+    axes = [centre + sd * np.concatenate([STEPS, STEPS[-1] + (STEPS[1] - STEPS[0]) * np.arange(1, 9)])]
+    if layout.discrepancy:
+        j = i + layout.n_elements
+        reach = 0.5 * np.log(max(squares, 1e-300) / max(t, 1)) - centre + 0.5 * np.log(known.typical_reads)
+        low = min(prior.mean[j] - 4 * prior.spread[j], reach - 1)
+        high = max(prior.mean[j] + 3 * prior.spread[j], reach + 2)
+        step = min(LOG_DISCREPANCY_STEP, 0.25 / np.sqrt(max(t, 4)) if reach > 1 else LOG_DISCREPANCY_STEP)
+        axes.append(np.arange(low, high, step))
+    return axes
+
+
+def _prior_axes(prior: FlatPrior, i: int) -> list[FloatArray]:
+    places = [i, i + prior.layout.n_elements] if prior.layout.discrepancy else [i]
+    return [prior.spread[j] * STEPS for j in places]
+
+
+def _element_log_density(
+    known: KnownTouches,
+    prior: FlatPrior,
+    element: int,
+    data: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    axes: list[FloatArray],
+    spent: float,
+) -> FloatArray:
+    """Log density of one element's noise on a grid, the rest held; the load's error stays integrated out."""
+    layout, (left, push, by_load, by_both) = prior.layout, data
+    i = layout.n_chain + element
+    log_noise = axes[0].reshape(-1, *([1] * (len(axes) - 1)))
+    out = -known.scatter_dof[element] * log_noise - 0.5 * known.scatter[element] * np.exp(-2 * log_noise)
+    out = out - 0.5 * ((log_noise - prior.mean[i]) / prior.spread[i]) ** 2
+    share = 1 / known.counts[~known.missing[:, element], element]
+    if len(axes) == 2:
+        j = i + layout.n_elements
+        out = out - 0.5 * ((axes[1] - prior.mean[j]) / prior.spread[j]) ** 2
+        share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
+    if not len(left):
+        return np.asarray(out)
+    # The variance is exp(2 log s) times the share, so that sums over touches need the grid of the shares alone ...
+    log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
+    total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
+    # ... but for the load's error, which ties elements together.
+    weight = np.exp(-2 * log_noise)[..., None]
+    a = (1 + by_load) + weight * (push**2 / share)
+    b = by_both + weight * (push * left / share)
+    b *= b
+    b /= a
+    total = total + np.log(a, out=a).sum(axis=-1) - b.sum(axis=-1)
+    # What the parameters took up: the fitted residuals are that much too small.
+    return np.asarray(out - 0.5 * total + 0.5 * spent * log_variance / len(left))
+
+
+def _moments(axes: list[FloatArray], mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of masses on a grid."""
+    flat = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")])
+    mean = flat @ mass.ravel()
+    centred = flat - mean[:, None]
+    return mean, (centred * mass.ravel()) @ centred.T
+
+
+def _force_noise(
+    known: KnownTouches, prior: FlatPrior, residuals: Residuals, weight: FloatArray
+) -> tuple[float, float]:
+    """Mean and variance of log s_F, the rest held."""
+    i = prior.layout.force_noise
+    centre, spread = prior.mean[i], prior.spread[i]
+    if known.load_scatter_dof > 0:
+        centre = 0.5 * np.log(known.load_scatter / known.load_scatter_dof)
+        spread = min(spread, 1 / np.sqrt(2 * known.load_scatter_dof))
+    grid = centre + spread * FORCE_STEPS
+    by_load = (residuals.slope**2 * weight).sum(axis=1)
+    by_both = (residuals.slope * residuals.left * weight).sum(axis=1)
+    load_sd = known.load_sd(np.exp(grid))
+    a = 1 + load_sd**2 * by_load
+    out = 0.5 * ((load_sd * by_both) ** 2 / a - np.log(a)).sum(axis=1)
+    out -= known.load_scatter_dof * grid + 0.5 * known.load_scatter * np.exp(-2 * grid)
+    out -= 0.5 * ((grid - prior.mean[i]) / prior.spread[i]) ** 2
+    mass = np.exp(out - out.max())
+    mean, covariance = _moments([grid], mass / mass.sum())
+    return float(mean[0]), float(covariance[0, 0])

@@ -1,0 +1,236 @@
+"""Priors of a finger's calibration parameters: what is assumed, and what the user states instead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.errors import InputError
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatPrior
+from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, moved, truncated
+
+# Poisson's ratio of a rubber, short of the limit at which no strain reaches a bonded core.
+POISSON_BOUNDS = 0.0, 0.4999
+# A prior contradicts the geometry as built when that lies so many of its standard deviations off.
+FARTHEST = 6.0
+# What a model misses is less than the noise of a touch's mean, about as much, or (one in a hundred) four times it.
+DISCREPANCY = LogNormal(0.3, float(np.log(3.0)))
+
+
+@dataclass(frozen=True)
+class FingerPriors:
+    """Priors of a finger, all proper.
+
+    Attributes
+    ----------
+    sensing_radius : Prior
+        ``r_s`` in mm, every element's.
+    angle : Prior
+        Departure of an element's angle from the one it was built with, degree; normal or uniform.
+    poisson_ratio, shear_modulus : Prior
+        σ, and μ in MPa.
+    response : Prior or None
+        Size of the reading per N/m of a knife edge right above an element. None takes the largest reading over load
+        near each element as the median of a log-normal prior within a factor of 3: wider than any finger.
+    noise : Prior or None
+        Standard deviation of one raw reading. None takes 1 % of the peak reading within a factor of 10.
+    discrepancy : Prior
+        What the model misses of an element's mean reading, as a multiple of that mean's noise.
+    force_noise : Prior or None
+        Standard deviation of one reading of the force sensor, N/m. None takes 0.5 % of the mean load within a
+        factor of 3.
+    """
+
+    sensing_radius: Prior
+    angle: Prior
+    poisson_ratio: Prior
+    shear_modulus: Prior
+    response: Prior | None = None
+    noise: Prior | None = None
+    discrepancy: Prior = DISCREPANCY
+    force_noise: Prior | None = None
+
+    @classmethod
+    def of(cls, sensor: Sensor) -> tuple[FingerPriors, tuple[str, ...]]:
+        """Default priors for a sensor, with what they assume, one sentence each."""
+        finger = sensor.body
+        assert isinstance(finger, Finger)
+        notes = []
+        sigma, mu, force = sensor.rubber.poisson_ratio, sensor.rubber.shear_modulus_MPa, sensor.force_noise_sd
+        if sigma is None:
+            notes.append("Poisson's ratio is not stated: its prior is wide (0.47 ± 0.03).")
+        if mu is None:
+            notes.append(
+                "The shear modulus is not stated: its prior is wide (0.2 MPa within a factor of 3), and the scale of "
+                "radii rests on the indenters alone."
+            )
+        if force is None:
+            notes.append(
+                "The force sensor's noise is not stated: its prior is wide (0.5 % of the load within a factor of 3)."
+            )
+        # Hand-made fingers: depth within a tenth of the rubber (the paper built 9.9 mm and fitted 9.8 to 10.7),
+        # angles within a quarter of the pitch.
+        angles = np.sort(finger.element_angles_deg)
+        pitch = float(np.min(np.diff(angles))) if len(angles) > 1 else 8.0
+        return (
+            cls(
+                sensing_radius=Normal(
+                    finger.sensing_radius_mm,
+                    0.1 * (finger.outer_radius_mm - finger.core_radius_mm),
+                    *_depth_bounds(finger),
+                ),
+                angle=Normal(0.0, min(0.25 * pitch, 5.0)),
+                poisson_ratio=Normal(
+                    0.47 if sigma is None else sigma, 0.03 if sigma is None else 0.02, *POISSON_BOUNDS
+                ),
+                shear_modulus=LogNormal(0.2, np.log(3.0)) if mu is None else LogNormal(mu, np.log(1.35)),
+                force_noise=None if force is None else LogNormal(force, np.log(1.5)),
+            ),
+            tuple(notes),
+        )
+
+    def with_stated(self, stated: Mapping[str, Prior], finger: Finger) -> FingerPriors:
+        """These priors with those that the user states, by name of the parameter (see `FIELDS`).
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a prior contradicts what is possible or how the finger was built.
+        """
+        changes: dict[str, Prior] = {}
+        for name, prior in stated.items():
+            if name not in FIELDS:
+                hint = " (it follows from response, r_s, sigma and mu)" if name == "gain" else ""
+                raise InputError(f"prior of {name}: not a parameter{hint}; expected one of {', '.join(FIELDS)}")
+            try:
+                changes[FIELDS[name]] = _possible(name, prior, finger)
+            except InputError as error:
+                raise InputError(f"prior of {name}: {error}") from None
+        return replace(self, **changes)
+
+    def flat(self, finger: Finger, known: KnownTouches) -> FlatPrior:
+        """Priors of every coordinate of the flat vector, for these touches."""
+        m = finger.n_elements
+        apparent = np.abs(known.apparent_response(finger))
+        nominal = np.radians(finger.element_angles_deg)
+        response = [self.response or LogNormal(float(one), np.log(3.0)) for one in apparent]
+        peak = apparent * known.typical_load
+        noise = [self.noise or LogNormal(float(0.01 * one), np.log(10.0)) for one in peak]
+        force = self.force_noise or LogNormal(0.005 * known.typical_load, np.log(3.0))
+        return FlatPrior.of(
+            n_elements=m,
+            priors=(
+                *response,
+                *[self.sensing_radius] * m,
+                *(moved(self.angle, np.pi / 180, float(place)) for place in nominal),
+                self.poisson_ratio,
+                self.shear_modulus,
+                *noise,
+                *([self.discrepancy] * m if known.repeated else []),
+                force,
+            ),
+        )
+
+    def parameters(self, reading_unit: str, *, discrepancy: bool) -> tuple[Parameter, ...]:
+        """The unknowns, for tables and files."""
+        wide = LogNormal(1.0, np.log(3.0))
+        own = "reading per load of a knife edge above the element"
+        noise = "noise of one raw reading"
+        force = "noise of one reading of the force sensor"
+        return (
+            Parameter("sigma", "σ", r"\sigma", "", self.poisson_ratio, "Poisson's ratio of the rubber"),
+            Parameter("mu", "μ", r"\mu", "MPa", self.shear_modulus, "shear modulus of the rubber"),
+            Parameter("r_s", "r_s", r"r_s", "mm", self.sensing_radius, "radius at which the element lies"),
+            Parameter(
+                "theta_s",
+                "θ_s",
+                r"\theta_s",
+                "degree",
+                self.angle,
+                "angle of the element (the prior is of its departure from the nominal angle)",
+            ),
+            Parameter(
+                "response",
+                "ρ",
+                r"\rho",
+                f"{reading_unit}/(N/m)",
+                self.response or wide,
+                own if self.response else f"{own} (prior in units of its largest reading over load)",
+            ),
+            Parameter(
+                "noise_sd",
+                "s",
+                "s",
+                reading_unit,
+                self.noise or LogNormal(1.0, np.log(10.0)),
+                noise if self.noise else f"{noise} (prior in units of 1 % of the element's peak)",
+            ),
+            *(
+                [
+                    Parameter(
+                        "discrepancy_sd",
+                        "d",
+                        "d",
+                        reading_unit,
+                        self.discrepancy,
+                        "what the model misses beyond noise (prior in units of the noise of a touch's mean)",
+                    )
+                ]
+                if discrepancy
+                else []
+            ),
+            Parameter(
+                "force_noise_sd",
+                "s_F",
+                "s_F",
+                "N/m",
+                self.force_noise or wide,
+                force if self.force_noise else f"{force} (prior in units of 0.5 % of the mean load)",
+            ),
+        )
+
+
+#: Parameters a user may state priors of, and the fields of `FingerPriors` that hold them.
+FIELDS = {
+    "sigma": "poisson_ratio",
+    "mu": "shear_modulus",
+    "r_s": "sensing_radius",
+    "theta_s": "angle",
+    "response": "response",
+    "noise_sd": "noise",
+    "discrepancy_sd": "discrepancy",
+    "force_noise_sd": "force_noise",
+}
+
+
+def _depth_bounds(finger: Finger) -> tuple[float, float]:
+    """Radii at which an element can lie: inside the rubber, by a thousandth of it."""
+    margin = 1e-3 * (finger.outer_radius_mm - finger.core_radius_mm)
+    return finger.core_radius_mm + margin, finger.outer_radius_mm - margin
+
+
+def _possible(name: str, prior: Prior, finger: Finger) -> Prior:
+    """The prior cut off where the parameter cannot be; what contradicts the finger as built is refused."""
+    if name == "sigma":
+        return truncated(prior, *POISSON_BOUNDS)
+    if name == "r_s":
+        low, high = _depth_bounds(finger)
+        inside = truncated(prior, low, high)
+        _holds(inside, finger.sensing_radius_mm, f"the sensing radius as built, {finger.sensing_radius_mm:g} mm")
+        return inside
+    if name == "theta_s":
+        moved(prior, 1.0, 0.0)
+        _holds(prior, 0.0, "the angles as built (it is the prior of the departure from them, in degrees)")
+        return prior
+    return truncated(prior, 0.0, np.inf)
+
+
+def _holds(prior: Prior, value: float, what: str) -> None:
+    low, high = prior.support
+    off = isinstance(prior, Normal) and abs(value - prior.mean) > FARTHEST * prior.sd
+    if not low <= value <= high or off:
+        raise InputError(f"{prior} excludes {what}; correct one of the two")

@@ -1,0 +1,1 @@
+"""Reading touches on a finger."""

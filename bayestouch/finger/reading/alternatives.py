@@ -1,0 +1,184 @@
+"""Touches whose indenter is one of several: how probable each is, and a proposal that knows them all.
+
+Given the tip, location and load are all but normal: a Newton search finds their mode at every tip, a Student-t
+distribution about it proposes them, and the evidence of the tip is the mean weight of points spread evenly over
+that distribution. A density beside the tips has the profile proposal, and its evidence in the same way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.reading.conditional_modes import conditional_modes, root_of_inverse
+from bayestouch.finger.reading.even_points import EvenPoints
+from bayestouch.finger.reading.profile import profile_proposal
+from bayestouch.finger.reading.reader import FingerPosterior
+from bayestouch.priors.parameters import Prior, Uniform
+from bayestouch.priors.radius import RadiusOfTips
+from bayestouch.sampling import BlockProposal, BlockStreams, StudentT, pareto_shape
+
+# Of the Student-t for location and load: heavier than the posterior, so that the ratio stays bounded.
+DOF = 8.0
+# Points that weigh an alternative; the tests say how well.
+EVIDENCE_POINTS = 512
+# Weights of a heavier tail than this leave an evidence unsure (Vehtari et al. 2024).
+LARGEST_K = 0.7
+# Alternatives less probable than this cannot spoil the others.
+NEGLIGIBLE = -10.0
+# Share of the proposals that goes to all alternatives alike, for where an evidence is off.
+EVEN_SHARE = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class TipProposal:
+    """Level in the cell of a tip, Student-t in (θ_c, P). A `BlockProposal`.
+
+    Attributes
+    ----------
+    cell : float
+        Lower end of the cell in w.
+    rest : StudentT
+        Of (θ_c, P), rad and N/m.
+    """
+
+    cell: float
+    rest: StudentT
+
+    @property
+    def n_blocks(self) -> int:
+        """B."""
+        return self.rest.n_blocks
+
+    @property
+    def dimension(self) -> int:
+        """Three: w, θ_c, P."""
+        return 3
+
+    def select(self, blocks: ArrayLike) -> TipProposal:
+        """Proposal of some of the blocks, by position or mask."""
+        return TipProposal(self.cell, self.rest.select(blocks))
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
+        rest, log_q = self.rest.draw(streams, n)
+        x = np.swapaxes(np.empty((self.n_blocks, 3, n)), 1, 2)
+        x[..., 0], x[..., 1:] = self.cell + streams.uniform(n), rest
+        return x, log_q
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log density, normalised, (B, n, 3) -> (B, n)."""
+        inside = np.floor(x[..., 0]) == self.cell
+        return np.where(inside, self.rest.log_density(np.ascontiguousarray(x[..., 1:])), -np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class AlternativesProposal:
+    """One of several proposals, each with its share. A `BlockProposal`.
+
+    Attributes
+    ----------
+    parts : sequence of BlockProposal
+        One for each alternative.
+    shares : (B, k) array
+        Their probabilities.
+    """
+
+    parts: Sequence[BlockProposal]
+    shares: FloatArray
+
+    @property
+    def n_blocks(self) -> int:
+        """B."""
+        return len(self.shares)
+
+    @property
+    def dimension(self) -> int:
+        """Three: w, θ_c, P."""
+        return 3
+
+    def select(self, blocks: ArrayLike) -> AlternativesProposal:
+        """Proposal of some of the blocks, by position or mask."""
+        return AlternativesProposal([part.select(blocks) for part in self.parts], self.shares[np.asarray(blocks)])
+
+    def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
+        """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
+        sums = np.cumsum(self.shares, axis=1)[:, :, None]
+        choice = (streams.uniform(n)[:, None] >= sums[:, :-1]).sum(axis=1)
+        x, _ = self.parts[0].draw(streams, n)
+        for k, part in enumerate(self.parts[1:], start=1):
+            np.copyto(x, part.draw(streams, n)[0], where=(choice == k)[..., None])
+        return x, self.log_density(x)
+
+    def log_density(self, x: FloatArray) -> FloatArray:
+        """Log density, normalised, (B, n, 3) -> (B, n)."""
+        total = np.full(x.shape[:2], -np.inf)
+        for part, share in zip(self.parts, self.shares.T, strict=True):
+            np.logaddexp(total, np.log(share)[:, None] + part.log_density(x), out=total)
+        return total
+
+
+def search_prior(prior: Prior, outer_radius_mm: float) -> Prior:
+    """Density of R under which to search for a touch: the prior's own, or uniform where it is of tips alone."""
+    if not isinstance(prior, RadiusOfTips):
+        return prior
+    return prior.density if prior.density is not None else Uniform(0.0, outer_radius_mm)
+
+
+def propose_alternatives(
+    posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray
+) -> tuple[AlternativesProposal, FloatArray]:
+    """Proposal over tips and density, and the log probability (k, t) of each of them.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        Whose prior of R is a `RadiusOfTips`.
+    mode, hessian : (t, 3), (t, 3, 3) arrays
+        From `find_modes` under the `search_prior`.
+
+    Returns
+    -------
+    AlternativesProposal
+        Of all alternatives.
+    (k, t) array
+        Log posterior probability of each tip and, last, of the density; NaN for a touch where the points that weigh
+        an alternative of any weight do not suffice.
+    """
+    tips, density = posterior.indenter.tips, posterior.indenter.density
+    assert tips is not None
+    parts: list[BlockProposal] = list(_tip_proposals(posterior, mode))
+    weighed = [_log_evidence(posterior, part) for part in parts]
+    if density is not None:
+        alone = replace(posterior, priors=replace(posterior.priors, radius=density))
+        parts.append(profile_proposal(alone, mode, hessian))
+        value, k = _log_evidence(alone, parts[-1])
+        weighed.append((value + np.log(tips.share), k))
+    evidence, shape = (np.stack(values) for values in zip(*weighed, strict=True))
+    log_probability = evidence - np.logaddexp.reduce(evidence, axis=0)
+    share = np.exp(log_probability.T)
+    unsure = ((shape > LARGEST_K) & (log_probability > NEGLIGIBLE)).any(axis=0)
+    proposal = AlternativesProposal(parts, (1 - EVEN_SHARE) * share + EVEN_SHARE / len(parts))
+    return proposal, np.where(unsure, np.nan, log_probability)
+
+
+def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProposal]:
+    """Mode and width of (θ_c, P) for every touch at every tip."""
+    cells = posterior.indenter.cells
+    w = np.broadcast_to(cells + 0.5, (len(mode), len(cells)))
+    start = np.repeat(mode[:, None, 1:], len(cells), axis=1)
+    centre, _, curvature = conditional_modes(posterior, w, start)
+    l11, l21, l22 = np.moveaxis(root_of_inverse(curvature), -1, 0)
+    root = np.stack([l11, np.zeros(l11.shape), l21, l22], axis=-1).reshape(*l11.shape, 2, 2)
+    return [TipProposal(float(cell), StudentT(centre[:, k], root[:, k], DOF)) for k, cell in enumerate(cells)]
+
+
+def _log_evidence(posterior: FingerPosterior, part: BlockProposal) -> tuple[FloatArray, FloatArray]:
+    """Log of the integral of the posterior's density over the region of `part`, and the weights' Pareto shape; (B,)."""
+    x, log_q = part.draw(EvenPoints(part.n_blocks), EVIDENCE_POINTS)
+    log_weight = posterior.log_density(x, np.arange(part.n_blocks)) - log_q
+    return np.asarray(np.logaddexp.reduce(log_weight, axis=1) - np.log(EVIDENCE_POINTS)), pareto_shape(log_weight)

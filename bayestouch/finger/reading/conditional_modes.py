@@ -1,0 +1,127 @@
+"""Location and load of touches given their indenter: modes and curvatures at many indenters of many touches at once."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.finger.reading.reader import FingerPosterior
+
+# Steps of the derivatives: two cells of the reading table, and a share of the load.
+ANGLE_STEP, LOAD_STEP = 3e-3, 3e-3
+LEAST_WEIGHT = 1e-3
+# Newton steps: the longest, one that need not be repeated (both in sds), how many; and how far below the peak of the
+# log density a place does not matter.
+LONGEST_STEP, SETTLED, MOST_STEPS, NEGLIGIBLE = 3.0, 1.0, 12, 12.0
+# Touches expanded together: so many that their readings stay in cache.
+PART = 64
+
+
+def conditional_modes(
+    posterior: FingerPosterior, w: FloatArray, start: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mode of (θ_c, P) given w, at several w of every touch side by side.
+
+    One Newton step serves most touches. Where load or location leave the regression's line, as beyond the end of the
+    array without a force reading, more are made, until no w that matters would gain by another.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        With its reading table.
+    w, start : (t, g), (t, g, 2) arrays
+        Where, and from which (θ_c, P).
+
+    Returns
+    -------
+    mode, value, curvature : (t, g, 2), (t, g), (3, t, g) arrays
+        Mode, log density there (both by the last expansion), and minus its Hessian as 11, 12, 22.
+    """
+    low, high = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
+    here, kept, best = start.copy(), start.copy(), np.full(w.shape, -np.inf)
+    mode, value, curvature = start.copy(), np.full(w.shape, -np.inf), np.empty((3, *w.shape))
+    active = np.arange(len(w))
+    for _ in range(MOST_STEPS):
+        at, gradient, bend = _expansion(posterior, w[active], here[active], active)
+        step, length = _newton_step(gradient, bend)
+        # A step further than three sds says the expansion does not hold there: take three sds.
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(length, 1e-12))[..., None]
+        better = (at > best[active]) | np.isneginf(best[active])
+        wide = better[..., None]
+        kept[active] = np.where(wide, here[active], kept[active])
+        best[active] = np.where(better, at, best[active])
+        curvature[:, active] = np.where(better, bend, curvature[:, active])
+        mode[active] = np.where(wide, here[active] + step, kept[active])
+        value[active] = best[active] + np.where(better, 0.5 * np.minimum(length, LONGEST_STEP) ** 2, 0.0)
+        # A step that lost is tried again at half its length.
+        here[active] = np.where(wide, mode[active], 0.5 * (here[active] + kept[active]))
+        here[active] = np.clip(here[active], low + 1e-9, np.minimum(high, 1e12) - 1e-9)
+        hope = np.where(better, best[active] + 0.5 * length**2, value[active])
+        matters = hope > value[active].max(axis=1, keepdims=True) - NEGLIGIBLE
+        active = active[(matters & (length > SETTLED)).any(axis=1)]
+        if not len(active):
+            break
+    return mode, value, curvature
+
+
+# Two by two matrices are handled by hand: LAPACK takes them one after the other, at ten times the cost.
+
+
+def root_of_inverse(curvature: FloatArray) -> FloatArray:
+    """Lower Cholesky factor ``l11, l21, l22`` of the inverse, (t, g, 3), of matrices as 11, 12, 22, (3, t, g)."""
+    c11, c12, c22 = curvature
+    determinant = c11 * c22 - c12 * c12
+    l11 = np.sqrt(c22 / determinant)
+    return np.stack([l11, -c12 / (determinant * l11), 1 / np.sqrt(c22)], axis=-1)
+
+
+def _newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Step (t, g, 2) of Newton's method and its length in sds (t, g)."""
+    d1, d2 = gradient
+    c11, c12, c22 = curvature
+    step = np.stack([c22 * d1 - c12 * d2, c11 * d2 - c12 * d1], axis=-1) / (c11 * c22 - c12 * c12)[..., None]
+    return step, np.sqrt(np.maximum(step[..., 0] * d1 + step[..., 1] * d2, 0.0))
+
+
+def _expansion(
+    posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Log density (t, g), its gradient (2, t, g) and minus its Gauss-Newton Hessian (3, t, g) in (θ_c, P)."""
+    parts = [slice(first, first + PART) for first in range(0, len(w), PART)]
+    joined = np.concatenate([_expand(posterior, w[part], rest[part], blocks[part]) for part in parts], axis=1)
+    return joined[0], joined[1:3], joined[3:]
+
+
+def _expand(posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks: IntArray) -> FloatArray:
+    """Log density, gradient and curvature of some touches, (6, t, g)."""
+    t, g = w.shape
+    steps = np.stack([np.full(w.shape, ANGLE_STEP), LOAD_STEP * np.maximum(rest[..., 1], 1e-3)], axis=-1)
+    moves = np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+    places = rest[:, :, None] + moves * steps[:, :, None]
+    x = np.concatenate([np.broadcast_to(w[:, :, None, None], (t, g, 5, 1)), places], axis=-1).reshape(t, g * 5, 3)
+    z = posterior.residual(x, blocks).reshape(t, g, 5, -1)
+    prior = posterior.log_prior(x, blocks).reshape(t, g, 5)
+    by_angle, by_load = z[:, :, 1] - z[:, :, 2], z[:, :, 3] - z[:, :, 4]
+
+    def product(one: NDArray[np.floating], other: NDArray[np.floating]) -> FloatArray:
+        return np.asarray(np.einsum("tgm,tgm->tg", one, other), dtype=np.float64)
+
+    inside: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=-1, keepdims=True)
+    safe = np.where(inside, prior, 0.0)
+    bend = np.maximum((2 * safe[..., :1] - safe[..., [1, 3]] - safe[..., [2, 4]]) / steps**2, 0.0)
+    # Never singular: at least a thousandth of the information that spans the prior's width.
+    low, high = posterior.priors.location.support
+    bend[..., 0] += 1 / (high - low) ** 2
+    bend[..., 1] += LEAST_WEIGHT / np.maximum(rest[..., 1], 1e-3) ** 2
+    half = np.moveaxis(0.5 / steps, -1, 0)
+    return np.stack(
+        [
+            prior[..., 0] - 0.5 * product(z[:, :, 0], z[:, :, 0]),
+            half[0] * (safe[..., 1] - safe[..., 2] - product(by_angle, z[:, :, 0])),
+            half[1] * (safe[..., 3] - safe[..., 4] - product(by_load, z[:, :, 0])),
+            half[0] ** 2 * product(by_angle, by_angle) + bend[..., 0],
+            half[0] * half[1] * product(by_angle, by_load),
+            half[1] ** 2 * product(by_load, by_load) + bend[..., 1],
+        ]
+    )

@@ -1,0 +1,194 @@
+"""Touches read by a finger with effects: what the effects make of each touch's readings, and what they leave open."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.recording import Recording
+from bayestouch.effects.effect import STAGES, Effect, Values
+from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.model import FingerModel
+from bayestouch.model.observations import Observations, PlainRows
+
+
+@dataclass(frozen=True, eq=False)
+class EffectContext:
+    """Effects on the readings of t touches; a `TouchContext` of the reader.
+
+    Readings are ``scale * static + shift``: effects that are the same in all samples act on the signal (`static`),
+    those that depend on when a touch was made multiply and add (creep, memory, drifts). A correction without a cause is
+    one of readings, as it was fitted: it comes after all effects.
+
+    Attributes
+    ----------
+    affected : AffectedChain
+        The finger with its effects.
+    scale, shift : (t, m) arrays
+        Factor and addition of each touch.
+    extra : (t, m, m) array
+        Covariance of the readings that drifts leave open.
+    reads : (t,) array
+        Raw readings behind a touch's means.
+    slopes : (q, 2, t, m) array
+        Derivative of `scale` and `shift` over the values of effects that depend on time.
+    exact : bool
+        Whether the calibration is taken as exact.
+    """
+
+    affected: AffectedChain
+    scale: FloatArray
+    shift: FloatArray
+    extra: FloatArray
+    reads: FloatArray
+    slopes: FloatArray
+    exact: bool
+
+    def select(self, index: IntArray) -> EffectContext:
+        """Some of the touches."""
+        return replace(
+            self,
+            scale=self.scale[index],
+            shift=self.shift[index],
+            extra=self.extra[index],
+            reads=self.reads[index],
+            slopes=self.slopes[:, :, index],
+        )
+
+    def readings(
+        self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
+    ) -> NDArray[np.floating]:
+        """Readings (n, m) from signals that leave the body, under touches (mm, rad, N/m), all (n,)."""
+        out = signal
+        if self._pointwise:
+            model = self.affected.model
+            recording = Recording(
+                indenter_radius_mm=np.full(len(load), np.nan),
+                place=(np.degrees(angle),),
+                load=load,
+                time_s=np.zeros(len(load)),
+                held_s=np.zeros(len(load)),
+                element_place=(np.asarray(model.finger.element_angles_deg),),
+                peak=model.peak,
+                reference_load=model.reference_load,
+                signal=np.asarray(signal),
+            )
+            for effect, values in self._pointwise:
+                recording = replace(recording, signal=effect.signal(recording, values))
+            out = recording.signal
+        scaled = out * self.scale[touch] + self.shift[touch]
+        if self.affected.placed is not None:
+            scaled = scaled + self.affected.placed.readings(radius_mm, angle, load)
+        return np.asarray(scaled, dtype=signal.dtype)
+
+    def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
+        model = self._static.observing(PlainRows(len(load))).at(radius_mm, angle, load)
+        vector = self.affected.vector[self._static_rows]
+        signal = model.predict(vector).touches
+        total = self.extra + self._noise(signal)
+        placed = self.affected.placed
+        if placed is not None:
+            sd = placed.sd_at(np.degrees(angle))
+            total = total + ((load[:, None] * sd) ** 2)[:, :, None] * np.eye(signal.shape[1])
+        if self.exact:
+            return total
+        static, _ = model.derivatives(vector)
+        jacobian = np.empty((len(self.affected.vector), *signal.shape))
+        jacobian[self._static_rows] = static * self.scale
+        for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
+            jacobian[row] = factor * signal + addition
+        root = np.linalg.cholesky(
+            self.affected.covariance + np.diag(1e-12 * np.diag(self.affected.covariance) + 1e-300)
+        )
+        spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
+        return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
+
+    def _noise(self, signal: FloatArray) -> FloatArray:
+        """What effects of the noise add."""
+        noise, peak = self.affected.listed.noise, self.affected.model.peak
+        m = signal.shape[1]
+        together = noise.together(peak)
+        own = noise.variance(signal, peak) / self.reads[:, None]
+        common = noise.shared_variance(self.reads)[:, None, None] * np.outer(together, together)
+        return np.asarray(common + own[:, :, None] * np.eye(m))
+
+    @cached_property
+    def _pointwise(self) -> list[tuple[Effect, Values]]:
+        return static_signal_effects(self.affected)
+
+    @cached_property
+    def _static(self) -> FingerModel:
+        return self.affected.static()
+
+    @cached_property
+    def _static_rows(self) -> IntArray:
+        return np.setdiff1d(np.arange(len(self.affected.vector)), self._timed_rows)
+
+    @cached_property
+    def _timed_rows(self) -> IntArray:
+        return timed_rows(self.affected)
+
+
+def static_signal_effects(affected: AffectedChain) -> list[tuple[Effect, Values]]:
+    """Effects on the signal that are the same in all samples, with their values, in the order of the stages."""
+    pairs = [
+        (effect, affected.values[effect.name])
+        for effect in affected.model.effects
+        if not effect.needs_samples and type(effect).signal is not Effect.signal
+    ]
+    return sorted(pairs, key=lambda pair: STAGES.index(pair[0].stage))
+
+
+def timed_rows(affected: AffectedChain) -> IntArray:
+    """Rows of the vector that hold values of effects that depend on when a touch was made."""
+    out: list[int] = []
+    place = affected.model.n_base
+    for effect in affected.model.effects:
+        count = len(effect.parameters)
+        if effect.needs_samples:
+            out += range(place, place + count)
+        place += count
+    return np.array(out, dtype=np.int64)
+
+
+def timed_scale_and_shift(affected: AffectedChain, observed: Observations, vector: FloatArray) -> FloatArray:
+    """What effects that depend on time make of a signal of one and of zero: factor and addition, (2, t, m).
+
+    They are taken to be linear in the signal.
+    """
+    model = replace(
+        affected.model,
+        observed=observed,
+        effects=tuple(e for e in affected.model.effects if e.needs_samples),
+    )
+    t, m = observed.n_touches, model.n_elements
+    rows = timed_rows(affected)
+    if not len(rows):
+        return np.stack([np.ones((t, m)), np.zeros((t, m))])
+    own = np.concatenate([vector[: model.n_base], vector[rows]])
+    model = model.at(np.zeros(t), np.zeros(t), np.ones(t))
+    blank = model.poses(own)
+
+    def of(signal: float) -> FloatArray:
+        return model.readings(replace(blank, signal=np.full((t, m), signal)), own).touches
+
+    zero = of(0.0)
+    return np.stack([of(1.0) - zero, zero])
+
+
+def timed_slopes(affected: AffectedChain, observed: Observations) -> FloatArray:
+    """Derivative of `timed_scale_and_shift` over the values of those effects, (q, 2, t, m)."""
+    out = []
+    for row in timed_rows(affected):
+        step = 0.01 * max(float(np.sqrt(affected.covariance[row, row])), 1e-9)
+        up, down = affected.vector.copy(), affected.vector.copy()
+        up[row] += step
+        down[row] -= step
+        high, low = (timed_scale_and_shift(affected, observed, v) for v in (up, down))
+        out.append((high - low) / (2 * step))
+    return np.array(out).reshape(-1, 2, observed.n_touches, affected.model.n_elements)

@@ -1,0 +1,175 @@
+"""Residuals of touches on a finger with what each touch could absorb of them, for the tests of its columns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.chain.noise import Noise
+from bayestouch.finger.reading.covariance import CalibrationCovariance, reading_covariance
+from bayestouch.finger.reading.modes import STEPS, find_modes
+from bayestouch.finger.reading.reader import (
+    CalibratedFinger,
+    FingerPosterior,
+    IndenterPriors,
+    TouchReadings,
+    full_whitener,
+    noise_whitener,
+)
+from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.reading.fault_tests import SensorMisfit
+
+# Where less than this share of a reading's own information is left when a touch has taken its part, the other columns
+# hardly tell what it should read.
+LEAST_TOLD = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class FingerMisfit:
+    """Fits touches without some of the columns; the last column is the force sensor.
+
+    Attributes
+    ----------
+    chain, table, priors, noise
+        The calibrated finger, its reading table, priors of touches, noise.
+    reading_covariance : callable
+        Covariance (t, m, m) of the readings that the calibration leaves, from R (mm), θ_c (rad) and P (N/m).
+    readings : TouchReadings
+        The touches.
+    typical_load : float
+        N/m.
+    """
+
+    chain: CalibratedFinger
+    table: ReadingTable
+    priors: IndenterPriors
+    noise: Noise
+    reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+    readings: TouchReadings
+    typical_load: float
+
+    @property
+    def columns(self) -> FloatArray:
+        """What each column read, (t, m + 1): the elements, then the force sensor."""
+        return np.concatenate([self.readings.readings, self.readings.load[:, None]], axis=1)
+
+    @property
+    def few(self) -> bool:
+        """No: their neighbours hold a touch in its place."""
+        return False
+
+    @property
+    def scale(self) -> FloatArray:
+        """Peak reading of each element at the typical load, and that load; (m + 1,)."""
+        angle = np.asarray(self.chain.angle)
+        # an element that was dead in the calibration has no peak: that of its fellows stands in
+        edges = self.chain.predict(np.zeros(len(angle)), angle, np.full(len(angle), self.typical_load))
+        peak = np.abs(np.diagonal(edges))
+        dead = peak < 1e-6 * max(float(peak.max()), 1e-300)
+        return np.append(np.where(dead, float(np.median(peak)) or 1.0, peak), self.typical_load)
+
+    @property
+    def _discrepancy(self) -> FloatArray:
+        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        share = self.noise.discrepancy_sd / self.scale[:-1]
+        return np.append(share, np.median(share))
+
+    def with_order(self, order: NDArray[np.intp]) -> FingerMisfit:
+        """The same touches with the readings of the elements in another order."""
+        touches = self.readings
+        moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
+        return replace(self, readings=moved)
+
+    def __call__(self, out: BoolArray) -> SensorMisfit:
+        """Fit the touches without the columns `out`, a mask (m + 1,)."""
+        m = self.noise.tactile_sd.shape[0]
+        touches = self.readings
+        touches = replace(
+            touches,
+            readings=np.where(out[:m], np.nan, touches.readings),
+            counts=np.where(out[:m], 0, touches.counts),
+            load=np.full(touches.n_touches, np.nan) if out[m] else touches.load,
+        )
+        posterior = FingerPosterior(self.chain, touches, self.priors, noise_whitener(self.noise, touches), self.table)
+        mode, _ = find_modes(posterior)
+        touch = (posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
+        jacobian = self._calibration_jacobian(touch)
+        if jacobian is None:
+            covariance = self.reading_covariance(*touch)
+        else:
+            assert isinstance(self.reading_covariance, CalibrationCovariance)
+            covariance = reading_covariance(jacobian, self.reading_covariance.covariance)
+        whitener = full_whitener(self.noise, touches, covariance)
+        posterior = replace(posterior, whitener=whitener)
+        mode, hessian = find_modes(posterior)
+        signal, slope = self._expand(posterior, mode)
+        weight = _weight(touches, whitener)
+        # With a normal prior the inverse covariance of all readings together times what they miss the prior by is
+        # the inverse covariance of the noise times what they miss the mode by.
+        values = np.nan_to_num(np.concatenate([touches.readings, touches.load[:, None]], axis=1))
+        score = np.einsum("tij,tj->ti", weight, values - signal)
+        pull = slope @ weight
+        left = weight - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
+        information = np.einsum("tii->ti", left)
+        told = information > LEAST_TOLD * np.einsum("tii->ti", weight)
+        left = np.where(told[:, :, None], left, 0.0)[:, :, :-1]
+        spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
+        return SensorMisfit(
+            score=np.where(told, score, 0.0),
+            information=np.where(told, information, 0.0),
+            signal=signal,
+            signal_sd=np.sqrt(np.maximum(spread, 0.0)),
+            shared=self._shared(left, jacobian, covariance),
+            discrepancy=self._discrepancy,
+            scale=self.scale,
+        )
+
+    def _calibration_jacobian(self, touch: tuple[FloatArray, FloatArray, FloatArray]) -> FloatArray | None:
+        known = self.reading_covariance
+        return known.jacobian(*touch) if isinstance(known, CalibrationCovariance) else None
+
+    def _expand(self, posterior: FingerPosterior, mode: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Readings and load (t, m + 1) at the modes, and their derivatives by the coordinates (t, 3, m + 1)."""
+        steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)
+        moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        places = mode[:, None] + moves * steps[:, None]
+        radius, load = posterior.radius(places[..., 0]), np.maximum(places[..., 2], 0.0)
+        rows = self.chain.predict(radius, places[..., 1], load)
+        rows = np.asarray(
+            posterior.affected(rows, radius, places[..., 1], load, np.arange(len(mode))), dtype=np.float64
+        )
+        rows = np.concatenate([rows, load[..., None]], axis=-1)
+        return rows[:, 0], (rows[:, 1:4] - rows[:, 4:7]) / (2 * steps[..., None])
+
+    def _shared(
+        self, left: FloatArray, jacobian: FloatArray | None, covariance: FloatArray
+    ) -> Callable[[FloatArray], FloatArray]:
+        """`SensorMisfit.shared`; `left` (t, m + 1, m) is what an error of each reading does to each column's score."""
+        known = self.reading_covariance
+        if jacobian is None or not isinstance(known, CalibrationCovariance):
+            # Only the covariance of readings of one touch is known: as if errors went the same way in all touches.
+            sd = np.sqrt(np.maximum(np.einsum("tai,tij,taj->ta", left, covariance, left, optimize=True), 0.0))
+            return lambda direction: np.asarray((np.abs(direction) * sd).sum(axis=0) ** 2)
+
+        def variance(direction: FloatArray) -> FloatArray:
+            turned = direction[:, :, None] * left
+            own = np.einsum("tai,pti->api", turned, jacobian[:3], optimize=True)
+            common = np.einsum("tai,pti->ap", turned, jacobian[3:], optimize=True)
+            rows = np.concatenate([own.reshape(len(own), -1), common], axis=1)
+            return np.asarray(np.einsum("ai,ij,aj->a", rows, known.covariance, rows, optimize=True))
+
+        return variance
+
+
+def _weight(touches: TouchReadings, whitener: FloatArray) -> FloatArray:
+    """Inverse covariance of what a touch reads, (t, m + 1, m + 1): elements, then load."""
+    t, m, _ = whitener.shape
+    weight = np.zeros((t, m + 1, m + 1))
+    weight[:, :-1, :-1] = whitener.swapaxes(1, 2) @ whitener
+    read = np.isfinite(touches.load)
+    weight[:, -1, -1] = np.where(read, 1 / np.where(read, touches.load_sd, 1.0) ** 2, 0.0)
+    return weight

@@ -1,0 +1,154 @@
+"""Most probable touches and the normal distribution around them, all touches at once."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.finger.reading.reader import FingerPosterior
+
+# Radii at which the search over location is made, as shares of the way from the sharpest (an edge) to the bluntest.
+START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
+GRID_STEP = np.radians(1.0)
+# Central differences in logit, rad and share of the load: wide enough for a reading table that is linear between
+# knots, narrow enough for a relative error of the derivative of 1e-3.
+STEPS = np.array([3e-2, 3e-3, 3e-3])
+# Starts worth finishing, of those at the start shares.
+KEPT = 2
+MAX_ITERATIONS = 40
+
+
+def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+    """Mode and precision of every touch's posterior in the coordinates ``(w, θ_c, P)``.
+
+    A template search over location at a few radii gives starts; a damped Gauss-Newton method, all touches and
+    starts side by side, finishes them; the best is kept.
+
+    Parameters
+    ----------
+    posterior : FingerPosterior
+        The touches.
+    start : (t, 3) array, optional
+        Where to begin in place of a search: modes under another covariance of the readings.
+
+    Returns
+    -------
+    (t, 3) array, (t, 3, 3) array
+        Mode, and Gauss-Newton Hessian of minus the log density there.
+    """
+    if start is not None:
+        x, _, hessian = _climb(posterior, start, np.arange(len(start)))
+        return x, hessian
+    starts = _starts(posterior)
+    t = len(starts)
+    s = KEPT
+    order = posterior.log_density(starts, np.arange(t)).argsort(axis=1)[:, ::-1][:, :s]
+    starts = np.take_along_axis(starts, order[..., None], axis=1)
+    blocks = np.repeat(np.arange(t), s)
+    x, value, hessian = _climb(posterior, starts.reshape(t * s, 3), blocks)
+    best = value.reshape(t, s).argmax(axis=1)
+    rows = np.arange(t) * s + best
+    return x[rows], hessian[rows]
+
+
+def _starts(posterior: FingerPosterior) -> FloatArray:
+    """Best location for each start radius, (t, starts, 3)."""
+    chain, touches = posterior.chain, posterior.touches
+    low, high = posterior.priors.location.support
+    angles = np.arange(low, high + GRID_STEP, GRID_STEP)
+    measured = np.isfinite(touches.load)
+    typical = float(posterior.priors.load.quantile(0.5))
+    diagonal = posterior.whitener if posterior.whitener.ndim == 2 else _row_norm(posterior.whitener)
+    readings = np.where(diagonal > 0, touches.readings, 0.0)
+    weights = diagonal**2
+    out = np.empty((touches.n_touches, len(START_SHARES), 3))
+    for i, share in enumerate(START_SHARES):
+        w = np.log(share / (1 - share))
+        template = chain.predict(float(posterior.radius(w)), angles, np.full(len(angles), typical)) / typical
+        # Per location: weighted products of readings and template; the load that fits best lies between.
+        cross = (weights * readings) @ template.T
+        power = weights @ (template**2).T
+        load = np.where(measured[:, None], touches.load[:, None], cross / np.maximum(power, 1e-300))
+        load = np.clip(load, 1e-3 * typical, None)
+        misfit = power * load**2 - 2 * cross * load
+        k = misfit.argmin(axis=1)
+        out[:, i, 0] = w
+        out[:, i, 1] = np.clip(angles[k], low + 1e-6, high - 1e-6)
+        out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
+    ends = posterior.priors.load.support
+    out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
+    # The last digits of a matrix product depend on how many touches it holds: without them a touch's draws do not.
+    return out.astype(np.float32).astype(np.float64)
+
+
+def _row_norm(whitener: FloatArray) -> FloatArray:
+    """Diagonal that stands for a full whitener in the coarse search, (t, m)."""
+    return np.asarray(np.sqrt(np.einsum("tij,tij->tj", whitener, whitener)))
+
+
+def _climb(
+    posterior: FingerPosterior, start: FloatArray, blocks: IntArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Damped Gauss-Newton on rows of coordinates (n, 3), one touch a row."""
+    x = start.copy()
+    value = posterior.log_density(x[:, None], blocks)[:, 0]
+    damping = np.full(len(x), 1e-2)
+    hessian = np.zeros((len(x), 3, 3))
+    active = np.arange(len(x))
+    for _ in range(MAX_ITERATIONS):
+        gradient, hess = _expansion(posterior, x[active], blocks[active])
+        hessian[active] = hess
+        scale = np.einsum("nii->ni", hess)
+        damped = hess + damping[active, None, None] * np.eye(3) * scale[:, :, None]
+        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step[:, 0] = np.clip(step[:, 0], -2.0, 2.0)
+        tried = x[active] + step
+        tried_value = posterior.log_density(tried[:, None], blocks[active])[:, 0]
+        better: NDArray[np.bool_] = np.asarray(tried_value > value[active])
+        gain = np.where(better, tried_value - value[active], np.inf)
+        rows = active[better]
+        x[rows], value[rows] = tried[better], tried_value[better]
+        damping[active] = np.clip(damping[active] * np.where(better, 0.2, 8.0), 1e-9, 1e9)
+        going = (gain > 1e-4) & np.asarray(damping[active] < 1e6)
+        if not going.any():
+            break
+        active = active[going]
+    _, hessian = _expansion(posterior, x, blocks)
+    return x, value, hessian
+
+
+def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient of the log density and minus its (Gauss-Newton) Hessian, (n, 3) and (n, 3, 3)."""
+    steps = STEPS * np.stack([np.ones(len(x)), np.ones(len(x)), np.maximum(x[:, 2], 1e-3)], axis=-1)
+    # centre, and both neighbours along each coordinate: 7 evaluations in one call
+    moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    places = x[:, None] + moves * steps[:, None]
+    z = posterior.residual(places, blocks)
+    jacobian = (z[:, 1:4] - z[:, 4:7]) / (2 * steps[..., None])
+    prior = posterior.log_prior(places, blocks)
+    finite: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=1, keepdims=True)
+    prior = np.where(finite, prior, 0.0)
+    slope = (prior[:, 1:4] - prior[:, 4:7]) / (2 * steps)
+    gradient = slope - (jacobian @ z[:, 0, :, None])[..., 0]
+    hessian = np.asarray(jacobian @ jacobian.swapaxes(1, 2), dtype=np.float64)
+    # The prior is a product, its curvature diagonal. Differences of the first coordinate are the Jacobian's (smooth);
+    # a curvature below zero would spoil the step and is dropped.
+    curvature = -(prior[:, 1:4] - 2 * prior[:, :1] + prior[:, 4:7]) / steps**2
+    share = 1 / (1 + np.exp(-x[:, 0]))
+    curvature[:, 0] = np.maximum(curvature[:, 0], 0.2 * share * (1 - share) + 1e-3)
+    curvature[:, 1:] = np.maximum(curvature[:, 1:], 0.0)
+    index = np.arange(3)
+    hessian[:, index, index] += curvature
+    # Never singular: a location or load that the readings leave open keeps the width of its prior.
+    low, high = posterior.priors.location.support
+    hessian[:, 1, 1] += 1 / (high - low) ** 2
+    hessian[:, 2, 2] += 1e-6 / np.maximum(x[:, 2], 1e-3) ** 2
+    return gradient, hessian
+
+
+def with_whitener(posterior: FingerPosterior, whitener: FloatArray) -> FingerPosterior:
+    """The same touches under another covariance of the readings."""
+    return replace(posterior, whitener=whitener)

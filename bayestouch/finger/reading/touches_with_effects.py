@@ -1,0 +1,188 @@
+"""A file of touches made ready to be read by a finger with effects."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.noise import Noise
+from bayestouch.chain.recording import Recording
+from bayestouch.data.touches import Touches
+from bayestouch.effects import Effect
+from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
+from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
+from bayestouch.finger.reading.modes import find_modes, with_whitener
+from bayestouch.finger.reading.reader import (
+    FingerPosterior,
+    IndenterPriors,
+    TouchReadings,
+    full_whitener,
+    noise_whitener,
+)
+from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.model.fitting import drift_basis, spread_over_elements
+from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.outliers import without_wrong
+from bayestouch.model.timing import Timing
+
+# Rounds of reading the touches and finding the drifts; the third changes nothing that matters.
+ROUNDS = 3
+# Central differences in logit, rad and share of the load.
+STEPS = np.array([3e-2, 3e-3, 3e-3])
+
+
+def observe(corrected: Touches, affected: AffectedChain, noise: Noise, each_sample: bool) -> tuple[Observations, str]:
+    """Touches of a file on their clock, without readings that are wrong; and a note, empty where there is none."""
+    timing = Timing.of(corrected)
+    values = affected.values.get("outliers")
+    table = corrected
+    if values is not None:
+        table = without_wrong(corrected, noise.tactile_sd, affected.model.peak, values)
+    history = history_of(table, timing.time_s)
+    if each_sample:
+        table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))
+    span = (float(timing.time_s.min()), float(timing.time_s.max()))
+    depends_on_time = affected.listed.drifts or any(e.needs_samples for e in affected.model.effects)
+    note = timing.note if depends_on_time else ""
+    return Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span), note
+
+
+def prepare(
+    readings: TouchReadings,
+    observed: Observations,
+    affected: AffectedChain,
+    chain: FingerChain,
+    table: ReadingTable,
+    priors: IndenterPriors,
+    noise: Noise,
+    *,
+    plug_in: bool,
+) -> TouchReadings:
+    """Readings with the effects of each touch's own time, with drifts found and loads set right."""
+    scale, shift = timed_scale_and_shift(affected, observed, affected.vector)
+    t, m = scale.shape
+    context = EffectContext(
+        affected=affected,
+        scale=scale,
+        shift=shift,
+        extra=np.zeros((t, m, m)),
+        reads=np.maximum(readings.counts.max(axis=1), 1).astype(float),
+        slopes=timed_slopes(affected, observed),
+        exact=plug_in,
+    )
+    readings = replace(readings, context=context)
+    changes_load = any(e.stage == "rig" and type(e).pose is not Effect.pose for e in affected.model.effects)
+    if not affected.listed.drifts and not changes_load:
+        return readings
+    start = None
+    raw_load, raw_sd = readings.load, readings.load_sd
+    for _ in range(ROUNDS):
+        current = readings.context
+        assert isinstance(current, EffectContext)
+        posterior = FingerPosterior(chain, readings, priors, noise_whitener(noise, readings), table)
+        mode, _ = find_modes(posterior, start)
+        radius = posterior.radius(mode[:, 0])
+        covariance = current.covariance(radius, mode[:, 1], mode[:, 2])
+        posterior = with_whitener(posterior, full_whitener(noise, readings, covariance))
+        mode, _ = find_modes(posterior, mode)
+        start = mode
+        if changes_load:
+            load, load_sd = true_loads(affected, np.degrees(mode[:, 1]), raw_load, raw_sd)
+            readings = replace(readings, load=load, load_sd=load_sd)
+        if affected.listed.drifts:
+            without = replace(current, scale=scale, shift=shift, extra=np.zeros((t, m, m)))
+            evidence = _evidence(replace(posterior, touches=replace(readings, context=without)), mode, noise)
+            signal = _predicted(posterior, mode, without)
+            columns = _columns(affected, observed, signal)
+            precision, information = evidence.about_addition()
+            mean, spread = drift_of_others(columns, precision, information)
+            readings = replace(readings, context=replace(current, scale=scale, shift=shift + mean, extra=spread))
+    return readings
+
+
+def true_loads(
+    affected: AffectedChain, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Loads as they really are, and their standard deviations, from loads as read (t,) at locations (t,)."""
+
+    def at(vector: FloatArray) -> FloatArray:
+        model = affected.model
+        recording = Recording(
+            indenter_radius_mm=np.full(len(load), np.nan),
+            place=(angle_deg,),
+            load=load,
+            time_s=np.zeros(len(load)),
+            held_s=np.zeros(len(load)),
+            element_place=(np.asarray(model.finger.element_angles_deg),),
+            peak=model.peak,
+            reference_load=model.reference_load,
+            signal=np.zeros((len(load), model.n_elements)),
+        )
+        for effect, values in zip(model.effects, model.values(vector), strict=True):
+            recording = effect.pose(recording, values)
+        return recording.load
+
+    variance = load_sd**2
+    sd = np.sqrt(np.diag(affected.covariance))
+    for row in range(affected.model.n_base, len(affected.vector)):
+        moved = affected.vector.copy()
+        moved[row] += sd[row]
+        variance = variance + np.nan_to_num(at(moved) - at(affected.vector)) ** 2
+    return at(affected.vector), np.sqrt(variance)
+
+
+def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectContext) -> FloatArray:
+    """Readings of the touches at their modes, (t, m)."""
+    touch = posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2]
+    return np.asarray(context.readings(posterior.chain.predict(*touch), *touch, np.arange(len(mode))))
+
+
+def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray) -> FloatArray:
+    """What each weight of the drifts adds to the readings of each touch, (t, m, k)."""
+    model = affected.model
+    recording = Recording(
+        indenter_radius_mm=np.full(len(signal), np.nan),
+        place=(np.zeros(len(signal)),),
+        load=np.zeros(len(signal)),
+        time_s=observed.touch_time_s,
+        held_s=np.zeros(len(signal)),
+        element_place=(np.asarray(model.finger.element_angles_deg),),
+        peak=model.peak,
+        reference_load=model.reference_load,
+        signal=np.nan_to_num(signal),
+    )
+    out = []
+    for drift in affected.listed.drifts:
+        values = affected.values[drift.name]
+        basis = drift_basis(drift, values, observed)
+        out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own(values)))
+    return np.moveaxis(np.concatenate(out), 0, -1)
+
+
+def _evidence(posterior: FingerPosterior, mode: FloatArray, noise: Noise) -> TouchEvidence:
+    """What each touch says of an addition to its readings."""
+    readings, context = posterior.touches, posterior.touches.context
+    assert isinstance(context, EffectContext)
+    steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)
+    slopes = []
+    for i in range(3):
+        move = steps * np.eye(3)[i]
+        difference = _predicted(posterior, mode + move, context) - _predicted(posterior, mode - move, context)
+        slopes.append(difference / (2 * steps[:, i : i + 1]))
+    radius = posterior.radius(mode[:, 0])
+    sd = noise.mean_sd(readings.counts, np.zeros(readings.counts.shape))
+    missing = ~np.isfinite(sd) | np.isnan(readings.readings)
+    variance = np.where(missing, (100 * context.affected.model.peak) ** 2, np.where(missing, 1.0, sd) ** 2)
+    covariance = context.covariance(radius, mode[:, 1], mode[:, 2])
+    covariance = covariance + np.einsum("ti,ij->tij", variance, np.eye(variance.shape[1]))
+    measured = np.isfinite(readings.load)
+    loose = np.tile(1 / (LOOSE * np.array([1.0, 1.0, context.affected.model.reference_load])) ** 2, (len(mode), 1))
+    loose[:, 2] = np.where(measured, 1 / readings.load_sd**2, loose[:, 2])
+    shift = np.zeros_like(mode)
+    shift[:, 2] = np.where(measured, readings.load - mode[:, 2], 0.0)
+    residual = np.where(missing, 0.0, readings.readings - _predicted(posterior, mode, context))
+    return TouchEvidence(residual, np.stack(slopes, axis=-1), covariance, shift, loose)

@@ -1,0 +1,196 @@
+"""Readings of a finger's calibration touches summed over Fourier modes: what its posterior is evaluated with.
+
+Where the touches are is known, so that the angles' part of the series ``Σ_k w_k q_k cos k(θ_s - θ_c)`` is worked out
+once, and each evaluation is two products of matrices. Pressure spectra q depend smoothly on σ and ``κ = P R/μ``: they
+are solved once at Chebyshev nodes of σ and knots of κ, and interpolated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.body.annulus import solve_annulus
+from bayestouch.chain.response import ContactSpectra, modes_needed
+from bayestouch.data.sensor import Finger
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout
+
+# Nine nodes over a quarter of the range of σ, and cubics over steps of 0.1 in log(1 + κ/κ_s): spectra are off by less
+# than 1e-5 up to κ = 60 mm² (a flat of 700 N/m at 0.15 MPa).
+SIGMA_NODES = 9
+KAPPA_STEP, LEAST_KNOTS = 0.1, 6
+# Relative step of the derivative with respect to the load.
+STEP_LOAD = 0.02
+
+
+@dataclass(frozen=True)
+class Reach:
+    """Parameters for which a series is good: ranges of σ and log μ, and the shallowest element."""
+
+    sigma: tuple[float, float]
+    log_mu: tuple[float, float]
+    depth: float
+
+    def covers(self, other: Reach) -> bool:
+        """Whether the other lies inside."""
+        ranges = ((self.sigma, other.sigma), (self.log_mu, other.log_mu))
+        inside = all(mine[0] <= yours[0] and yours[1] <= mine[1] for mine, yours in ranges)
+        return inside and other.depth <= self.depth
+
+
+@dataclass(frozen=True, eq=False)
+class TouchSeries:
+    """Readings of known touches, and their derivative with respect to the load, from flat vectors.
+
+    Attributes
+    ----------
+    known : KnownTouches
+        t touches; their radii, angles and loads count.
+    finger : Finger
+        Geometry as built.
+    layout : FlatLayout
+        What stands where in a vector.
+    sign : (m,) array
+        1, or -1 for an element whose reading falls when it is squeezed.
+    reach : Reach
+        Where it is good.
+    sigma_nodes : (s,) array
+        σ at which `spectra` were solved.
+    spectra : (s, n, n_modes) array
+        Pressure spectra over the κ of the touches that are not knife edges.
+    template : ContactSpectra
+        Knots.
+    modes : (n_modes,) array
+        Fourier modes that are summed.
+    cosine, sine : (t, n_modes) arrays
+        Of k θ_c.
+    """
+
+    known: KnownTouches
+    finger: Finger
+    layout: FlatLayout
+    sign: FloatArray
+    reach: Reach
+    sigma_nodes: FloatArray
+    spectra: FloatArray
+    template: ContactSpectra
+    modes: FloatArray
+    cosine: FloatArray
+    sine: FloatArray
+
+    @classmethod
+    def of(
+        cls, known: KnownTouches, finger: Finger, layout: FlatLayout, sign: FloatArray, reach: Reach, contact: str
+    ) -> TouchSeries:
+        """Solve the contacts that these touches need."""
+        places = np.cos(np.pi * (np.arange(SIGMA_NODES) + 0.5) / SIGMA_NODES)
+        nodes = 0.5 * (reach.sigma[0] + reach.sigma[1]) + 0.5 * (reach.sigma[1] - reach.sigma[0]) * places
+        blunt = known.radius_mm > 0
+        low, high = known.load_range()
+        ends = np.array([low[blunt].min(), high[blunt].max()]) if blunt.any() else np.array([0.0, 1.0])
+        kappa = ends / 1000 * known.radius_mm[blunt].max(initial=1.0) / np.exp(reach.log_mu[::-1])
+        if blunt.any():
+            kappa[0] *= known.radius_mm[blunt].min() / known.radius_mm[blunt].max()
+        scale = 0.1 * (finger.outer_radius_mm - finger.core_radius_mm) ** 2
+        knots = int(np.ceil(np.diff(np.log1p(kappa / scale))[0] / KAPPA_STEP)) + 1
+        solved = [
+            ContactSpectra.of(
+                (finger.core_radius_mm, finger.outer_radius_mm),
+                float(node),
+                smallest_kappa=float(kappa[0]),
+                largest_kappa=float(kappa[1]),
+                largest_sensing_radius_mm=reach.depth,
+                contact=contact,
+                knots=max(knots, LEAST_KNOTS),
+            )
+            for node in (nodes if blunt.any() else nodes[:1])
+        ]
+        # Touches that are all knife edges need no contact.
+        spectra = np.stack([one.spectra for one in solved]) if blunt.any() else np.ones((SIGMA_NODES, 4, 1))
+        modes = solved[0].body.modes
+        phase = np.outer(known.angle, modes)
+        return cls(known, finger, layout, sign, reach, nodes, spectra, solved[0], modes, np.cos(phase), np.sin(phase))
+
+    def down_to(self, depth: float) -> TouchSeries:
+        """The same for elements that are no shallower than this radius (mm): fewer modes reach them."""
+        n = modes_needed(depth, self.finger.outer_radius_mm) + 1
+        return replace(
+            self,
+            reach=replace(self.reach, depth=min(depth, self.reach.depth)),
+            spectra=self.spectra[:, :, :n],
+            modes=self.modes[:n],
+            cosine=self.cosine[:, :n],
+            sine=self.sine[:, :n],
+        )
+
+    def covers(self, vectors: FloatArray) -> NDArray[np.bool_]:
+        """Where among vectors (n, d) the series is good."""
+        at, reach = self.layout, self.reach
+        inside: NDArray[np.bool_] = vectors[:, at.depth].max(axis=1) <= reach.depth
+        for values, (low, high) in ((vectors[:, at.sigma], reach.sigma), (vectors[:, at.log_mu], reach.log_mu)):
+            inside &= (low <= values) & (values <= high)
+        return inside
+
+    def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
+        known, at = self.known, self.layout
+        sigma, mu = vectors[:, at.sigma], np.exp(vectors[:, at.log_mu])
+        modes = self.modes
+        body = solve_annulus(
+            modes,
+            core_radius_mm=self.finger.core_radius_mm,
+            outer_radius_mm=self.finger.outer_radius_mm,
+            poisson_ratio=sigma[:, None],
+        )
+        weight = np.where(modes == 0, 1.0, 2.0) * body.radial_strain(vectors[:, at.depth])
+        # The response is that to a knife edge right above the element.
+        response = self.sign * np.exp(vectors[:, at.response])
+        weight *= (response / weight.sum(axis=2))[:, :, None]
+        phase = vectors[:, at.angle, None] * modes
+        even, odd = ((weight * of).swapaxes(1, 2) for of in (np.cos(phase), np.sin(phase)))
+        shape = self.cosine @ even + self.sine @ odd
+        slope = shape.copy()
+        blunt = known.radius_mm > 0
+        if blunt.any():
+            spectra = np.tensordot(_lagrange(self.sigma_nodes, sigma), self.spectra, axes=1)
+            kappa = known.load[blunt] / 1000 * known.radius_mm[blunt] / mu[:, None]
+            cosine, sine = self.cosine[blunt], self.sine[blunt]
+
+            def pressed(share: float) -> FloatArray:
+                pressure = self._pressure(spectra, share * kappa)
+                return np.asarray((pressure * cosine) @ even + (pressure * sine) @ odd)
+
+            shape[:, blunt] = pressed(1.0)
+            up, down = 1 + STEP_LOAD, 1 - STEP_LOAD
+            slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * STEP_LOAD)
+        return known.load[:, None] * shape, slope
+
+    def _pressure(self, spectra: FloatArray, kappa: FloatArray) -> FloatArray:
+        """Spectra (n, t, n_modes) at κ (n, t), by cubics through four of the knots of `spectra` (n, knots, n_modes)."""
+        coordinates = self.template.coordinates
+        step = coordinates[1] - coordinates[0]
+        place = (np.log1p(kappa / self.template.kappa_scale) - coordinates[0]) / step
+        first = np.clip(np.floor(place).astype(np.int64) - 1, 0, len(coordinates) - 4)
+        # touches beyond the knots are read at their end
+        t = np.clip(place - first, 0.0, 3.0)
+        weights = (
+            -(t - 1) * (t - 2) * (t - 3) / 6,
+            t * (t - 2) * (t - 3) / 2,
+            -t * (t - 1) * (t - 3) / 2,
+            t * (t - 1) * (t - 2) / 6,
+        )
+        row = np.arange(len(spectra))[:, None]
+        return np.asarray(sum(w[..., None] * spectra[row, first + i] for i, w in enumerate(weights)))
+
+
+def _lagrange(nodes: FloatArray, places: FloatArray) -> FloatArray:
+    """Weights (n, s) of polynomial interpolation through `nodes` (s,) at `places` (n,)."""
+    difference = places[:, None] - nodes
+    weights = [
+        np.prod(np.delete(difference, i, axis=1) / np.delete(nodes[i] - nodes, i), axis=1) for i in range(len(nodes))
+    ]
+    return np.stack(weights, axis=1)

@@ -1,0 +1,83 @@
+"""Where every fit with effects starts: the base fit of a calibration, and the noise."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.errors import InputError
+from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.model import FingerModel
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.model.fitting import Fitted, fit
+from bayestouch.model.noise import NoiseModel
+from bayestouch.model.observations import Observations
+
+# Without repeats, readings predicted to be below this share of the peak stand for readings of nothing.
+FAR = 0.03
+# Median absolute deviation of a normal variable over its standard deviation.
+MAD = 0.6745
+
+
+def base_fit(observed: Observations, sensor: Sensor, contact: str) -> Fitted:
+    """Fit a finger without effects.
+
+    Parameters
+    ----------
+    observed : Observations
+        Touches with known indenter and location.
+    sensor : Sensor
+        A finger as built.
+    contact : str
+        Contact model.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.finger.fit.fit_finger`.
+    """
+    finger = sensor.body
+    assert isinstance(finger, Finger)
+    priors, _ = FingerPriors.of(sensor)
+    base, used = fit_finger(observed.means, finger, priors, contact=contact)
+    if not used.all():
+        raise InputError("touches without a load above zero cannot be diagnosed with")
+    known, chain = base.likelihood.known, base.chain
+    reference = known.typical_load
+    model = FingerModel(
+        observed=observed,
+        finger=finger,
+        layout=base.likelihood.prior.layout,
+        flat_prior=base.likelihood.prior,
+        sign=base.likelihood.sign,
+        contact=contact,
+        peak=np.abs(chain.response) * reference,
+        reference_load=reference,
+        largest_load=chain.largest_load,
+    )
+    noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
+    return fit(model, base.laplace.mode, noise)
+
+
+def plain_noise(model: FingerModel, predicted: FloatArray, load_sd: FloatArray) -> NoiseModel:
+    """Noise of one reading: pure error where an element has repeats, else the scatter far from contact.
+
+    Parameters
+    ----------
+    model : FingerModel
+        What was fitted.
+    predicted : (t, m) array
+        Its prediction.
+    load_sd : (t,) array
+        Standard error of each touch's load.
+    """
+    means = model.known.means
+    sd = np.sqrt(means.pure_error_variance)
+    scaled = (means.readings - predicted) * np.sqrt(np.maximum(means.counts, 1))
+    far = np.where(np.abs(predicted) < FAR * model.peak, scaled, np.nan)
+    for e in np.flatnonzero(~(np.isfinite(sd) & (sd > 0))):
+        rows = far[:, e] if np.isfinite(far[:, e]).sum() >= 10 else scaled[:, e]
+        rows = rows[np.isfinite(rows)]
+        sd[e] = np.median(np.abs(rows)) / MAD if len(rows) else 1.0
+    return NoiseModel(np.maximum(sd, 1e-6 * model.peak), load_sd, model.peak)

@@ -1,0 +1,1 @@
+"""A sensor with effects, of any body: predictions, derivatives, noise, fits."""

@@ -1,0 +1,107 @@
+"""Whitened columns of a linear model: random functions by the hundred, most of which move one element each.
+
+A function of time for each of m elements has k m columns, of which all but one in m entries are zero before whitening.
+Whitening ties the readings of a touch together, so that white columns are full; products with them need not be.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class WhiteColumns:
+    """c columns over t touches of m elements, whitened: those of one element by what they are before it.
+
+    Attributes
+    ----------
+    count : int
+        c.
+    full, full_index : (t m, a) array, (a,) int array
+        Columns that move several elements, whitened, and which ones they are.
+    own, own_index : (m, b, t) array, (m, b) int array
+        Columns that move one element alone, as they are, and which ones they are; elements that have fewer than b are
+        filled up with zeros that count as the column after the last.
+    root : (t, m, m) array
+        Whitening of each touch.
+    """
+
+    count: int
+    full: FloatArray
+    full_index: IntArray
+    own: FloatArray
+    own_index: IntArray
+    root: FloatArray
+
+    @classmethod
+    def of(cls, raw: FloatArray, root: FloatArray) -> WhiteColumns:
+        """From columns as they are (c, t, m), NaN where nothing is known, and the whitening (t, m, m) of each touch."""
+        raw = np.nan_to_num(raw)
+        count, t, m = raw.shape
+        moves = raw.any(axis=1)
+        alone = moves.sum(axis=1) == 1
+        element = moves.argmax(axis=1)
+        of_element = [np.flatnonzero(alone & (element == e)) for e in range(m)]
+        most = max((len(each) for each in of_element), default=0)
+        own, index = np.zeros((m, most, t)), np.full((m, most), count)
+        for e, each in enumerate(of_element):
+            own[e, : len(each)], index[e, : len(each)] = raw[each, :, e], each
+        several = np.flatnonzero(~alone)
+        full = np.einsum("tij,ctj->tic", root, raw[several], optimize=True).reshape(t * m, len(several))
+        return cls(count, np.ascontiguousarray(full), several, own, index, root)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Touches t and elements m."""
+        return self.root.shape[0], self.root.shape[1]
+
+    def times(self, weights: FloatArray) -> FloatArray:
+        """White rows (t m, q) that weights (c, q) make."""
+        t, m = self.shape
+        padded = np.concatenate([weights, np.zeros((1, weights.shape[1]))])
+        each = np.swapaxes(self.own, 1, 2) @ padded[self.own_index]
+        rows = (self.root @ each.transpose(1, 0, 2)).reshape(t * m, -1)
+        return np.asarray(rows + self.full @ weights[self.full_index])
+
+    def transposed(self, rows: FloatArray) -> FloatArray:
+        """Products (c, q) of the columns with white rows (t m, q)."""
+        t, m = self.shape
+        out = np.zeros((self.count + 1, rows.shape[1]))
+        out[self.full_index] = self.full.T @ rows
+        back = np.swapaxes(self.root, 1, 2) @ rows.reshape(t, m, -1)
+        out[self.own_index] = self.own @ np.ascontiguousarray(back.transpose(1, 0, 2))
+        return out[:-1]
+
+    def gram(self) -> FloatArray:
+        """Products (c, c) of the columns with each other."""
+        m = self.shape[1]
+        out = np.zeros((self.count + 1, self.count + 1))
+        with_full = self.transposed(self.full)
+        out[:-1, self.full_index] = with_full
+        out[self.full_index, :-1] = with_full.T
+        precision = np.ascontiguousarray((np.swapaxes(self.root, 1, 2) @ self.root).transpose(1, 2, 0))
+        for e in range(m):
+            for f in range(e, m):
+                block = (self.own[e] * precision[e, f]) @ self.own[f].T
+                out[np.ix_(self.own_index[e], self.own_index[f])] = block
+                out[np.ix_(self.own_index[f], self.own_index[e])] = block.T
+        return out[:-1, :-1]
+
+    def dense(self) -> FloatArray:
+        """The columns, (t m, c)."""
+        t, m = self.shape
+        out = np.zeros((t, m, self.count + 1))
+        out[:, :, self.full_index] = self.full.reshape(t, m, -1)
+        for e in range(m):
+            out[:, :, self.own_index[e]] = self.root[:, :, e, None] * self.own[e].T[:, None]
+        return out[:, :, :-1].reshape(t * m, self.count)
+
+    def of_touches(self, which: IntArray) -> WhiteColumns:
+        """The rows of some touches."""
+        t, m = self.shape
+        full = self.full.reshape(t, m, -1)[which].reshape(len(which) * m, -1)
+        return replace(self, full=full, own=np.ascontiguousarray(self.own[:, :, which]), root=self.root[which])

@@ -1,0 +1,105 @@
+"""The effects of a model as text: how a calibration file and ``model.toml`` hold them."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
+from bayestouch.errors import InputError, shown
+from bayestouch.model.noise import AddedNoise
+
+#: Key of the settings of a calibration that holds the text, and of the arrays that hold the peaks and corrections.
+KEY, PEAK = "effects", "effect_peak"
+
+
+@dataclass(frozen=True, eq=False)
+class EffectList:
+    """Effects of a chain, and the setting that they suit themselves to.
+
+    Attributes
+    ----------
+    setting : Setting
+        How the sensor was touched when the effects were fitted.
+    effects : tuple of Effect
+        In the order in which they were added.
+    noise : AddedNoise
+        What effects of the noise add.
+    """
+
+    setting: Setting
+    effects: tuple[Effect, ...]
+    noise: AddedNoise
+
+    @property
+    def plain(self) -> tuple[Effect, ...]:
+        """Those whose values are parameters of the chain."""
+        return tuple(e for e in self.effects if not isinstance(e, RandomEffect | NoiseEffect))
+
+    @property
+    def drifts(self) -> tuple[RandomEffect, ...]:
+        """Random functions of time."""
+        return tuple(e for e in self.effects if isinstance(e, RandomEffect))
+
+    @property
+    def of_noise(self) -> tuple[NoiseEffect, ...]:
+        """Effects of the noise."""
+        return tuple(e for e in self.effects if isinstance(e, NoiseEffect))
+
+    def to_text(self) -> str:
+        """As JSON."""
+        setting = asdict(self.setting)
+        setting["element_place"] = [axis.tolist() for axis in self.setting.element_place]
+        parameters = {effect.name: [each.name for each in effect.parameters] for effect in self.effects}
+        return json.dumps({"parameters": parameters, "noise": asdict(self.noise), "setting": setting})
+
+    @classmethod
+    def from_text(cls, text: str) -> EffectList:
+        """From what `to_text` gave.
+
+        Raises
+        ------
+        InputError
+            An effect is not known here (an entry point may be missing) or has other parameters, or the text is
+            damaged.
+        """
+        try:
+            content: dict[str, Any] = json.loads(text)
+            raw = dict(content["setting"])
+            raw["element_place"] = tuple(np.asarray(axis, dtype=float) for axis in raw["element_place"])
+            raw["radii_mm"] = tuple(raw.get("radii_mm", (0.0, 0.0)))
+            raw["place_range"] = tuple((float(low), float(high)) for low, high in raw["place_range"])
+            setting, noise = Setting(**raw), AddedNoise(**{k: float(v) for k, v in content["noise"].items()})
+            parameters = {str(name): list(each) for name, each in content["parameters"].items()}
+        except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
+            raise InputError("expected the effects of a chain as JSON", column=KEY) from error
+        effects = named_effects(list(parameters), setting)
+        for effect in effects:
+            names = [each.name for each in effect.parameters]
+            if parameters[effect.name] != names:
+                had = ", ".join(map(str, parameters[effect.name]))
+                reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
+                raise InputError(f"{reason}: made by another version, calibrate anew", column=KEY)
+        return cls(setting, effects, noise)
+
+
+def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
+    """Effects by name, suited to a setting.
+
+    Raises
+    ------
+    InputError
+        There is no such effect, or it cannot occur in this setting.
+    """
+    classes, out = effect_classes(), []
+    for name in names:
+        if name not in classes:
+            raise InputError(f"unknown effect {shown(name)}; known are {', '.join(classes)}")
+        effect = classes[name].suited(setting)
+        if effect is None:
+            raise InputError(f"effect {name} cannot occur, or not be seen, in the way this sensor was touched")
+        out.append(effect)
+    return tuple(out)

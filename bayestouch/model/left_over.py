@@ -1,0 +1,44 @@
+"""Noise that a fit assumes of the load, and what its model leaves over of each element's readings."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.model.fitting import Fitted
+
+
+def discrepancy(fitted: Fitted) -> FloatArray:
+    """What the model still misses of each element's mean readings, (m,), in the unit of the readings.
+
+    The mean square of an element's whitened residuals is drawn towards that of all elements by as much as its own
+    scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
+    """
+    plain = fitted.linear.plain
+    present = fitted.whitening.present
+    count = np.maximum(present.sum(axis=0), 1)
+    freedom = np.maximum(count - 3.0, 1.0)
+    square = (plain**2).sum(axis=0) / freedom
+    alive = present.any(axis=0)
+    if not alive.any():
+        return np.zeros(len(square))
+    whole = float((square * count)[alive].sum() / count[alive].sum())
+    scatter = 2 / freedom
+    between = max(float(np.var(square[alive]) - scatter[alive].mean()), 0.0)
+    shrunk = (square * between + whole * scatter) / (between + scatter)
+    error = np.sqrt(2 / freedom[alive].sum())
+    excess = np.maximum(shrunk - 1, 0.0) if whole > 1 + 2 * error else np.zeros(len(square))
+    reads = np.median(np.maximum(fitted.model.known.means.counts, 1))
+    return np.asarray(np.where(alive, np.sqrt(excess) * fitted.noise.sd / np.sqrt(reads), 0.0))
+
+
+def force_noise(fitted: Fitted) -> float:
+    """Noise of one reading of the load that a fit assumes."""
+    measured = np.isfinite(fitted.model.known.means.load)
+    return float(np.median(fitted.noise.load_sd[measured] * np.sqrt(_reads(fitted))))
+
+
+def _reads(fitted: Fitted) -> FloatArray:
+    means = fitted.model.known.means
+    reads = np.maximum(means.counts.max(axis=1), 1)[np.isfinite(means.load)]
+    return np.asarray(reads, dtype=np.float64)

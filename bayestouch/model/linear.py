@@ -1,0 +1,281 @@
+"""A model made linear around a vector, in whitened space: steps and scores.
+
+Nothing here knows of tactile sensors. Rows come in groups (touches) of m readings each; the noise of whitened rows is
+independent with variance one. A few parameters have normal priors of their own; besides there may be many weights
+of random functions, all with standard normal priors, which are integrated out of everything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
+from scipy.special import erfcx
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.model.columns import WhiteColumns
+
+# Share of a variance below which rounding would make the covariance of what is held indefinite; and how many standard
+# deviations beyond a bound the next order, 5/x² of the first, is below rounding in the difference of large numbers.
+SURE, FAR = 1e-8, 1e3
+
+
+@dataclass(frozen=True, eq=False)
+class Functions:
+    """Random functions: what each weight does to the means of the touches; k weights.
+
+    Attributes
+    ----------
+    raw : (k, t, m) array
+        In the unit of the readings.
+    white : WhiteColumns
+        Whitened, k columns.
+    root : (k, k) array
+        Cholesky factor of the weights' precision given the data and nothing else.
+    """
+
+    raw: FloatArray
+    white: WhiteColumns
+    root: FloatArray
+
+    @classmethod
+    def of(cls, raw: FloatArray, white: WhiteColumns) -> Functions:
+        """Functions from columns as they are (k, t, m) and whitened."""
+        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(len(raw)))))
+
+    def without(self, rows: FloatArray) -> FloatArray:
+        """Rows (t m, q) times the precision of the data when the weights are integrated out."""
+        return np.asarray(rows - self.white.times(self.weights(rows)))
+
+    def weights(self, rows: FloatArray) -> FloatArray:
+        """Most probable weights (k, q) for whitened data (t m, q)."""
+        return np.asarray(cho_solve((self.root, True), self.white.transposed(rows)))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """A linearised model; t touches, n samples, m elements, d parameters.
+
+    Attributes
+    ----------
+    residual : (t, m) array
+        Mean reading minus prediction (with the functions at zero), whitened; zero where missing.
+    jacobian : (t m, d) array
+        Derivative of the whitened prediction.
+    deviation : (n, m) array
+        Sample minus mean of its touch, minus the prediction of that, whitened.
+    deviation_jacobian : (n m, d) array or None
+        Its derivative; None where it is zero.
+    touch : (n,) int array
+        Touch of each sample.
+    pull, precision : (d,) arrays
+        Prior mean minus the parameters, and prior precision.
+    functions : Functions or None
+        Random functions.
+    held : (d,) bool array or None
+        Parameters that lie at a bound and are held there; their derivatives count as zero.
+    unheld : Linearised or None
+        The same with none held, where some are.
+    """
+
+    residual: FloatArray
+    jacobian: FloatArray
+    deviation: FloatArray
+    deviation_jacobian: FloatArray | None
+    touch: IntArray
+    pull: FloatArray
+    precision: FloatArray
+    functions: Functions | None = None
+    held: NDArray[np.bool_] | None = None
+    unheld: Linearised | None = None
+
+    @property
+    def free(self) -> Linearised:
+        """The same with no parameter held."""
+        return self if self.unheld is None else self.unheld
+
+    @cached_property
+    def plain(self) -> FloatArray:
+        """Residual (t, m) after the most probable functions have been taken out."""
+        if self.functions is None:
+            return self.residual
+        return self.functions.without(self.residual.reshape(-1, 1)).reshape(self.residual.shape)
+
+    def hessian(self) -> FloatArray:
+        """Precision of the parameters given the data, functions integrated out, (d, d)."""
+        total = self.jacobian.T @ self.integrated(self.jacobian) + np.diag(self.precision)
+        if self.deviation_jacobian is not None:
+            total = total + self.deviation_jacobian.T @ self.deviation_jacobian
+        return np.asarray(total)
+
+    def gradient(self) -> FloatArray:
+        """Slope of the log posterior over the parameters, (d,)."""
+        total = self.precision * self.pull + self.jacobian.T @ self.plain.ravel()
+        if self.deviation_jacobian is not None:
+            total = total + self.deviation_jacobian.T @ self.deviation.ravel()
+        return np.asarray(total)
+
+    def integrated(self, rows: FloatArray) -> FloatArray:
+        """Whitened rows (t m, q) times the precision of the data with the functions integrated out."""
+        return rows if self.functions is None else self.functions.without(rows)
+
+    def cost(self) -> float:
+        """Minus the log posterior, up to a constant."""
+        data = float(self.residual.ravel() @ self.plain.ravel()) + float((self.deviation**2).sum())
+        return 0.5 * (data + float((self.precision * self.pull**2).sum()))
+
+    def holding(self, held: NDArray[np.bool_]) -> Linearised:
+        """The same with some parameters (d,) where they are: at a bound, they neither move nor absorb anything."""
+        if not held.any():
+            return self
+        within = self.deviation_jacobian
+        return replace(
+            self,
+            jacobian=np.where(held, 0.0, self.jacobian),
+            deviation_jacobian=None if within is None else np.where(held, 0.0, within),
+            pull=np.where(held, 0.0, self.pull),
+            held=held,
+            unheld=self,
+        )
+
+    def step_within(self, leaving: Callable[[FloatArray], NDArray[np.bool_]]) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Step of the parameters to the maximum a posteriori, (d,), and which are held because they would leave.
+
+        Parameters
+        ----------
+        leaving : callable
+            Says of a step which parameters would leave their bounds, (d,).
+        """
+        matrix, slope = self.hessian(), self.gradient()
+        scale = np.sqrt(np.diag(matrix))
+        even, slope = conditioned(matrix / np.outer(scale, scale)), slope / scale
+        held = np.zeros(len(slope), dtype=bool)
+        while True:
+            free = np.flatnonzero(~held)
+            step = np.zeros(len(slope))
+            step[free] = np.linalg.solve(even[np.ix_(free, free)], slope[free]) / scale[free]
+            more = leaving(step) & ~held
+            if not more.any():
+                return step, held
+            held |= more
+
+    def covariance(self) -> FloatArray:
+        """Covariance of the parameters, (d, d); for those that are held the mean square about the bound."""
+        matrix = self.free.hessian()
+        scale = np.sqrt(np.diag(matrix))
+        total = np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+        if self.held is None:
+            return total
+        # A normal density cut off at the bound, one parameter after the other: its mode without the bound is `step`.
+        step = total @ self.free.gradient()
+        for i in np.flatnonzero(self.held):
+            along, variance = total[:, i] / total[i, i], total[i, i]
+            beyond = abs(float(step[i])) / np.sqrt(variance)
+            step = step - along * step[i]
+            total = total - (1 - beyond_bound(beyond)) * variance * np.outer(along, along)
+        return total
+
+    def weights(self) -> FloatArray:
+        """Most probable weights of the functions, (k,)."""
+        if self.functions is None:
+            return np.zeros(0)
+        return self.functions.weights(self.residual.reshape(-1, 1))[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """Slope of the log likelihood along columns that are not in the model, and its covariance if none belongs there.
+
+    Attributes
+    ----------
+    slope : (q,) array
+        Products of the columns with the residual at the fit.
+    information : (q, q) array
+        Covariance of the slope: products of the columns after the model's parameters have taken out of them what
+        they can. Next to nothing where the effect is absorbed.
+    raw : (q,) array
+        Squares of the columns before that.
+    """
+
+    slope: FloatArray
+    information: FloatArray
+    raw: FloatArray
+
+    @property
+    def seen(self) -> float:
+        """Share of the columns' squares that the model's parameters do not absorb."""
+        total = float(self.raw.sum())
+        return float(np.trace(self.information)) / total if total > 0 else 0.0
+
+    def chi_square(self, ridge: float = 1e-9) -> float:
+        """Squared length of the slope in its covariance: chi-square with q degrees of freedom if nothing is missing."""
+        matrix = self.information + np.diag(ridge * self.raw + 1e-300)
+        return float(self.slope @ np.linalg.solve(matrix, self.slope))
+
+    def estimate(self, precision: FloatArray) -> FloatArray:
+        """Amplitudes after one step, with prior precision (q,)."""
+        return np.asarray(np.linalg.solve(self.information + np.diag(precision + 1e-300), self.slope))
+
+
+class Scorer:
+    """Scores of columns against one fitted model."""
+
+    def __init__(self, fitted: Linearised) -> None:
+        self.fitted = fitted
+        self.plain = fitted.plain.ravel()
+        self.root = np.linalg.cholesky(conditioned(fitted.hessian()))
+        self.integrated_jacobian = fitted.integrated(fitted.jacobian)
+
+    def __call__(self, touches: FloatArray, samples: FloatArray | None = None) -> Score:
+        """Score of whitened columns (q, t, m) and, where they differ within touches, (q, n, m)."""
+        fitted, q = self.fitted, len(touches)
+        flat = touches.reshape(q, -1).T
+        inside = fitted.integrated(flat)
+        slope, raw = flat.T @ self.plain, (flat * flat).sum(axis=0)
+        gram, cross = flat.T @ inside, fitted.jacobian.T @ inside
+        if samples is not None:
+            within = samples.reshape(q, -1).T
+            slope, raw = slope + within.T @ fitted.deviation.ravel(), raw + (within * within).sum(axis=0)
+            gram = gram + within.T @ within
+            if fitted.deviation_jacobian is not None:
+                cross = cross + fitted.deviation_jacobian.T @ within
+        return self._score(slope, gram, raw, cross)
+
+    def of_columns(self, columns: WhiteColumns) -> Score:
+        """Score of white columns that are the same in all samples of a touch."""
+        functions = self.fitted.functions
+        gram = columns.gram()
+        raw = np.diag(gram).copy()
+        if functions is not None:
+            shared = functions.white.transposed(columns.dense())
+            gram -= shared.T @ cho_solve((functions.root, True), shared)
+        slope = columns.transposed(self.plain[:, None])[:, 0]
+        cross = columns.transposed(self.integrated_jacobian).T
+        return self._score(slope, gram, raw, cross)
+
+    def _score(self, slope: FloatArray, gram: FloatArray, raw: FloatArray, cross: FloatArray) -> Score:
+        absorbed = solve_triangular(self.root, cross, lower=True)
+        return Score(np.asarray(slope), np.asarray(gram - absorbed.T @ absorbed), np.asarray(raw))
+
+
+def beyond_bound(beyond: float) -> float:
+    """Mean square about a bound, over the variance, of a normal density cut off there, `beyond` sd from its mode."""
+    if beyond > FAR:
+        return max(2 / beyond**2, SURE)
+    hazard = float(np.sqrt(2 / np.pi) / erfcx(beyond / np.sqrt(2)))
+    return 1 - beyond * hazard + beyond**2
+
+
+def conditioned(matrix: FloatArray) -> FloatArray:
+    """The matrix with a hair more on its diagonal: a parameter that nothing fixes must not fail the factor."""
+    return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
+
+
+def with_functions(model: Linearised, functions: Functions | None) -> Linearised:
+    """The same model with other random functions."""
+    unheld = None if model.unheld is None else with_functions(model.unheld, functions)
+    return replace(model, functions=functions, unheld=unheld)

@@ -1,0 +1,85 @@
+"""Noise of readings and loads, with what effects of the noise add."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.effects.effect import Values
+
+
+@dataclass(frozen=True)
+class AddedNoise:
+    """What effects of the noise add to each element's own noise; sizes are shares of the peak reading.
+
+    Attributes
+    ----------
+    share, power : float
+        Noise of sd ``share |signal/peak|^power``.
+    common : float
+        Noise that all elements share in one sample.
+    common_touch : float
+        The same in all samples of a touch.
+    common_shared : float
+        Whether these are of each element's own peak (0) or of the mean peak (1), or between.
+    """
+
+    share: float = 0.0
+    power: float = 1.0
+    common: float = 0.0
+    common_touch: float = 0.0
+    common_shared: float = 0.0
+
+    def variance(self, signal: FloatArray, peak: FloatArray) -> FloatArray:
+        """Variance of one reading that comes with the signal, shape of `signal` (..., m)."""
+        return np.asarray((self.share * peak * np.abs(signal / peak) ** self.power) ** 2)
+
+    def together(self, peak: FloatArray) -> FloatArray:
+        """What a shared error of size one does to readings of these peaks (m,): from own peak to mean peak."""
+        return np.asarray(peak ** (1 - self.common_shared) * float(peak.mean()) ** self.common_shared)
+
+    def for_peaks(self, ratio: float) -> AddedNoise:
+        """The same noise where peaks are smaller by `ratio`, the old over the new."""
+        share = self.share * ratio ** (1 - self.power)
+        return replace(self, share=share, common=self.common * ratio, common_touch=self.common_touch * ratio)
+
+    def shared_variance(self, reads: ArrayLike) -> FloatArray:
+        """Variance of the shared error of the mean of so many samples."""
+        return np.asarray(self.common**2 / np.asarray(reads) + self.common_touch**2)
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """Noise of one reading and of the loads.
+
+    Attributes
+    ----------
+    sd : (m,) array
+        Each element's own noise, in the unit of the readings.
+    load_sd : (t,) array
+        Standard error of each touch's load.
+    peak : (m,) array
+        Size of each element's peak reading: the unit of shares.
+    added : AddedNoise
+        What effects of the noise add.
+    effects : tuple of (name, values)
+        Effects of the noise that are in it.
+    """
+
+    sd: FloatArray
+    load_sd: FloatArray
+    peak: FloatArray
+    added: AddedNoise = field(default_factory=AddedNoise)
+    effects: tuple[tuple[str, Values], ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Effects of the noise."""
+        return tuple(name for name, _ in self.effects)
+
+    def with_(self, **changes: object) -> NoiseModel:
+        """The same with other values."""
+        return replace(self, **changes)  # type: ignore[arg-type]  # a wrong name fails when it is made

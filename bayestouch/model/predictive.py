@@ -1,0 +1,87 @@
+"""Held-out predictive densities of a model made linear around its fit."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_solve, solve_triangular
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.linear import Linearised, conditioned
+
+
+def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
+    """Log predictive density of each touch from the touches of other folds, up to a constant.
+
+    Parameters
+    ----------
+    model : Linearised
+        Around its fit: the model without a fold is worked out from it by taking rows away, which is exact for
+        what is linear.
+    fold : (t,) int array
+        Fold of each touch.
+
+    Returns
+    -------
+    (t, 3) array
+        Of the touch's means; of the deviations of its samples from these; and minus half the squared error of the
+        means in units of the noise, to which it does not matter how uncertain the prediction says it is.
+    """
+    t, m = model.residual.shape
+    design, hessian = model.jacobian, precision_of_all(model)
+    d = len(model.pull)
+    white = None if model.functions is None else model.functions.white
+    if white is not None:
+        design = np.concatenate([design, white.dense()], axis=1)
+    gradient = design.T @ model.residual.ravel()
+    gradient[:d] += model.precision * model.pull
+    if model.deviation_jacobian is not None:
+        gradient[:d] += model.deviation_jacobian.T @ model.deviation.ravel()
+    by_touch = design.reshape(t, m, -1)
+    out = np.zeros((t, 3))
+    for k in np.unique(fold):
+        rows = np.flatnonzero(fold == k)
+        flat, residual = by_touch[rows].reshape(-1, design.shape[1]), model.residual[rows]
+        less = hessian - _products(flat[:, :d], None if white is None else white.of_touches(rows))
+        slope = gradient - flat.T @ residual.ravel()
+        inside = np.flatnonzero(fold[model.touch] == k)
+        within = None
+        if model.deviation_jacobian is not None:
+            within = model.deviation_jacobian.reshape(len(model.deviation), m, d)[inside].reshape(-1, d)
+            less[:d, :d] -= within.T @ within
+            slope[:d] -= within.T @ model.deviation[inside].ravel()
+        root = np.linalg.cholesky(conditioned(less))
+        step = cho_solve((root, True), slope)
+        error = residual - (flat @ step).reshape(residual.shape)
+        spread = solve_triangular(root, flat.T, lower=True).T.reshape(*residual.shape, -1)
+        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
+        solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+        _, volume = np.linalg.slogdet(covariance)
+        out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        out[rows, 2] = -0.5 * (error**2).sum(axis=1)
+        left = model.deviation[inside]
+        if within is not None:
+            left = left - (within @ step[:d]).reshape(left.shape)
+        np.add.at(out[:, 1], model.touch[inside], -0.5 * (left**2).sum(axis=1))
+    return out
+
+
+def precision_of_all(model: Linearised) -> FloatArray:
+    """Precision of parameters and weights of the functions together, (d + k, d + k)."""
+    own = np.diag(model.precision)
+    if model.deviation_jacobian is not None:
+        own = own + model.deviation_jacobian.T @ model.deviation_jacobian
+    white = None if model.functions is None else model.functions.white
+    total = _products(model.jacobian, white)
+    total[: len(own), : len(own)] += own
+    total[len(own) :, len(own) :] += np.eye(len(total) - len(own))
+    return total
+
+
+def _products(jacobian: FloatArray, white: WhiteColumns | None) -> FloatArray:
+    """Products of the columns of parameters (n, d) and of weights with each other."""
+    own = jacobian.T @ jacobian
+    if white is None:
+        return np.asarray(own)
+    cross = white.transposed(jacobian)
+    return np.block([[own, cross.T], [cross, white.gram()]])

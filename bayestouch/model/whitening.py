@@ -1,0 +1,71 @@
+"""Rows made independent with variance one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.noise import NoiseModel
+from bayestouch.model.observations import Observations
+from bayestouch.sampling.laplace import whiten_rank_one
+
+
+@dataclass(frozen=True, eq=False)
+class Whitening:
+    """Makes the readings of a touch, and those of a sample, independent with variance one.
+
+    Attributes
+    ----------
+    root : (t, m, m) array
+        Inverse Cholesky factor of the covariance of each touch's means: noise, and the load's error, which moves
+        all elements together. Rows and columns of missing readings are zero.
+    sample_sd, sample_shared : (n, m) arrays
+        Noise of a sample, and what one standard deviation of its shared error does; inf where missing.
+    """
+
+    root: FloatArray
+    sample_sd: FloatArray
+    sample_shared: FloatArray
+
+    @classmethod
+    def of(cls, observed: Observations, noise: NoiseModel, signal: FloatArray, by_load: FloatArray) -> Whitening:
+        """Whitening for touches of which the readings (t, m) and their derivative over the load are predicted."""
+        means = observed.means
+        counts = np.where(np.isnan(means.readings), 0, means.counts)
+        present = counts > 0
+        one = noise.sd**2 + noise.added.variance(signal, noise.peak)
+        variance = np.where(present, one / np.maximum(counts, 1), 1.0)
+        reads = np.maximum(counts.max(axis=1), 1)
+        together = noise.added.together(noise.peak)
+        common = np.sqrt(noise.added.shared_variance(reads))[:, None] * together
+        covariance = np.einsum("ti,ij->tij", variance, np.eye(variance.shape[1]))
+        for direction in (by_load * noise.load_sd[:, None], common):
+            seen = np.where(present, direction, 0.0)
+            covariance += seen[:, :, None] * seen[:, None, :]
+        root = np.linalg.solve(np.linalg.cholesky(covariance), np.eye(variance.shape[1])[None])
+        root = root * present[:, :, None] * present[:, None, :]
+        row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
+        row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
+        shared = noise.added.common * together / np.sqrt(observed.weight)[:, None]
+        return cls(np.asarray(root, dtype=np.float64), row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Mean readings that are there, (t, m)."""
+        return np.asarray((self.root != 0).any(axis=2))
+
+    def columns(self, raw: FloatArray) -> WhiteColumns:
+        """Whitened columns of mean readings (c, t, m)."""
+        return WhiteColumns.of(raw, self.root)
+
+    def touches(self, rows: FloatArray) -> FloatArray:
+        """Whitened rows (..., t, m)."""
+        return np.asarray(np.einsum("tij,...tj->...ti", self.root, np.nan_to_num(rows), optimize=True))
+
+    def samples(self, rows: FloatArray) -> FloatArray:
+        """Whitened deviations (..., n, m); zero where missing."""
+        return whiten_rank_one(np.nan_to_num(rows), self.sample_sd, self.sample_shared)

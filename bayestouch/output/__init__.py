@@ -1,0 +1,1 @@
+"""What diagnosis and reports share: pictures, numbers as text, folders of files."""

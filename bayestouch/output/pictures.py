@@ -1,0 +1,163 @@
+"""How the report draws: one style, colours told apart by everyone, pictures that come out the same every time."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+Format = Literal["svg", "png"]
+
+# Okabe and Ito, Color Universal Design (2008).
+BLUE, ORANGE, GREEN, RED, PURPLE, SKY, GREY = (
+    "#0072B2",
+    "#E69F00",
+    "#009E73",
+    "#D55E00",
+    "#CC79A7",
+    "#56B4E9",
+    "#666666",
+)
+PALETTE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
+#: Colours in an order, dark to light, and from one sign to the other; both readable without colour vision.
+ORDERED, DIVERGING = "cividis", "PuOr"
+WIDTH, DOTS_PER_INCH = 7.5, 110
+
+_STYLE: Any = {
+    "font.family": "DejaVu Sans",
+    "font.size": 10,
+    "axes.titlesize": 10.5,
+    "axes.labelsize": 10,
+    "xtick.labelsize": 9,
+    "ytick.labelsize": 9,
+    "legend.fontsize": 9,
+    "legend.frameon": False,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.6,
+    "lines.linewidth": 1.4,
+    "figure.facecolor": "white",
+    "svg.fonttype": "path",
+    "svg.hashsalt": "bayestouch",
+}
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A finished figure.
+
+    Attributes
+    ----------
+    name : str
+        File name without ending, unique in a report.
+    section : str
+        Section of the page it belongs to.
+    title, caption, alt : str
+        Heading; what it shows and how to read it; what a reader who does not see it needs to know.
+    content : bytes
+        The file.
+    format : {"svg", "png"}
+        PNG where thousands of points would make the SVG heavy.
+    """
+
+    name: str
+    section: str
+    title: str
+    caption: str
+    alt: str
+    content: bytes
+    format: Format = "svg"
+
+    @property
+    def file(self) -> str:
+        """Path inside the report's folder."""
+        return f"figures/{self.name}.{self.format}"
+
+    @property
+    def described(self) -> dict[str, str]:
+        """Everything but the file itself, for `report.json`."""
+        names = ("name", "section", "title", "caption", "alt", "format", "file")
+        return {name: str(getattr(self, name)) for name in names}
+
+
+@contextmanager
+def drawing() -> Iterator[None]:
+    """Style for everything drawn inside; what was set before comes back afterwards."""
+    import matplotlib
+
+    with matplotlib.rc_context(_STYLE):
+        yield
+
+
+def canvas(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, NDArray[Any]]:
+    """Figure of the page's width with axes in an array (rows, columns)."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, axes
+
+
+def rendered(figure: Figure, format: Format = "svg", *, tight: bool = False) -> bytes:
+    """The figure's file, without a date, so that the same run gives the same bytes; cut to its content if `tight`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    FigureCanvasAgg(figure)
+    buffer = io.BytesIO()
+    metadata = {"Date": None} if format == "svg" else {"Software": None}
+    box = "tight" if tight else None
+    figure.savefig(buffer, format=format, dpi=DOTS_PER_INCH, metadata=metadata, bbox_inches=box)
+    return buffer.getvalue()
+
+
+def ordered_colours(n: int) -> list[Any]:
+    """Colours for things in an order (radii), the lightest left out: it would not show on white."""
+    import matplotlib
+
+    return list(matplotlib.colormaps[ORDERED](np.linspace(0.0, 0.85, max(n, 1))))
+
+
+def mark_elements(axes: Axes, places: FloatArray, low: float, high: float) -> None:
+    """Small triangles on the lower axis where elements lie."""
+    shown = places[(places >= low) & (places <= high)]
+    transform = axes.get_xaxis_transform()
+    axes.plot(
+        shown,
+        np.full(len(shown), 0.015),
+        "^",
+        color=GREY,
+        ms=5,
+        transform=transform,
+        clip_on=False,
+        label="element",
+        zorder=3,
+    )
+
+
+def legend_below(axes: Axes, columns: int = 4) -> None:
+    """Legend under the axes, where it hides no data."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns)
+
+
+def element_ticks(axes: Axes, n: int, which: Literal["x", "y"] = "x") -> None:
+    """Ticks e01, e02 … at 0, 1 …, thinned out where there are many."""
+    step = max(1, -(-n // 16))
+    places = np.arange(0, n, step)
+    names: Sequence[str] = [f"e{i + 1:02d}" for i in places]
+    if which == "x":
+        axes.set_xticks(places, names, rotation=90 if n > 10 else 0)
+    else:
+        axes.set_yticks(places, names)

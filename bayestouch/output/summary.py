@@ -1,0 +1,105 @@
+"""A short ``repr`` for objects that hold many numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from html import escape
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+import numpy as np
+
+from bayestouch.errors import few
+from bayestouch.output.text import number, plural
+
+WIDTH = 80
+#: With lines of `WIDTH` characters, below 1000 characters in all.
+LINES = 12
+#: Tuples up to this length are shown whole.
+_SHOWN = 6
+_PLAIN = (str, int, float, type(None))
+
+
+class Summarised:
+    """Base of dataclasses whose ``repr`` is a summary in a few lines; the dataclass is made with ``repr=False``."""
+
+    __slots__ = ()
+
+    def summary_lines(self) -> list[str]:
+        """Lines of plain text; the first says what the object is. Here: its fields in short."""
+        return [fields_in_short(self)]
+
+    def __repr__(self) -> str:
+        first, *others = self.summary_lines()
+        lines = [part for line in (first, *(f"  {line}" for line in others)) for part in _wrapped(line)]
+        if len(lines) > LINES:
+            lines = [*lines[: LINES - 1], f"  … {len(lines) - LINES + 1} more lines"]
+        return "\n".join(lines)
+
+
+def summary_html(result: Summarised) -> str:
+    """The lines of the ``repr`` for a notebook, the first one bold."""
+    first, *others = (escape(line) for line in result.summary_lines())
+    return f"<p><strong>{first}</strong></p>" + "".join(f"<p>{line}</p>" for line in others)
+
+
+def fields_in_short(value: Any) -> str:
+    """The class with its fields, each in short."""
+    inside = ", ".join(f"{each.name}={_short(getattr(value, each.name))}" for each in fields(value))
+    return f"{type(value).__name__}({inside})"
+
+
+def _short(value: Any) -> str:
+    """One value of a field: arrays and what is long by kind, size and range."""
+    if isinstance(value, np.ndarray):
+        return f"array of {'×'.join(map(str, value.shape))}{span(value)}"
+    if isinstance(value, Mapping):
+        return f"{{{few([str(name) for name in value])}}}"
+    if isinstance(value, tuple | list):
+        if len(value) <= _SHOWN and all(isinstance(each, _PLAIN) for each in value):
+            return f"({', '.join(map(_plain, value))})"
+        return plural(len(value), "value") + span(value)
+    if is_dataclass(value):
+        plain = all(isinstance(getattr(value, each.name), _PLAIN) for each in fields(value))
+        return fields_in_short(value) if plain else f"{type(value).__name__}(…)"
+    return _plain(value)
+
+
+def _plain(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else few([repr(value)], length=60)
+
+
+def span(values: Any) -> str:
+    """`` from LOW to HIGH`` of what is known; empty where nothing is."""
+    try:
+        known = np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        return ""
+    known = known[~np.isnan(known)]
+    if not known.size:
+        return ""
+    low, high = size_in_short(known.min()), size_in_short(known.max())
+    return f" all {low}" if low == high else f" from {low} to {high}"
+
+
+def size_in_short(value: Any) -> str:
+    """A number, or ∞."""
+    return "∞" if value == np.inf else number(float(value))
+
+
+def notes_line(notes: tuple[str, ...]) -> list[str]:
+    """How many notes there are, and where; nothing where there are none."""
+    return [f"{plural(len(notes), 'note')} in .notes"] if notes else []
+
+
+def path_in_short(path: Path) -> str:
+    """The end of a long path."""
+    text = str(path)
+    return text if len(text) <= 70 else f"…{text[-69:]}"
+
+
+def _wrapped(line: str) -> list[str]:
+    indent = " " * (len(line) - len(line.lstrip()))
+    return wrap(line, WIDTH, subsequent_indent=f"{indent}  ")

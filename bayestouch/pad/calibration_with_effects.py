@@ -1,0 +1,123 @@
+"""A pad with effects as a calibration that can be saved, and used to read touches.
+
+Readings and loads are freed of the effects at their most probable values; the calibration is an ordinary one of what
+is left, and holds the effects, so that touches that are read are freed of them in the same way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.touches import Touches
+from bayestouch.effects import Setting
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.timing import Timing
+from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.known_touches import choose_samples
+from bayestouch.pad.model import PadModel
+from bayestouch.results.objects import Calibration
+
+
+def pad_calibration(
+    fitted: Fitted,
+    added: tuple[AddedEffect, ...],
+    *,
+    dataset: DataSet,
+    table: Touches,
+    clock: Timing,
+    training: NDArray[np.bool_],
+    rest: FloatArray | None,
+    setting: Setting,
+    kernel: str,
+    draws: int,
+    seed: int,
+    notes: tuple[str, ...],
+) -> Calibration:
+    """Calibration of a pad from its training touches, freed of what was found.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The fit.
+    added : tuple of AddedEffect
+        Its effects in the order in which they were added.
+    dataset : DataSet
+        Of a pad.
+    table : Touches
+        All rows, rest reading subtracted.
+    clock : Timing
+        Of the rows.
+    training : (n,) bool array
+        Rows to calibrate with.
+    rest : (m,) array or None
+        Rest reading that was subtracted.
+    setting : Setting
+        What the effects suited themselves to.
+    kernel, draws, seed
+        As `bayestouch.pad.calibration.calibrate_pad`.
+    notes : tuple of str
+        For the report.
+    """
+    effects = pad_effects(fitted, added, setting)
+    sensor = dataset.sensor
+    # Creep that differs from touch to touch is best kept out, whether its mean is known or not.
+    samples, _ = choose_samples(table.select(training))
+    if added:
+        table = effects.freed(table, clock)
+        if sensor.force_noise_sd is not None:
+            sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
+    known = table.select(training).with_(notes=())
+    made = calibrate_pad(
+        replace(dataset, sensor=sensor, calibration=known), kernel=kernel, samples=samples, draws=draws, seed=seed
+    )
+    # The table has no rest reading any more: what was subtracted from it is what touches to come need.
+    extra = {name: values for name, values in made.extra.items() if name != "rest_reading"}
+    if rest is not None:
+        extra["rest_reading"] = rest
+    made = replace(made, sensor=dataset.sensor, extra=extra, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    if not added:
+        return made
+    posterior, mode = dict(made.posterior), dict(made.mode)
+    shape = next(iter(posterior.values())).shape[:2]
+    rng = np.random.default_rng([seed, 3])
+    for each in added:
+        for parameter, value, sd in zip(each.effect.public_parameters(), each.values, each.sd, strict=True):
+            low, high = parameter.prior.support
+            spread = (sd if np.isfinite(sd) else 0.0) * rng.standard_normal(shape)
+            mode[parameter.name], posterior[parameter.name] = np.asarray(value), np.clip(value + spread, low, high)
+    return replace(
+        made,
+        parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
+        mode=mode,
+        posterior=posterior,
+        settings={**made.settings, KEY: effects.listed.to_text()},
+        extra={**extra, **effects.arrays()},
+        notes=(*made.notes, *_notes(effects)),
+    )
+
+
+def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting) -> PadEffects:
+    """Effects of a fit, ready to free readings of them."""
+    model, noise = fitted.model, fitted.noise
+    assert isinstance(model, PadModel)
+    listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
+    values = {each.effect.name: each.values for each in added}
+    return PadEffects(listed, values, model.peak, model.chain(fitted.vector).offset, model.element_place)
+
+
+def _notes(effects: PadEffects) -> list[str]:
+    notes = ["effects are taken at their most probable values when touches are read"]
+    if effects.left_to_map:
+        notes.append(f"{' and '.join(effects.left_to_map)}: left to the empirical map, as it goes with the location")
+    if effects.listed.drifts:
+        names = " and ".join(effect.name for effect in effects.listed.drifts)
+        notes.append(f"{names}: not taken out of readings; it counts as noise")
+    return notes

@@ -1,0 +1,198 @@
+"""Readings and loads of a pad freed of effects, so that what is left is linear in the load.
+
+A reading is a known function of the signal, of time and of the touches before, whatever the location: it is solved
+for the signal, touch by touch. Effects that depend on where the touch is are left to the empirical map.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
+from bayestouch.data.sensor import Pad
+from bayestouch.data.touches import Touches
+from bayestouch.effects import Effect, Values
+from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.observations import history_of
+from bayestouch.model.timing import Timing
+from bayestouch.results.objects import Calibration
+
+#: Arrays of a calibration that hold the elements' zeros, which effects do not act on, and the effects' values.
+ZERO, VALUES = "effect_zero", "effect_values"
+# Newton steps of the signal behind a reading: each takes at least half of the error.
+STEPS = 25
+# Central difference of a reading over its signal, as a share of the peak; least slope that a step is taken with.
+SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
+# Loads at which effects of the load are tabulated.
+GRID = 2001
+
+
+@dataclass(frozen=True, eq=False)
+class PadEffects:
+    """Effects of a calibrated pad with their values, in the order in which they act; m elements.
+
+    Attributes
+    ----------
+    listed : EffectList
+        All effects that were found, and the setting that they suit themselves to.
+    values : mapping of str to tuple of float
+        Values of each effect.
+    peak : (m,) array
+        Size of the peak reading of each element.
+    zero : (m,) array
+        Readings without touch, rest reading subtracted.
+    element_place : tuple of (m,) arrays
+        Nominal places of the elements, mm.
+    """
+
+    listed: EffectList
+    values: Mapping[str, Values]
+    peak: FloatArray
+    zero: FloatArray
+    element_place: tuple[FloatArray, ...]
+
+    @property
+    def reference_load(self) -> float:
+        """Load that the peaks go with."""
+        return self.listed.setting.reference_load
+
+    @cached_property
+    def _freed(self) -> tuple[tuple[Effect, Values], ...]:
+        """Effects that do not depend on where the touch is, with their values, as they act."""
+        from bayestouch.effects.effect import STAGES
+
+        nowhere = self._recording(np.ones(1), self.peak[None], tuple(np.full(1, np.nan) for _ in self.element_place))
+        out = []
+        for effect in sorted(self.listed.plain, key=lambda each: (STAGES.index(each.stage), each.needs_samples)):
+            values = self.values[effect.name]
+            if not goes_with_place(effect, values, nowhere):
+                out.append((effect, values))
+        return tuple(out)
+
+    @property
+    def left_to_map(self) -> tuple[str, ...]:
+        """Names of the effects that depend on where the touch is."""
+        freed = {effect.name for effect, _ in self._freed}
+        return tuple(effect.name for effect in self.listed.plain if effect.name not in freed)
+
+    def _recording(self, load: FloatArray, signal: FloatArray, place: tuple[FloatArray, ...]) -> Recording:
+        n = len(load)
+        return Recording(
+            indenter_radius_mm=np.full(n, np.nan),
+            place=place,
+            load=load,
+            time_s=np.zeros(n),
+            held_s=np.zeros(n),
+            element_place=self.element_place,
+            peak=self.peak,
+            reference_load=self.reference_load,
+            signal=signal,
+        )
+
+    def freed(self, touches: Touches, clock: Timing | None = None) -> Touches:
+        """The table with signals (plus the elements' zeros) in place of readings, and loads as they act.
+
+        Parameters
+        ----------
+        touches : Touches
+            Rest reading subtracted.
+        clock : Timing, optional
+            Of its rows; the table's own by default.
+        """
+        rows = np.flatnonzero(touches.in_contact)
+        clock = clock or Timing.of(touches)
+        place = tuple(np.full(len(rows), np.nan) for _ in self.element_place)
+        recording = replace(
+            self._recording(np.ones(len(rows)), np.zeros((len(rows), len(self.peak))), place),
+            time_s=clock.time_s[rows],
+            held_s=clock.held_s[rows],
+            history=history_of(touches, clock.time_s) if len(rows) else None,
+        )
+        readings = touches.readings.copy()
+        missing = np.isnan(readings[rows])
+        signal = self._signal_behind(recording, np.where(missing, 0.0, readings[rows] - self.zero))
+        readings[rows] = np.where(missing, np.nan, signal + self.zero)
+        load = touches.load.copy()
+        load[rows] = self.acting(load[rows])
+        return touches.with_(readings=readings, load=load, readings_sd=None)
+
+    def _readings(self, recording: Recording, signal: FloatArray) -> FloatArray:
+        recording = replace(recording, signal=signal)
+        for effect, values in self._freed:
+            recording = replace(recording, signal=effect.signal(recording, values))
+        return recording.signal
+
+    def _signal_behind(self, recording: Recording, read: FloatArray) -> FloatArray:
+        step = SLOPE_STEP * self.peak
+        signal = read
+        for _ in range(STEPS):
+            up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
+            slope = np.maximum((up - down) / (2 * step), LEAST_SLOPE)
+            signal = signal + (read - self._readings(recording, signal)) / slope
+        return np.asarray(signal)
+
+    def acting(self, load: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of loads as read; NaN stays."""
+        recording = self._recording(
+            load, np.zeros((len(load), len(self.peak))), tuple(np.full(len(load), np.nan) for _ in self.element_place)
+        )
+        for effect, values in self._freed:
+            recording = effect.pose(recording, values)
+        return recording.load
+
+    def as_read(self, acting: FloatArray) -> FloatArray:
+        """Load as it would be read, of loads as they act, any shape: the inverse of `acting`, where that rises."""
+        grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
+        there = np.maximum.accumulate(self.acting(grid))
+        return np.asarray(np.interp(acting, there, grid))
+
+    def as_read_slope(self, acting: FloatArray) -> FloatArray:
+        """Derivative of `as_read`, any shape; zero where no load that is tabulated acts like that."""
+        step = 1e-4 * self.reference_load
+        return np.asarray((self.as_read(acting + step) - self.as_read(acting - step)) / (2 * step))
+
+    @property
+    def load_slope(self) -> float:
+        """Acting load per load as read, at the reference load."""
+        step = 1e-4 * self.reference_load
+        up, down = (self.acting(np.array([self.reference_load + sign * step]))[0] for sign in (1, -1))
+        return float((up - down) / (2 * step))
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Arrays for a calibration's file."""
+        flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
+        return {PEAK: self.peak, ZERO: self.zero, VALUES: np.array(flat, dtype=np.float64)}
+
+    @classmethod
+    def of(cls, calibration: Calibration) -> PadEffects | None:
+        """Effects of a calibration; None where it has none."""
+        if KEY not in calibration.settings:
+            return None
+        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        flat = np.asarray(calibration.extra[VALUES], dtype=np.float64)
+        values, first = {}, 0
+        for effect in listed.effects:
+            count = len(effect.parameters)
+            values[effect.name] = tuple(map(float, flat[first : first + count]))
+            first += count
+        pad = calibration.sensor.body
+        assert isinstance(pad, Pad)
+        columns = (pad.element_x_mm, pad.element_y_mm)
+        return cls(
+            listed=listed,
+            values=values,
+            peak=np.asarray(calibration.extra[PEAK]),
+            zero=np.asarray(calibration.extra[ZERO]),
+            element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+        )
+
+
+def goes_with_place(effect: Effect, values: Values, nowhere: Recording) -> bool:
+    """Whether an effect depends on where the touch is: tried on a recording of which the places are not known."""
+    load, signal = effect.pose(nowhere, values).load, effect.signal(nowhere, values)
+    return not (np.isfinite(load).all() and np.isfinite(signal).all())

@@ -1,0 +1,152 @@
+"""Fit of a pad's chain to touches of known location, for a given covariance of what the chain misses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.pad import PadChain
+from bayestouch.pad.known_touches import PadReadings
+from bayestouch.pad.residual_map import MapDiscrepancy
+from bayestouch.priors.parameters import LogNormal, Normal, Prior
+from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
+
+
+@dataclass(frozen=True, eq=False)
+class PadFit:
+    """A pad's chain at its mode among known touches, and what leaving readings out would show; n touches, m elements.
+
+    Attributes
+    ----------
+    chain : PadChain
+        At the maximum a posteriori.
+    laplace : LaplaceFit
+        In the order of `PadChain.layout`. With a correction this is what is known of the kernel beside it.
+    misfit : Misfit
+        Covariance of reading minus kernel.
+    known : PadReadings
+        The touches, every load given.
+    """
+
+    chain: PadChain
+    laplace: LaplaceFit
+    misfit: MapDiscrepancy
+    known: PadReadings
+
+    @cached_property
+    def residual(self) -> FloatArray:
+        """Reading minus kernel, (n, m); 0 where missing."""
+        predicted = self.chain.predict(self.known.location, self.known.load)
+        return np.where(self.misfit.present, self.known.readings - predicted, 0.0)
+
+    @cached_property
+    def jacobian(self) -> tuple[tuple[IntArray, FloatArray], ...]:
+        """For each element the parameters that move it, (p,), and the derivatives of its readings, (n, p)."""
+        return _jacobian(self.chain, self.known)
+
+    @cached_property
+    def weights(self) -> FloatArray:
+        """Precision times residual, (n, m): the correction is `MapDiscrepancy.cross` times these."""
+        columns = [
+            np.linalg.solve(factor.T, self.misfit.whiten(e, self.residual[:, e]))
+            if factor.ndim == 2
+            else self.residual[:, e] / factor**2
+            for e, factor in enumerate(self.misfit.factors)
+        ]
+        return np.stack(columns, axis=1)
+
+    @cached_property
+    def left_out(self) -> tuple[FloatArray, FloatArray]:
+        """Each reading predicted without it: reading minus prediction (n, m), and the prediction's variance (n, m).
+
+        In closed form, from the precision Q of all readings at once with chain (linear about its mode) and
+        correction integrated out: the residual is ``(Q r)_i / Q_ii`` and its variance, noise included, ``1/Q_ii``.
+        The variance returned is without the noise of the reading itself. NaN where missing.
+        """
+        residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
+        for e, (columns, derivative) in enumerate(self.jacobian):
+            precision = self.misfit.precision(e)
+            diagonal = precision if precision.ndim == 1 else np.diag(precision)
+            pull = precision[:, None] * derivative if precision.ndim == 1 else precision @ derivative
+            learned = self.laplace.covariance[np.ix_(columns, columns)]
+            q = diagonal - np.einsum("np,pq,nq->n", pull, learned, pull)
+            q = np.maximum(q, 1e-9 * diagonal)
+            here = self.misfit.present[:, e]
+            residual[here, e] = (self.weights[:, e] / q)[here]
+            variance[here, e] = np.maximum(1 / q - self.misfit.variance[:, e], 0.0)[here]
+        return residual, variance
+
+    def predicted(self) -> FloatArray:
+        """Kernel and correction for the touches themselves, (n, m)."""
+        out = self.chain.predict(self.known.location, self.known.load)
+        if self.misfit.misfit:
+            for e in range(self.chain.n_elements):
+                correction = self.misfit.cross(e, self.known.location, self.misfit.shape[:, e]) @ self.weights[:, e]
+                out[:, e] += self.known.load * correction
+        return out
+
+
+def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, misfit: MapDiscrepancy) -> PadFit:
+    """Maximum a posteriori of gains, offsets, positions and kernel by generalised least squares.
+
+    Parameters
+    ----------
+    start : PadChain
+        Where to start.
+    priors : tuple of Prior
+        Prior of each entry of `PadChain.flat`. Log-normal ones are normal in the logarithm, and the mode is
+        that of the logarithm.
+    known : PadReadings
+        Touches with location and load.
+    misfit : Misfit
+        Covariance of reading minus chain.
+    """
+    low, high = (np.array([prior.support[side] for prior in priors]) for side in (0, 1))
+    tiny = 1e-6 * np.maximum(np.where(np.isfinite(high - low), high - low, 1.0), 1e-9)
+    low, high = low + tiny, high - tiny
+
+    def residuals(vector: FloatArray) -> FloatArray:
+        chain = start.with_flat(vector)
+        difference = known.readings - chain.predict(known.location, known.load)
+        difference = np.where(misfit.present, difference, 0.0)
+        data = [misfit.whiten(e, difference[:, e]) for e in range(chain.n_elements)]
+        return np.concatenate([*data, _prior_rows(vector, priors)[0]])
+
+    def jacobian(vector: FloatArray) -> FloatArray:
+        chain = start.with_flat(vector)
+        blocks = []
+        for e, (columns, derivative) in enumerate(_jacobian(chain, known)):
+            block = np.zeros((known.n_touches, len(vector)))
+            block[:, columns] = -misfit.whiten(e, np.where(misfit.present[:, e, None], derivative, 0.0))
+            blocks.append(block)
+        return np.concatenate([*blocks, np.diag(_prior_rows(vector, priors)[1])])
+
+    laplace = least_squares_map(residuals, jacobian, np.clip(start.flat, low, high), (low, high))
+    return PadFit(start.with_flat(laplace.mode), laplace, misfit, known)
+
+
+def _jacobian(chain: PadChain, known: PadReadings) -> tuple[tuple[IntArray, FloatArray], ...]:
+    derivative = chain.sensitivity_derivatives(known.location) * known.load[:, None, None]
+    m, dimensions = chain.position.shape
+    kernel = np.arange((2 + dimensions) * m, len(chain.flat))
+    out = []
+    for e in range(m):
+        derivative[:, e, m + e] = 1.0
+        columns = np.concatenate([e + m * np.arange(2 + dimensions), kernel])
+        out.append((columns, derivative[:, e, columns]))
+    return tuple(out)
+
+
+def _prior_rows(vector: FloatArray, priors: tuple[Prior, ...]) -> tuple[FloatArray, FloatArray]:
+    """Whitened distance from each prior's centre, and its derivative; 0 where a prior is flat."""
+    value, derivative = np.zeros(len(vector)), np.zeros(len(vector))
+    for i, (x, prior) in enumerate(zip(vector, priors, strict=True)):
+        if isinstance(prior, Normal):
+            value[i], derivative[i] = (x - prior.mean) / prior.sd, 1 / prior.sd
+        elif isinstance(prior, LogNormal):
+            value[i] = np.log(x / prior.median) / prior.spread
+            derivative[i] = 1 / (x * prior.spread)
+    return value, derivative

@@ -1,0 +1,76 @@
+"""How far a pad's readings are from being linear in the load."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.pad.fit import fit_chain
+from bayestouch.pad.models import PadCandidate, percent_of_peak
+from bayestouch.pad.problem import PadProblem
+
+# The exponent is a description: a part of the touches gives it to a per cent.
+_MOST_TOUCHES = 400
+
+
+def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float]:
+    """How badly linearity in the load holds; empty where loads were not measured or hardly vary.
+
+    Parameters
+    ----------
+    problem : PadProblem
+    model : PadModel
+        The one that errs least about location, whichever was chosen: its errors are then those of the load.
+
+    Returns
+    -------
+    dict
+        ``load_exponent``: n for which readings ``offset + (map of location) P^n`` are best predicted without
+        themselves, with kernel and hyper-parameters of the model for n = 1; towards 0 it is the logarithm.
+        ``error_percent_peak_power``: their rms error with that n, and ``error_percent_peak_linear`` that with n = 1,
+        both over the same touches, percent of peak.
+        ``load_trend_share``: share of the variance of the linear model's errors that a parabola in the load explains.
+    """
+    load = problem.known.load
+    if np.isnan(problem.load_share).any() or np.ptp(load) < 0.2 * np.median(load):
+        return {}
+    from scipy.optimize import minimize_scalar
+
+    chosen = np.arange(len(load))
+    if len(load) > _MOST_TOUCHES:
+        chosen = np.sort(np.random.default_rng(problem.seed).choice(len(load), _MOST_TOUCHES, replace=False))
+    known = problem.known.select(chosen)
+    misfit = model.fit.misfit.select(chosen)
+    priors = problem.priors.of(model.kernel)
+    typical = float(np.median(known.load))
+
+    def error(exponent: float) -> float:
+        bent = typical * (known.load / typical) ** exponent
+        touches = replace(known, load=bent)
+        fit = fit_chain(model.fit.chain, priors, touches, replace(misfit, load=bent))
+        return percent_of_peak(fit.left_out[0], known.readings - fit.chain.offset)
+
+    best = minimize_scalar(error, bounds=(0.01, 3.0), method="bounded", options={"xatol": 0.01})
+    return {
+        "load_exponent": float(best.x),
+        "error_percent_peak_power": float(best.fun),
+        "error_percent_peak_linear": error(1.0),
+        "load_trend_share": _trend_share(model.left_out.residual, load),
+    }
+
+
+def _trend_share(residual: FloatArray, load: FloatArray) -> float:
+    """Share of the residuals' variance (n, m) that a parabola in the load explains, all elements together."""
+    design = np.vander((load - load.mean()) / np.ptp(load), 3)
+    total, left = 0.0, 0.0
+    for column in residual.T:
+        here = np.isfinite(column)
+        if here.sum() < 4:
+            continue
+        fit, *_ = np.linalg.lstsq(design[here], column[here], rcond=None)
+        scale = float(np.var(column[here])) or 1.0
+        total += 1.0
+        left += float(np.var(column[here] - design[here] @ fit)) / scale
+    return 1 - left / total if total else float("nan")

@@ -1,0 +1,86 @@
+"""The empirical map of a pad as weights of smooth functions of location, one set for each element.
+
+Each element's map is a random function of location with the length that the calibration's map was found to have, as
+large as that: ``amplitude_e sqrt(A² + B² K_e(x)²)`` (see `bayestouch.pad.residual_map`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import PadChain
+from bayestouch.chain.smooth import PlaceBasis
+from bayestouch.pad.models import PadCandidate as CalibratedPad
+from bayestouch.pad.models import kernel_shape
+
+# Knots of an element where its map may be as large as this share of its largest are kept, ...
+KEPT = 0.15
+# ... at most so many.
+MOST_KNOTS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class MapBasis:
+    """Smooth functions of location for each of m elements.
+
+    Attributes
+    ----------
+    bases : tuple of PlaceBasis
+        One for each element.
+    amplitude : (m,) array
+        Size of each element's signal per unit load.
+    everywhere, of_kernel : float
+        A and B.
+    shape : PadChain
+        Whose kernels K_e are.
+    """
+
+    bases: tuple[PlaceBasis, ...]
+    amplitude: FloatArray
+    everywhere: float
+    of_kernel: float
+    shape: PadChain
+
+    @classmethod
+    def of(cls, model: CalibratedPad, length_share: float = 1.0) -> MapBasis:
+        """Basis for the map of a calibrated pad, over the locations of its touches; of another length, if asked for."""
+        fit = model.fit
+        misfit, place = fit.misfit, fit.known.location
+        length = misfit.length_mm * length_share
+        grid = PlaceBasis.grid(place.min(axis=0), place.max(axis=0), length, most=400)
+        size = np.sqrt(misfit.misfit**2 + (misfit.relative * kernel_shape(model.shape, grid)) ** 2)
+        bases = []
+        for column in size.T:
+            order = np.argsort(-column, kind="stable")[:MOST_KNOTS]
+            bases.append(PlaceBasis.at(grid[order[column[order] >= KEPT * column.max()]], length))
+        return cls(tuple(bases), misfit.amplitude, misfit.misfit, misfit.relative, model.shape)
+
+    @property
+    def n_weights(self) -> int:
+        """Weights of all elements."""
+        return sum(len(basis.knots) for basis in self.bases)
+
+    def columns(self, place: FloatArray) -> FloatArray:
+        """What each weight, standard normal, adds to the sensitivity at places (t, D); (k, t, m)."""
+        out = np.zeros((self.n_weights, len(place), len(self.bases)))
+        first = 0
+        for e, functions in enumerate(self._functions(place)):
+            out[first : first + functions.shape[1], :, e] = functions.T
+            first += functions.shape[1]
+        return out
+
+    def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
+        """Sensitivity (t, m) that the map adds at places (t, D)."""
+        functions, first, out = self._functions(place), 0, []
+        for each in functions:
+            out.append(each @ weights[first : first + each.shape[1]])
+            first += each.shape[1]
+        return np.stack(out, axis=1)
+
+    def _functions(self, place: FloatArray) -> list[FloatArray]:
+        shape = kernel_shape(self.shape, place)
+        size = self.amplitude * np.sqrt(self.everywhere**2 + (self.of_kernel * shape) ** 2)
+        return [basis(place) * size[:, e, None] for e, basis in enumerate(self.bases)]

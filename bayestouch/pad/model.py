@@ -1,0 +1,190 @@
+"""The chain of a pad with effects, as a function of one flat vector, for touches and samples.
+
+Base parameters are those of `bayestouch.chain.pad.PadChain.flat` (logarithms where the prior is log-normal), then the
+weights of the empirical map where the pad has one:
+
+    signal_e = P [gain_e K(|x - x_e|) + map_e(x)],    reading = offset + (what the effects make of the signal)
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import PadChain
+from bayestouch.chain.recording import Recording
+from bayestouch.model.base import AffectedModel, Predicted
+from bayestouch.model.observations import Observations
+from bayestouch.pad.map_basis import MapBasis
+from bayestouch.priors.parameters import LogNormal, Normal, Prior
+
+# Central difference of a reading over the signal, as a share of the peak.
+SIGNAL_STEP = 1e-4
+# Where a log-normal parameter is cut off, in its spreads.
+FARTHEST = 8.0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PadModel(AffectedModel):
+    """A pad with effects.
+
+    Attributes
+    ----------
+    observed, peak, reference_load, effects
+        As `AffectedModel`; loads in N, or relative to those of the calibration where they were not measured.
+    pad : PadChain
+        The pad that is fitted: its values say nothing but how many there are.
+    priors : tuple of Prior
+        Prior of each entry of `PadChain.flat`.
+    element_place : tuple of (m,) arrays
+        Nominal places of the elements, mm.
+    map : MapBasis or None
+        Empirical map; None where the kernel stands alone.
+    """
+
+    pad: PadChain
+    priors: tuple[Prior, ...]
+    element_place: tuple[FloatArray, ...]
+    map: MapBasis | None = None
+
+    @property
+    def n_chain(self) -> int:
+        """Number of parameters of the kernel model."""
+        return len(self.priors)
+
+    @property
+    def n_base(self) -> int:
+        """Number of base parameters: kernel model and map."""
+        return self.n_chain + (0 if self.map is None else self.map.n_weights)
+
+    @cached_property
+    def load(self) -> FloatArray:
+        """Load as read, (t,); one where none was measured."""
+        load = self.observed.load
+        return np.where(np.isfinite(load), load, np.nanmean(load) if np.isfinite(load).any() else 1.0)
+
+    @cached_property
+    def _logarithmic(self) -> NDArray[np.bool_]:
+        return np.array([isinstance(prior, LogNormal) for prior in self.priors])
+
+    def start(self, chain: PadChain) -> FloatArray:
+        """Vector of a pad with a map that is zero, without effects, (d,)."""
+        flat = np.where(self._logarithmic, np.log(np.where(self._logarithmic, chain.flat, 1.0)), chain.flat)
+        return np.concatenate([flat, np.zeros(self.n_base - self.n_chain)])
+
+    def chain(self, vector: FloatArray) -> PadChain:
+        """The pad at these base parameters, without its map."""
+        flat = vector[: self.n_chain]
+        return self.pad.with_flat(np.where(self._logarithmic, np.exp(np.where(self._logarithmic, flat, 0.0)), flat))
+
+    def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Mean, standard deviation, lower and upper bound of the vector."""
+        weights = np.tile([0.0, 1.0, -np.inf, np.inf], (self.n_base - self.n_chain, 1))
+        own = np.array([_normal(prior) for prior in self.priors])
+        mean, spread, low, high = np.concatenate([own, weights, self.value_priors]).T
+        return mean, spread, low, high
+
+    def homeward(self, vector: FloatArray) -> FloatArray | None:
+        """None: gains and positions of a pad are fixed by its own touches, whatever the effects."""
+        return None
+
+    def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
+        """Touches as they really were."""
+        observed = self.observed
+        assert isinstance(observed, Observations)
+        places = [axis for axis in (observed.means.x_mm, observed.means.y_mm) if axis is not None]
+        recording = Recording(
+            indenter_radius_mm=observed.means.indenter_radius_mm,
+            place=tuple(places[: len(self.element_place)]),
+            load=self.load if load is None else load,
+            time_s=observed.touch_time_s,
+            held_s=observed.of_touches(observed.held_s),
+            element_place=self.element_place,
+            peak=self.peak,
+            reference_load=self.reference_load,
+            signal=np.zeros((observed.n_touches, self.n_elements)),
+            history=observed.history,
+        )
+        for effect, values in self.in_order(vector):
+            recording = effect.pose(recording, values)
+        return recording
+
+    def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
+        """Touches with the signal that leaves the body."""
+        recording = self.poses(vector, load)
+        return replace(recording, signal=recording.load[:, None] * self._sensitivity(vector, recording))
+
+    def _sensitivity(self, vector: FloatArray, recording: Recording) -> FloatArray:
+        """Signal per unit load, (t, m)."""
+        place = np.stack(recording.place, axis=1)
+        out = self.chain(vector).sensitivity(place)
+        if self.map is not None:
+            out = out + self.map.sensitivity(place, vector[self.n_chain : self.n_base])
+        return out
+
+    def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
+        """Prediction for the touches: effects act on the signal, and the elements' zeros are added after them."""
+        from_signal = self.readings(self.signal(vector, load), vector)
+        return Predicted(from_signal.touches + self.zero(vector), from_signal.samples)
+
+    def zero(self, vector: FloatArray) -> FloatArray:
+        """Readings without a signal, (m,): the elements' offsets."""
+        return self.chain(vector).offset
+
+    def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+        """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+        recording = self.signal(vector)
+        rows = self.rows(recording)
+        of_signal = self._of_base(vector, recording)
+        if self.by_sample:
+            of_signal = of_signal[:, self.observed.row_touch]
+        slope = self._slope(rows, vector)
+        mixed = slope.ndim == 3
+        by_row = np.einsum("dni,nij->dnj", of_signal, slope, optimize=True) if mixed else of_signal * slope
+        m = self.n_elements
+        by_row[m : 2 * m] = np.eye(m)[:, None, :]
+        parts = [self.parted(each) for each in by_row]
+        parts += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
+        samples = None if not self.by_sample else np.stack([np.asarray(each.samples) for each in parts])
+        return np.stack([each.touches for each in parts]), samples
+
+    def _of_base(self, vector: FloatArray, recording: Recording) -> FloatArray:
+        """Derivative of the signal over the base parameters, (d, t, m); zero for the offsets."""
+        place, load = np.stack(recording.place, axis=1), recording.load[:, None]
+        chain = self.chain(vector)
+        own = np.moveaxis(chain.sensitivity_derivatives(place), -1, 0) * load
+        own[self._logarithmic] *= chain.flat[self._logarithmic][:, None, None]
+        if self.map is None:
+            return np.asarray(own)
+        return np.concatenate([own, self.map.columns(place) * load])
+
+    def _slope(self, rows: Recording, vector: FloatArray) -> FloatArray:
+        """Derivative of the readings over the signals, (n, m), or (n, m, m) from signal to reading where they mix."""
+        step = SIGNAL_STEP * float(self.peak.mean())
+
+        def at(moved: FloatArray) -> FloatArray:
+            up, down = (self.through(replace(rows, signal=rows.signal + s * moved), vector) for s in (1, -1))
+            return np.asarray((up - down) / (2 * step))
+
+        if not self.effects:
+            return np.ones_like(rows.signal)
+        if not any(effect.mixes for effect in self.effects):
+            return at(np.full_like(rows.signal, step))
+        one = np.eye(self.n_elements) * step
+        return np.stack([at(np.broadcast_to(row, rows.signal.shape)) for row in one], axis=1)
+
+
+def _normal(prior: Prior) -> tuple[float, float, float, float]:
+    """Mean, sd, lower and upper end of the coordinate that fits move; a flat prior is as wide as its support."""
+    low, high = prior.support
+    if isinstance(prior, LogNormal):
+        middle = float(np.log(prior.median))
+        # A step of a fit may go far, but not to where a kernel's length is zero in double precision.
+        return middle, prior.spread, middle - FARTHEST * prior.spread, middle + FARTHEST * prior.spread
+    if isinstance(prior, Normal):
+        return prior.mean, prior.sd, low, high
+    return 0.5 * (low + high), high - low, low, high

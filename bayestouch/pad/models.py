@@ -1,0 +1,151 @@
+"""Models of a pad that compete: a kernel alone, a kernel with an empirical map, an empirical map alone."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.kernels import Kernel
+from bayestouch.chain.noise import Noise
+from bayestouch.chain.pad import PadChain
+from bayestouch.pad.fit import PadFit, fit_chain
+from bayestouch.pad.known_touches import location_spacing
+from bayestouch.pad.misfit_fit import MapNoise, fit_misfit
+from bayestouch.pad.noise import LeftOut, fit_noise, log_density
+from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.residual_map import MapDiscrepancy
+
+# Noise and chain are fitted in turn; after three rounds neither moves by a tenth of its uncertainty.
+_KERNEL_ROUNDS = 3
+_MAP_ROUNDS = 2
+
+# Touches that a fit is started with.
+_START_TOUCHES = 200
+
+# First guess of the misfit of a kernel, as a share of the signal.
+_FIRST_MISFIT = 0.03
+
+
+@dataclass(frozen=True, eq=False)
+class PadCandidate:
+    """A fitted model of a pad.
+
+    Attributes
+    ----------
+    fit : PadFit
+    shape : PadChain
+        Pad whose kernel shapes the correction's prior (`MapDiscrepancy.shape`).
+    left_out : LeftOut
+        Readings predicted without themselves.
+    noise : Noise
+        From those.
+    load_spread : float
+        Standard deviation of an unmeasured load over that of the calibration; NaN where loads were measured.
+    score : float
+        Log predictive density of the readings left out.
+    """
+
+    fit: PadFit
+    shape: PadChain
+    left_out: LeftOut
+    noise: Noise
+    load_spread: float
+    score: float
+
+    @property
+    def kernel(self) -> Kernel:
+        """Its kernel."""
+        return self.fit.chain.kernel
+
+    @property
+    def has_map(self) -> bool:
+        """Whether an empirical map is part of it."""
+        return self.fit.misfit.misfit > 0
+
+    @property
+    def error_percent(self) -> float:
+        """Root mean square of readings left out minus prediction, as a percentage of peak, mean of the elements."""
+        return percent_of_peak(self.left_out.residual, self.fit.known.readings - self.fit.chain.offset)
+
+
+def percent_of_peak(difference: FloatArray, signal: FloatArray) -> float:
+    """Root mean square difference (n, m) over each element's largest signal, mean of the elements, percent."""
+    here = np.isfinite(difference)
+    some = here.any(axis=0)
+    size = np.abs(np.where(here, signal, 0.0)).max(axis=0)[some]
+    square = np.where(here, difference, 0.0)[:, some] ** 2
+    rms = np.sqrt(square.sum(axis=0) / here.sum(axis=0)[some])
+    return float(100 * np.mean(rms / np.where(size > 0, size, np.nan)))
+
+
+def kernel_shape(chain: PadChain, location: FloatArray) -> FloatArray:
+    """Kernel of each element at locations (n, D), shape (n, m)."""
+    return replace(chain, gain=np.ones(chain.n_elements)).sensitivity(location)
+
+
+def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
+    """Fit a kernel alone, from each of its starts."""
+    known, priors = problem.known, problem.priors
+    first = (_FIRST_MISFIT * priors.amplitude * known.load[:, None]) ** 2
+    variance = np.where(problem.present, first, np.inf)
+    misfit = MapDiscrepancy(
+        location=known.location,
+        load=known.load,
+        variance=variance,
+        amplitude=priors.amplitude,
+        shape=np.ones(variance.shape),
+    )
+    flat = priors.of(kernel)
+    # A part of the touches tells the starts apart.
+    order = np.random.default_rng(problem.seed).permutation(known.n_touches)[:_START_TOUCHES]
+    part, rough = known.select(order), misfit.select(order)
+    starts = [fit_chain(priors.start(kernel, values), flat, part, rough) for values in kernel.starts]
+    fit = fit_chain(min(starts, key=lambda each: each.laplace.cost).chain, flat, known, misfit)
+    # The first guess is brought to the size of what is seen, lest the fit's own uncertainty hide the noise.
+    residual, learned = fit.left_out
+    size = float(np.nanmean(residual**2 / (learned + fit.misfit.variance)))
+    misfit = replace(misfit, variance=misfit.variance * max(size, 1e-12))
+    fit = fit_chain(fit.chain, flat, known, misfit)
+    model = _judged(problem, fit, fit.chain)
+    for _ in range(_KERNEL_ROUNDS - 1):
+        sd2 = model.noise.mean_sd(known.counts, model.left_out.signal) ** 2
+        spread = np.where(np.isnan(problem.load_share), model.load_spread, problem.load_share)
+        # The load's error is taken as one of each element by itself: a weight, not yet a likelihood.
+        variance = np.where(problem.present, sd2 + (spread[:, None] * model.left_out.signal) ** 2, np.inf)
+        fit = fit_chain(fit.chain, flat, known, replace(misfit, variance=variance))
+        model = _judged(problem, fit, fit.chain)
+    return model
+
+
+def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
+    """Add an empirical map to a kernel that was fitted alone."""
+    known = problem.known
+    tactile2 = np.where(np.isfinite(known.pure_error_variance), known.pure_error_variance, 0.0)
+    averaged = np.divide(tactile2, known.counts, out=np.full(known.counts.shape, np.inf), where=problem.present)
+    fit = model.fit
+    # Without a kernel there is no shape to be found better by a second round.
+    for again in range(_MAP_ROUNDS if model.kernel.parameters else 1):
+        chain = fit.chain
+        base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
+        # The fit with a map is a fit of both: its signal is the better guess of the noise's.
+        noise = MapNoise(averaged, fit.predicted() - chain.offset)
+        spacing = location_spacing(known.location)
+        misfit = fit_misfit(base, fit.residual, noise, spacing_mm=spacing, seed=problem.seed, warm=again > 0)
+        fit = fit_chain(chain, problem.priors.of(chain.kernel), known, misfit)
+    return _judged(problem, fit, chain)
+
+
+def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
+    residual, variance = fit.left_out
+    left_out = LeftOut(
+        residual=residual,
+        variance=variance,
+        signal=fit.predicted() - fit.chain.offset,
+        counts=problem.known.counts,
+        load_share=problem.load_share,
+    )
+    noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
+    score = float(log_density(left_out, noise, spread).sum())
+    return PadCandidate(fit, shape, left_out, noise, spread, score)

@@ -1,0 +1,107 @@
+"""Noise of a pad from readings left out of the fit, by maximum likelihood."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
+
+# Elements of one make have noise of one size: the prior of each one's departure from the common one (a factor 1.6).
+_FLOOR_SPREAD = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class LeftOut:
+    """Readings predicted without themselves; n touches, m elements.
+
+    Attributes
+    ----------
+    residual : (n, m) array
+        Reading minus prediction; NaN missing.
+    variance : (n, m) array
+        Variance of the prediction, noise of the reading left out.
+    signal : (n, m) array
+        Expected reading minus offset.
+    counts : (n, m) int array
+        Raw readings behind each.
+    load_share : (n,) array
+        Standard deviation of each load's measurement, as a share of it; NaN where the load was not measured
+        and its spread is to be found.
+    """
+
+    residual: FloatArray
+    variance: FloatArray
+    signal: FloatArray
+    counts: NDArray[np.int64]
+    load_share: FloatArray
+
+
+def log_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArray:
+    """Log predictive density of each touch's readings, all elements together, shape (n,).
+
+    An error of the load moves all elements of a touch in proportion to their signal: covariance
+    ``diag(sd² + variance) + s² v vᵀ``, with v the signal.
+    """
+    here = np.isfinite(left_out.residual)
+    sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
+    diagonal = np.where(here, sd2 + left_out.variance, 1.0)
+    z = np.where(here, left_out.residual, 0.0) / np.sqrt(diagonal)
+    spread = np.where(np.isnan(left_out.load_share), load_spread, left_out.load_share)
+    u = np.where(here, spread[:, None] * left_out.signal, 0.0) / np.sqrt(diagonal)
+    length = 1 + (u * u).sum(axis=1)
+    square = (z * z).sum(axis=1) - (u * z).sum(axis=1) ** 2 / length
+    logs = np.log(diagonal).sum(axis=1) + np.log(length) + here.sum(axis=1) * np.log(2 * np.pi)
+    return np.asarray(-0.5 * (square + logs))
+
+
+def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float) -> tuple[Noise, float]:
+    """Noise of the elements, its share of the signal, and the spread of loads that were not measured.
+
+    Repeats within touches give the noise of one raw reading; what remains at no signal is discrepancy. Without
+    repeats the two cannot be told apart and all is counted as discrepancy, which averaging does not lower.
+
+    Parameters
+    ----------
+    left_out : LeftOut
+    pure_error_variance : (m,) array
+        Variance of one raw reading from repeats; NaN without.
+    force_sd : float
+        Noise of the force sensor, passed on.
+
+    Returns
+    -------
+    Noise, float
+        The noise, and the standard deviation s of an unmeasured load over the calibration's.
+    """
+    from scipy.optimize import minimize
+
+    m = left_out.residual.shape[1]
+    tactile = np.sqrt(np.where(np.isfinite(pure_error_variance), pure_error_variance, 0.0))
+    here = np.isfinite(left_out.residual)
+    size = np.where(here, np.abs(left_out.signal), 0.0).max(axis=0)
+    size = np.where(size > 0, size, 1.0)
+    absolute = np.where(here, np.abs(left_out.residual), np.nan)
+    typical = np.array([np.nanmedian(each) if np.isfinite(each).any() else 0.0 for each in absolute.T])
+    common = float(np.clip(np.median(typical / size) / 0.67, 1e-5, 1.0))
+    inferred = bool(np.isnan(left_out.load_share).any())
+
+    def unpack(vector: FloatArray) -> tuple[Noise, float]:
+        share, spread, floor = np.exp(vector[:3])
+        discrepancy = floor * np.exp(vector[3:]) * size
+        return Noise(tactile, discrepancy, float(share), force_sd), float(spread) if inferred else np.nan
+
+    def cost(vector: FloatArray) -> float:
+        departure = vector[3:] / _FLOOR_SPREAD
+        return 0.5 * float(departure @ departure) - float(log_density(left_out, *unpack(vector)).sum())
+
+    # Shares down to 1e-5 and floors down to a millionth of the signal are none at all; that loads repeat to better
+    # than a thousandth no calibration shows.
+    low = np.r_[np.log([1e-5, 1e-3, 1e-6]), np.full(m, -3.0)]
+    high = np.r_[np.log([1.0, 1.0, 1.0]), np.full(m, 3.0)]
+    start = np.r_[np.log([0.01, 0.01, common]), np.zeros(m)]
+    solution = minimize(cost, start, method="L-BFGS-B", bounds=list(zip(low, high, strict=True)))
+    return unpack(np.asarray(solution.x))

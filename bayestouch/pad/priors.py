@@ -1,0 +1,180 @@
+"""Priors and start of a pad's calibration, from the sensor as built and from where its readings peak."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.kernels import Kernel
+from bayestouch.chain.pad import COORDINATES, PadChain
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.errors import InputError
+from bayestouch.pad.known_touches import PadReadings, highest_reading_location
+from bayestouch.priors.parameters import Normal, Parameter, Prior
+
+# Boards are drawn to a tenth of a millimetre; elements moulded in, and what they feel, are off by a few.
+_POSITION_SD_MM = 3.0
+
+# Gains are all but free: normal about zero with so many times the apparent signal per load.
+_GAIN_FACTOR = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class PadPriors:
+    """What is taken for granted of a pad before its kernel is fitted; m elements, D coordinates.
+
+    Attributes
+    ----------
+    amplitude : (m,) array
+        Apparent size of each element's signal per unit load; sets the width of priors.
+    offset, offset_sd : (m,) arrays
+        Reading without touch, and how well it is known.
+    position : (m, D) array
+        Nominal positions moved to the stage's coordinates, mm.
+    position_sd : float
+        How far an element may be from there, mm.
+    moved : str
+        What was done to the nominal positions, one sentence; empty if nothing to speak of.
+    """
+
+    amplitude: FloatArray
+    offset: FloatArray
+    offset_sd: FloatArray
+    position: FloatArray
+    position_sd: float
+    moved: str
+
+    def start(self, kernel: Kernel, values: tuple[float, ...]) -> PadChain:
+        """Pad from which a fit may start."""
+        gain = self.amplitude if kernel.parameters else 0.3 * self.amplitude
+        return PadChain(kernel, np.array(values), gain.copy(), self.offset.copy(), self.position.copy())
+
+    def of(self, kernel: Kernel) -> tuple[Prior, ...]:
+        """Prior of each entry of `PadChain.flat`."""
+        gain = [Normal(0.0, _GAIN_FACTOR * scale) for scale in self.amplitude]
+        offset = [Normal(mean, sd) for mean, sd in zip(self.offset, self.offset_sd, strict=True)]
+        position = [Normal(value, self.position_sd) for value in self.position.T.ravel()]
+        return (*gain, *offset, *position, *(parameter.prior for parameter in kernel.parameters))
+
+    def parameters(self, kernel: Kernel, reading_unit: str, load_unit: str) -> tuple[Parameter, ...]:
+        """The unknowns, for tables and files."""
+        per_load = f"{reading_unit}/{load_unit}" if load_unit not in ("", "1") else reading_unit
+        typical = float(np.median(self.amplitude))
+        shared = [
+            Parameter(
+                "gain",
+                "G",
+                "G",
+                per_load,
+                Normal(0.0, _GAIN_FACTOR * typical),
+                "reading per unit load right above the element (the prior scales with each one's signal)",
+            ),
+            Parameter(
+                "offset",
+                "o",
+                "o",
+                reading_unit,
+                Normal(float(np.median(self.offset)), float(np.median(self.offset_sd))),
+                "reading without touch (the prior is centred on each element's own)",
+            ),
+        ]
+        for axis, name in enumerate(COORDINATES[: self.position.shape[1]]):
+            centre = float(self.position[:, axis].mean())
+            shared.append(
+                Parameter(
+                    f"{name}_s",
+                    f"{name}_s",
+                    f"{name}_s",
+                    "mm",
+                    Normal(centre, self.position_sd),
+                    "position of the element (the prior is centred on each one's nominal place)",
+                )
+            )
+        return (*kernel.parameters, *shared)
+
+
+def pad_priors(
+    sensor: Sensor, known: PadReadings, *, rest_subtracted: bool, usable: NDArray[np.bool_]
+) -> tuple[PadPriors, tuple[str, ...]]:
+    """Priors of a pad, and what they assume, one sentence each.
+
+    The stage's origin is unknown: all elements are moved together by the median distance between each one's
+    nominal place and the place of its highest readings. Signals are ranges of readings per load: where the load
+    is measured a constant part of the reading would enter with one over the load, so that they are then scatters.
+
+    Raises
+    ------
+    InputError
+        No element responds, or the touches cannot identify the parameters.
+    """
+    pad = sensor.body
+    assert isinstance(pad, Pad)
+    columns = (pad.element_x_mm,) if pad.element_y_mm is None else (pad.element_x_mm, pad.element_y_mm)
+    nominal = np.stack([np.array(column) for column in columns], axis=1)
+    typical = float(np.median(known.load))
+    loads_vary = float(np.ptp(known.load)) > 0.1 * typical
+    amplitude, offset = np.full(len(nominal), np.nan), np.zeros(len(nominal))
+    for e in np.flatnonzero(usable):
+        column = known.readings[:, e]
+        here = np.isfinite(column)
+        middle = float(np.median(column[here]))
+        deviation = np.abs(column[here] - middle)
+        size = float(np.std(column[here]) if loads_vary else np.quantile(deviation, 0.995))
+        amplitude[e] = max(size, 1e-12 * max(abs(middle), 1.0)) / typical
+        offset[e] = 0.0 if rest_subtracted else middle
+    if not usable.any():
+        raise InputError("no element responds: every one's readings are missing or all the same")
+    amplitude = np.where(usable, amplitude, np.nanmedian(amplitude))
+    peaks = highest_reading_location(known) - nominal
+    shift = np.median(peaks[usable], axis=0)
+    off = np.sqrt(((peaks - shift) ** 2).sum(axis=1))
+    named = " and ".join(f"{value:+.1f} mm in {axis}" for value, axis in zip(shift, COORDINATES, strict=False))
+    notes = []
+    far = usable & (off > 3 * _POSITION_SD_MM)
+    if far.any():
+        names = ", ".join(f"e{e + 1:02d}" for e in np.flatnonzero(far))
+        notes.append(f"readings of {names} peak more than {3 * _POSITION_SD_MM:g} mm from the element's place")
+    return (
+        PadPriors(
+            amplitude=amplitude,
+            offset=offset,
+            offset_sd=(1.0 if rest_subtracted else 3.0) * amplitude * typical,
+            position=nominal + shift,
+            position_sd=_POSITION_SD_MM,
+            moved=f"element positions are moved by {named} to where readings peak: the stage's origin is not known"
+            if np.abs(shift).max() >= 0.05
+            else "",
+        ),
+        tuple(notes),
+    )
+
+
+def check_identifiable(known: PadReadings, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
+    """Raise InputError unless the touches outnumber what they are to find, for every element.
+
+    Each element has its own gain, offset and position; the kernel is shared.
+    """
+    own = 2 + (known.location.shape[1] if kernel.parameters else 0)
+    places = len(np.unique(known.location, axis=0))
+    if places < own + 1:
+        raise InputError(
+            f"calibration has touches at {places} known locations: gain, offset and position of each element need "
+            f"at least {own + 1}; touch the pad in more places"
+        )
+    for e in np.flatnonzero(usable):
+        count = int(np.isfinite(known.readings[:, e]).sum())
+        if count < own + 1:
+            raise InputError(
+                f"{count} calibration touches have a reading: its gain, offset and position need at least {own + 1}",
+                column=f"e{e + 1:02d}",
+            )
+    total = int(np.isfinite(known.readings[:, usable]).sum())
+    unknowns = own * int(usable.sum()) + len(kernel.parameters)
+    if total <= unknowns:
+        raise InputError(
+            f"calibration has {total} readings for {unknowns} unknowns of the {kernel.name} kernel: touch the pad in "
+            "more places"
+        )

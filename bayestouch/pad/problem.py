@@ -1,0 +1,142 @@
+"""The calibration of a pad as a problem to solve: known touches, their loads, and what is taken for granted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import element_pitch
+from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.touches import Touches
+from bayestouch.errors import InputError
+from bayestouch.pad.known_touches import PadReadings, choose_samples, pad_readings
+from bayestouch.pad.priors import PadPriors, pad_priors
+
+# A force sensor whose noise is not stated is taken to be off by this share of the mean load.
+UNSTATED_FORCE_NOISE = 0.005
+
+# The empirical map costs (touches)³: a few seconds for so many.
+_MOST_TOUCHES = 2000
+
+
+@dataclass(frozen=True, eq=False)
+class PadProblem:
+    """Known touches and what is taken for granted; n touches, m elements.
+
+    Attributes
+    ----------
+    known : PadReadings
+        Touches with location; every load given, 1 where none was measured.
+    priors : PadPriors
+    pitch_mm : float
+        Distance between neighbouring elements.
+    load_share : (n,) array
+        Standard error of each load as a share of it; NaN where loads were not measured.
+    force_sd : float
+        Noise of one reading of the force sensor, N; NaN without.
+    samples : str
+        Which samples of a touch count.
+    usable : (m,) bool array
+        Elements that respond.
+    rest : (m,) array or None
+        Reading at rest that was subtracted where a touch had none of its own.
+    seed : int
+    """
+
+    known: PadReadings
+    priors: PadPriors
+    pitch_mm: float
+    load_share: FloatArray
+    force_sd: float
+    samples: str
+    usable: NDArray[np.bool_]
+    rest: FloatArray | None
+    seed: int
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Where there is a reading, (n, m)."""
+        return self.known.counts > 0
+
+    @property
+    def load_measured(self) -> bool:
+        """Whether loads were measured."""
+        return not bool(np.isnan(self.load_share).any())
+
+
+def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> tuple[PadProblem, list[str]]:
+    """Prepare the calibration touches of a pad, with notes on what was handled or assumed.
+
+    Raises
+    ------
+    InputError
+        The sensor is no pad, or nothing can be calibrated with these touches.
+    """
+    pad = sensor.body
+    if not isinstance(pad, Pad):
+        raise InputError("expected a pad, got a finger")
+    corrected = table.baseline_corrected()
+    notes = list(corrected.notes)
+    if samples == "auto":
+        samples, why = choose_samples(corrected)
+        notes += [why] if why else []
+    known = pad_readings(corrected, pad.dimensions, samples)
+    located = np.asarray(np.isfinite(known.location).all(axis=1))
+    if not located.any():
+        raise InputError(f"no calibration touch has a location: {' and '.join(pad.location_columns)} needed")
+    if not located.all():
+        notes.append(f"{int((~located).sum())} calibration touches without location are left out")
+    known, force_sd, more = _with_loads(known.select(located), sensor)
+    notes += more
+    if known.n_touches > _MOST_TOUCHES:
+        notes.append(f"{_MOST_TOUCHES:,} of {known.n_touches:,} calibration touches are used, chosen at random")
+        order = np.random.default_rng(seed).permutation(known.n_touches)
+        known = known.select(np.sort(order[:_MOST_TOUCHES]))
+    usable = _responding(known.readings)
+    for e in np.flatnonzero(~usable):
+        notes.append(f"e{e + 1:02d} has no reading, or always the same: it is left out")
+    known = replace(known, counts=np.where(usable, known.counts, 0))
+    rest = table.rest_reading()
+    priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)
+    reads = np.maximum(known.counts.max(axis=1), 1)
+    problem = PadProblem(
+        known=known,
+        priors=priors,
+        pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
+        load_share=force_sd / np.sqrt(reads) / known.load,
+        force_sd=force_sd,
+        samples=samples,
+        usable=usable,
+        rest=rest,
+        seed=seed,
+    )
+    return problem, [*notes, *odd]
+
+
+def _with_loads(known: PadReadings, sensor: Sensor) -> tuple[PadReadings, float, list[str]]:
+    """Touches with a load each, and the force sensor's noise (NaN where no load was measured)."""
+    measured = np.isfinite(known.load)
+    if not measured.any():
+        note = "no load is measured: loads are relative to the calibration's, and their spread is inferred from it"
+        return replace(known, load=np.ones(known.n_touches)), np.nan, [note]
+    notes = []
+    usable = measured & (known.load > 0)
+    if not usable.any():
+        raise InputError("every measured load is below zero: the gains are not identifiable", column="load_N")
+    if not usable.all():
+        notes.append(f"{int((~usable).sum())} calibration touches without a load above zero are left out")
+    force_sd = sensor.force_noise_sd
+    if force_sd is None:
+        force_sd = UNSTATED_FORCE_NOISE * float(known.load[usable].mean())
+        notes.append(f"the force sensor's noise is not stated: {UNSTATED_FORCE_NOISE:.1%} of the mean load is assumed")
+    return known.select(usable), force_sd, notes
+
+
+def _responding(readings: FloatArray) -> NDArray[np.bool_]:
+    here = np.isfinite(readings)
+    low = np.where(here, readings, np.inf).min(axis=0)
+    high = np.where(here, readings, -np.inf).max(axis=0)
+    return np.asarray(high > low)

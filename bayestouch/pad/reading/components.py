@@ -1,0 +1,194 @@
+"""Posteriors of touches on a pad as sums of normal distributions, by a lattice of locations.
+
+A uniform prior of location is a sum of normal ones of width τ on a lattice of step τ/0.6, to 0.2 %. About each node
+the pad is linear in location and load, so that the node's part of the posterior is normal with a closed-form weight:
+a lattice that is fine for the pad's map serves touches whose posterior is far narrower than a step, or covers half
+the pad, or has several modes. What is left of non-linearity is for the sampler, to which this is the proposal.
+
+Source: D. L. Alspach and H. W. Sorenson, IEEE Trans. Automatic Control 17 (1972) 439 (Gaussian sums).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.pad.reading.lattice import Lattice
+from bayestouch.pad.reading.reader import PadReader, PadTouches
+
+# Nodes this far below the best in log weight are dropped: at first, when weights are rough, and in the end.
+_FIRST_DEPTH, _DEPTH = 20.0, 12.0
+
+# Touches looked at together: 64 x 20,000 nodes are 10 MB an array.
+_TOUCHES = 64
+
+# Touches of which the loads differ by less share the variance of readings, while the lattice is searched.
+_LOAD_BIN = 0.1
+
+# Nodes looked at closely for one touch; more are thinned, for such a touch is hardly located at all.
+_MOST_PAIRS = 1000
+
+# Pairs of touch and node refined at once: 8 elements and 3 coordinates make 20 MB.
+_PAIRS = 1 << 15
+
+_ITERATIONS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Components:
+    """Normal distributions whose weighted sum is a touch's posterior; n components of all touches in one list.
+
+    Attributes
+    ----------
+    touch : (n,) int array
+        Index of the touch, ascending.
+    place : (n, D) int array
+        Coordinates on the lattice, or on one that is coarser by a whole number, the same for all of a touch.
+    log_weight : (n,) array
+        Up to a constant a touch.
+    mean : (n, D + 1) array
+        Location (mm) and load.
+    covariance : (n, D + 1, D + 1) array
+    """
+
+    touch: IntArray
+    place: IntArray
+    log_weight: FloatArray
+    mean: FloatArray
+    covariance: FloatArray
+
+    def select(self, index: NDArray[np.bool_] | IntArray) -> Components:
+        """Some of the components."""
+        return Components(
+            self.touch[index],
+            self.place[index],
+            self.log_weight[index],
+            self.mean[index],
+            self.covariance[index],
+        )
+
+
+def components_of(reader: PadReader, touches: PadTouches, lattice: Lattice) -> Components:
+    """Posterior of each touch as a sum of normal distributions."""
+    tables = reader.map.slopes(lattice.location)
+    pairs = [_search(reader, touches, lattice, tables, index) for index in _alike(touches)]
+    touch, node = (np.concatenate([pair[i] for pair in pairs]) for i in (0, 1))
+    order = np.lexsort((node, touch))
+    touch, node, stride = _thinned(touch[order], node[order], lattice, touches.n_touches)
+    parts = [
+        _refine(reader, touches, lattice, *(each[i : i + _PAIRS] for each in (touch, node, stride)))
+        for i in range(0, len(touch), _PAIRS)
+    ]
+    rough = Components(*(np.concatenate([getattr(part, one.name) for part in parts]) for one in fields(Components)))
+    return rough.select(_near_best(rough, touches.n_touches, _DEPTH))
+
+
+def _thinned(touch: IntArray, node: IntArray, lattice: Lattice, n_touches: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Pairs of a bounded number for each touch, and the stride of the coarser lattice that they are on."""
+    count = np.bincount(touch, minlength=n_touches)
+    stride = np.ones(n_touches, dtype=np.int64)
+    while (many := count / stride ** lattice.place.shape[1] > _MOST_PAIRS).any():
+        stride[many] *= 2
+    kept = (lattice.place[node] % stride[touch, None] == 0).all(axis=1)
+    # A handful of nodes may all be dropped by chance, but not of the hundreds that are thinned.
+    return touch[kept], node[kept], stride[touch[kept]]
+
+
+def _alike(touches: PadTouches) -> list[IntArray]:
+    """Touches with the same counts and about the same load, in groups of bounded size."""
+    bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN).astype(np.int64)
+    _, group = np.unique(np.column_stack([touches.counts, bins]), axis=0, return_inverse=True)
+    order = np.argsort(np.asarray(group).ravel(), kind="stable")
+    parts = np.split(order, np.flatnonzero(np.diff(np.asarray(group).ravel()[order])) + 1)
+    return [part[i : i + _TOUCHES] for part in parts for i in range(0, len(part), _TOUCHES)]
+
+
+def _search(
+    reader: PadReader,
+    touches: PadTouches,
+    lattice: Lattice,
+    tables: tuple[FloatArray, FloatArray],
+    index: IntArray,
+) -> tuple[IntArray, IntArray]:
+    """Touches and nodes, in pairs, with a weight worth a closer look; for touches that share their noise.
+
+    The pad is taken as linear about each node, with the noise of the prior load, so that everything is a product of
+    matrices (touches by elements, elements by nodes).
+    """
+    part = touches.select(index)
+    load, load_sd = part.load[:, None], part.load_sd[:, None]
+    sensitivity, slope = tables
+    _, variance = reader.predict(lattice.location, np.array(float(np.median(part.load))), part.counts[0])
+    weight = np.where(part.present[0], 1 / variance, 0.0)
+    reading = np.where(part.present, part.readings - reader.map.offset, 0.0)
+    by_load = weight * sensitivity
+    a = (by_load * sensitivity).sum(axis=1)
+    precision = a + 1 / load_sd**2
+    pull = reading @ by_load.T - load * a
+    square = (reading**2) @ weight.T - 2 * load * (reading @ by_load.T) + load**2 * a
+    best = np.maximum(load + pull / precision, 0.05 * load)
+    dimensions, prior = slope.shape[1], 1 / lattice.width**2
+    c = [(by_load * slope[:, k]).sum(axis=1) for k in range(dimensions)]
+    v = [best * (reading @ (weight * slope[:, k]).T - load * c[k] - c[k] * pull / precision) for k in range(dimensions)]
+
+    def curvature(k: int, j: int) -> FloatArray:
+        own = (weight * slope[:, k] * slope[:, j]).sum(axis=1)
+        return np.asarray(best**2 * (own - c[k] * c[j] / precision) + (prior if k == j else 0.0))
+
+    if dimensions == 1:
+        determinant = curvature(0, 0)
+        gain = v[0] ** 2 / determinant
+    else:
+        xx, xy, yy = curvature(0, 0), curvature(0, 1), curvature(1, 1)
+        determinant = xx * yy - xy * xy
+        gain = (yy * v[0] ** 2 - 2 * xy * v[0] * v[1] + xx * v[1] ** 2) / determinant
+    constant = np.where(part.present[0], np.log(variance), 0.0).sum(axis=1)
+    log_weight = -0.5 * (square - pull**2 / precision - gain + constant + np.log(precision) + np.log(determinant))
+    touch, node = np.nonzero(log_weight > log_weight.max(axis=1, keepdims=True) - _FIRST_DEPTH)
+    return index[touch], node
+
+
+def _refine(
+    reader: PadReader,
+    touches: PadTouches,
+    lattice: Lattice,
+    touch: IntArray,
+    node: IntArray,
+    stride: IntArray,
+) -> Components:
+    """Mode, covariance and weight of each pair's part of the posterior, by Gauss-Newton steps on the map itself."""
+    here, counts = touches.present[touch], touches.counts[touch]
+    reading = np.where(here, touches.readings[touch] - reader.map.offset, 0.0)
+    centre = np.column_stack([lattice.location[node], touches.load[touch]])
+    d = centre.shape[1]
+    width = np.repeat(lattice.width * stride[:, None], d - 1, axis=1)
+    prior = 1 / np.column_stack([width, touches.load_sd[touch]]) ** 2
+    reach = np.column_stack([2 * width, 0.95 * touches.load[touch]])
+    low, high = centre - reach, centre + reach
+    high[:, -1] = np.inf
+    x = centre.copy()
+    for step in range(_ITERATIONS + 1):
+        sensitivity, slope = reader.map.slopes(x[:, :-1])
+        signal, variance = reader.predict(x[:, :-1], x[:, -1], counts)
+        weight = np.where(here, 1 / variance, 0.0)
+        design = np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1)
+        residual = np.where(here, reading - signal, 0.0)
+        hessian = np.einsum("nim,nm,njm->nij", design, weight, design)
+        hessian[:, np.arange(d), np.arange(d)] += prior
+        if step == _ITERATIONS:
+            break
+        gradient = np.einsum("nim,nm->ni", design, weight * residual) + prior * (centre - x)
+        x = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
+    misses = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
+    misses += (prior * (x - centre) ** 2).sum(axis=1) + np.linalg.slogdet(hessian)[1]
+    place = lattice.place[node] // stride[:, None]
+    return Components(touch, place, -0.5 * misses, x, np.linalg.inv(hessian))
+
+
+def _near_best(components: Components, n_touches: int, depth: float) -> NDArray[np.bool_]:
+    best = np.full(n_touches, -np.inf)
+    np.maximum.at(best, components.touch, components.log_weight)
+    return np.asarray(components.log_weight > best[components.touch] - depth)

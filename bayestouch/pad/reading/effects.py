@@ -1,0 +1,58 @@
+"""Loads of touches that a calibration with effects has read: from loads as they act to loads as a sensor reads them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.reading.reader import PadReader
+
+
+def loads_as_read(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
+    """Mean and standard deviation of a calibration's loads as a force sensor reads them."""
+    load = effects.as_read(acting[np.isfinite(acting)])
+    return float(load.mean()), float(load.std())
+
+
+def as_loads_vary(
+    posterior: dict[str, FloatArray],
+    effects: PadEffects,
+    reader: PadReader,
+    calibrated: FloatArray,
+    measured: FloatArray,
+    seed: int,
+) -> dict[str, FloatArray]:
+    """Draws with loads as they are read, under the prior that loads have as they are read.
+
+    The sampler's prior is normal in the load as it acts. Where that flattens out, loads far beyond all that was ever
+    pressed act like those that were: draws of touches without a measured load are drawn again by their weight under a
+    prior that is normal in the load itself (sampling, importance resampling).
+
+    Parameters
+    ----------
+    posterior : dict of (chain, draw, t) arrays
+        Draws by name, ``P`` as it acts.
+    effects, reader
+        Of the calibration.
+    calibrated : (n,) array
+        Its loads as they act.
+    measured : (t,) array
+        Loads of the touches as they act; NaN not measured.
+    seed : int
+    """
+    acting = posterior["P"]
+    out = {**posterior, "P": effects.as_read(acting)}
+    if not reader.load_measured:
+        return out
+    mean, sd = loads_as_read(effects, calibrated)
+    log = np.log(np.maximum(effects.as_read_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
+    log = log + 0.5 * ((acting - reader.load) / reader.load_sd) ** 2
+    rng = np.random.default_rng([seed, 5])
+    shape = acting.shape[:2]
+    for t in np.flatnonzero(np.isnan(measured)):
+        weight = np.exp(log[..., t] - log[..., t].max()).ravel()
+        chosen = rng.choice(weight.size, weight.size, p=weight / weight.sum())
+        for draws in out.values():
+            draws[..., t] = draws[..., t].ravel()[chosen].reshape(shape)
+    return out

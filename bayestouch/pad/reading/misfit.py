@@ -1,0 +1,160 @@
+"""Residuals of touches on a pad with what each touch could absorb of them, for the tests of its columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.pad.known_touches import PadReadings
+from bayestouch.pad.reading.components import components_of
+from bayestouch.pad.reading.lattice import Lattice
+from bayestouch.pad.reading.reader import PadReader, PadTouches
+from bayestouch.reading.fault_tests import SensorMisfit
+
+# As on a finger: with less of a reading's own information left, the other columns hardly tell what it should read.
+LEAST_TOLD = 0.01
+_ITERATIONS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class PadMisfit:
+    """Fits touches without some of the columns; the last column is the force sensor.
+
+    Attributes
+    ----------
+    reader : PadReader
+        The calibrated pad.
+    lattice : Lattice
+        Places where the search for a touch begins.
+    readings : PadReadings
+        The touches.
+    """
+
+    reader: PadReader
+    lattice: Lattice
+    readings: PadReadings
+
+    @property
+    def columns(self) -> FloatArray:
+        """What each column read, (t, m + 1): the elements, less what they read without touch, then the force sensor."""
+        readings = self.readings
+        return np.concatenate([readings.readings - self.reader.map.offset, readings.load[:, None]], axis=1)
+
+    @property
+    def few(self) -> bool:
+        """Yes: two or three of them tell where a touch is."""
+        return True
+
+    @property
+    def scale(self) -> FloatArray:
+        """Largest reading of each element anywhere on the pad under the mean load, and that load; (m + 1,)."""
+        sensitivity = self.reader.map.sensitivity
+        peak = self.reader.load * np.abs(sensitivity).reshape(-1, sensitivity.shape[-1]).max(axis=0)
+        usable = self.reader.usable & (peak > 0)
+        fellows = float(np.median(peak[usable])) if usable.any() else 1.0
+        return np.append(np.where(usable, peak, fellows), self.reader.load)
+
+    @property
+    def _discrepancy(self) -> FloatArray:
+        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        noise = self.reader.noise
+        share = np.hypot(noise.discrepancy_sd / self.scale[:-1], noise.signal_share)
+        return np.append(share, np.median(share))
+
+    def with_order(self, order: NDArray[np.intp]) -> PadMisfit:
+        """The same touches with the readings of the elements in another order."""
+        touches = self.readings
+        moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
+        return replace(self, readings=moved)
+
+    def __call__(self, out: BoolArray) -> SensorMisfit:
+        """Fit the touches without the columns `out`, a mask (m + 1,)."""
+        reader, m = self.reader, self.reader.map.n_elements
+        touches = replace(
+            self.readings,
+            counts=np.where(out[:m], 0, self.readings.counts),
+            load=np.full(self.readings.n_touches, np.nan) if out[m] else self.readings.load,
+        )
+        known = reader.touches(touches)
+        read = np.isfinite(touches.load) & reader.load_measured
+        x = _modes(reader, known, self.lattice)
+        signal, slope, variance = _expand(reader, known, x)
+        weight = np.concatenate(
+            [np.where(known.present, 1 / variance, 0.0), np.where(read, 1 / known.load_sd**2, 0.0)[:, None]], axis=1
+        )
+        hessian = _precision(reader, known, slope, weight[:, :m])
+        values = np.where(known.present, known.readings - reader.map.offset, 0.0)
+        values = np.concatenate([values, known.load[:, None]], axis=1)
+        rows = np.concatenate([signal, x[:, -1:]], axis=1)
+        by_load = np.zeros((*slope.shape[:2], 1))
+        by_load[:, -1] = 1.0
+        slope = np.concatenate([slope, by_load], axis=2)
+        pull = slope * weight[:, None]
+        left = weight[:, :, None] * np.eye(m + 1) - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
+        information = np.einsum("tii->ti", left)
+        # a touch at the end of the calibrated region lies beyond it, where nothing is known of what it should read
+        inner = np.all((x[:, :-1] > reader.map.low) & (x[:, :-1] < reader.map.high), axis=1, keepdims=True)
+        told = (information > LEAST_TOLD * weight) & (weight > 0) & inner
+        left = np.where(told[:, :, None], left, 0.0)[:, :, :m]
+        spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
+        _, open_, covariance = reader.map.at(x[:, :-1])
+        uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
+        # Of errors of the map at different places nothing is known here: as if they went the same way in all touches.
+        shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
+        return SensorMisfit(
+            score=np.where(told, weight * (values - rows), 0.0),
+            information=np.where(told, information, 0.0),
+            signal=rows,
+            signal_sd=np.sqrt(np.maximum(spread, 0.0)),
+            shared=lambda direction: np.asarray((np.abs(direction) * shared).sum(axis=0) ** 2),
+            discrepancy=self._discrepancy,
+            scale=self.scale,
+        )
+
+
+def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray:
+    """Most probable location and load of each touch, (t, D + 1), by Gauss-Newton from the best place of the lattice."""
+    parts = components_of(reader, known, lattice)
+    order = np.lexsort((parts.log_weight, parts.touch))
+    last = np.flatnonzero(np.diff(np.append(parts.touch[order], known.n_touches)))
+    x = parts.mean[order[last]]
+    blocks = np.arange(known.n_touches)
+    low = np.append(reader.map.low, 1e-6 * reader.load)
+    high = np.append(reader.map.high, np.inf)
+    x = np.clip(x, low, high)
+    value = reader.log_density(known, x[:, None], blocks)[:, 0]
+    damping = np.full(len(x), 1e-3)
+    for _ in range(_ITERATIONS):
+        signal, slope, variance = _expand(reader, known, x)
+        weight = np.where(known.present, 1 / variance, 0.0)
+        residual = np.where(known.present, known.readings - reader.map.offset, 0.0) - signal
+        gradient = np.einsum("tkm,tm->tk", slope, weight * residual)
+        gradient[:, -1] += (known.load - x[:, -1]) / known.load_sd**2
+        hessian = _precision(reader, known, slope, weight)
+        diagonal = np.einsum("tkk->tk", hessian)
+        hessian = hessian + damping[:, None, None] * np.eye(x.shape[1]) * diagonal[:, None]
+        tried = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
+        found = reader.log_density(known, tried[:, None], blocks)[:, 0]
+        better = found > value
+        x[better], value[better] = tried[better], found[better]
+        damping = np.clip(damping * np.where(better, 0.2, 8.0), 1e-9, 1e6)
+    return x
+
+
+def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Signals (t, m), their derivatives by location and load (t, D + 1, m), and variances of readings (t, m)."""
+    sensitivity, slope = reader.map.slopes(x[:, :-1])
+    signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
+    return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
+
+
+def _precision(reader: PadReader, known: PadTouches, slope: FloatArray, weight: FloatArray) -> FloatArray:
+    """Inverse covariance (t, D + 1, D + 1) of location and load, priors included."""
+    hessian = np.asarray(np.einsum("tkm,tm,tjm->tkj", slope, weight, slope))
+    axes = np.arange(slope.shape[1] - 1)
+    hessian[:, axes, axes] += 1 / (reader.map.high - reader.map.low) ** 2
+    hessian[:, -1, -1] += 1 / known.load_sd**2
+    return hessian

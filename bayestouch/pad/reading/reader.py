@@ -1,0 +1,168 @@
+"""Reading touches of a calibrated pad: the posterior density of many touches at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.noise import Noise
+from bayestouch.chain.pad_map import PadMap
+from bayestouch.errors import InputError
+from bayestouch.pad.known_touches import PadReadings
+from bayestouch.results.objects import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class PadTouches:
+    """Unknown touches and the prior of their loads; t touches, m elements.
+
+    Attributes
+    ----------
+    readings : (t, m) array
+        Mean readings, rest reading subtracted; anything where missing.
+    counts : (t, m) int array
+        Raw readings behind each, 0 where missing.
+    load, load_sd : (t,) arrays
+        Prior mean and standard deviation of each load: its measurement, or what the calibration says of loads.
+    """
+
+    readings: FloatArray
+    counts: IntArray
+    load: FloatArray
+    load_sd: FloatArray
+
+    @property
+    def n_touches(self) -> int:
+        """Number of touches."""
+        return len(self.load)
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Where there is a reading, (t, m)."""
+        return self.counts > 0
+
+    def select(self, index: IntArray) -> PadTouches:
+        """Some of the touches."""
+        return PadTouches(self.readings[index], self.counts[index], self.load[index], self.load_sd[index])
+
+
+@dataclass(frozen=True, eq=False)
+class PadReader:
+    """A calibrated pad, ready to read touches.
+
+    Attributes
+    ----------
+    map : PadMap
+        Sensitivity over location, with what the calibration leaves open.
+    noise : Noise
+        Of the readings.
+    load, load_sd : float
+        Mean and standard deviation of a load that is not measured.
+    load_measured : bool
+        Whether the calibration had measured loads; only then do measured loads of touches have its unit.
+    samples : str
+        Which samples of a touch count: ``"mean"``, ``"first"`` or ``"last"``.
+    usable : (m,) bool array
+        Elements that responded in the calibration.
+    """
+
+    map: PadMap
+    noise: Noise
+    load: float
+    load_sd: float
+    load_measured: bool
+    samples: str
+    usable: NDArray[np.bool_]
+
+    @classmethod
+    def from_calibration(cls, calibration: Calibration, *, plug_in: bool = False) -> PadReader:
+        """Reader from a calibration, as made or as loaded from a file.
+
+        Parameters
+        ----------
+        calibration : Calibration
+            Of a pad.
+        plug_in : bool
+            Take the calibration as exact.
+
+        Raises
+        ------
+        InputError
+            The calibration is not a pad's.
+        """
+        settings = calibration.settings
+        if settings.get("body") != "pad":
+            raise InputError("expected the calibration of a pad, got that of a finger")
+        map_ = PadMap.from_arrays(calibration.extra)
+        return cls(
+            map=map_.exact() if plug_in else map_,
+            noise=calibration.noise,
+            load=float(settings["load_mean"]),
+            load_sd=float(settings["load_sd"]),
+            load_measured=bool(settings["load_measured"]),
+            samples=str(settings["samples"]),
+            usable=np.asarray(calibration.extra["usable"]) > 0,
+        )
+
+    def touches(self, readings: PadReadings) -> PadTouches:
+        """Touches with the prior of their loads: the force sensor's reading, or what the calibration says."""
+        here = np.isfinite(readings.load) & self.load_measured
+        reads = np.maximum(readings.counts.max(axis=1), 1)
+        return PadTouches(
+            readings=np.where(readings.counts > 0, readings.readings, 0.0),
+            counts=np.where(self.usable, readings.counts, 0),
+            load=np.where(here, readings.load, self.load),
+            load_sd=np.where(here, self.noise.force_sd / np.sqrt(reads), self.load_sd),
+        )
+
+    def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
+        """Log posterior density, up to a constant a touch, ``-inf`` outside the priors.
+
+        Location is uniform over the calibrated region, the load normal and above zero; readings are normal with a
+        variance that depends on location and load.
+
+        Parameters
+        ----------
+        touches : PadTouches
+        x : (B, n, D + 1) array
+            Location in mm, load last.
+        blocks : (B,) int array
+            Touch of each row.
+
+        Returns
+        -------
+        (B, n) array
+        """
+        location, load = x[..., :-1], x[..., -1]
+        allowed = self.map.inside(location) & (load > 0)
+        signal, variance = self.predict(location, load, touches.counts[blocks][:, None])
+        here = touches.present[blocks][:, None]
+        residual = touches.readings[blocks][:, None] - self.map.offset - signal
+        misses = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
+        off = (load - touches.load[blocks][:, None]) / touches.load_sd[blocks][:, None]
+        return np.where(allowed, -0.5 * (misses + off * off), -np.inf)
+
+    def predict(self, location: FloatArray, load: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Expected signal (reading less offset) and variance of a mean reading, (..., m) each.
+
+        Parameters
+        ----------
+        location : (..., D) array
+            mm.
+        load : (...) array
+            N, or relative.
+        counts : (..., m) int array
+            Raw readings behind the mean; where 0 the variance is 1 and means nothing.
+        """
+        sensitivity, variance, covariance = self.map.at(location)
+        signal = load[..., None] * sensitivity
+        noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
+        total = noise + self.map.reading_variance(variance, covariance, load)
+        return signal, np.where(counts > 0, total, 1.0)
+
+    def with_load(self, load: float, load_sd: float) -> PadReader:
+        """The same reader with another prior of loads that are not measured."""
+        return replace(self, load=load, load_sd=load_sd)

@@ -1,0 +1,150 @@
+"""The empirical map of a pad: what a smooth function of location adds to the kernel, element by element.
+
+A Gaussian process for the correction of each element's sensitivity, with covariance
+``amplitude_e² [A² + B² K_e(x) K_e(x')] ρ(|x - x'|/l)`` between locations x and x': a misfit of size A everywhere and
+one of size B in proportion to the kernel K, both smooth over a length l. The three are shared by the elements and
+chosen by the marginal likelihood (`misfit_fit`); amplitude_e, the size of the element's signal, makes elements
+comparable. With the kernel as mean this is the direct identification of an E map with a prior centred on the elastic
+model; with a constant as mean, without a model of location.
+
+Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to
+2.26, 2.30 (marginal likelihood), 5.12 (leave-one-out).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_solve, solve_triangular
+
+from bayestouch.array_types import FloatArray
+
+
+def matern_5_2(r: FloatArray) -> FloatArray:
+    """Matérn correlation of smoothness 5/2 over distance in lengths: twice differentiable, as a map should be."""
+    s = np.sqrt(5.0) * r
+    return np.asarray((1 + s + s * s / 3) * np.exp(-s))
+
+
+def matern_5_2_by_length(r: FloatArray) -> FloatArray:
+    """Derivative of `matern_5_2` over the logarithm of the length."""
+    s = np.sqrt(5.0) * r
+    return np.asarray(s * s / 3 * (1 + s) * np.exp(-s))
+
+
+def distances(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Distances between locations (n, D) and (k, D), shape (n, k)."""
+    square = sum((first[:, None, axis] - second[None, :, axis]) ** 2 for axis in range(first.shape[1]))
+    return np.asarray(np.sqrt(square))
+
+
+@dataclass(frozen=True, eq=False)
+class MapDiscrepancy:
+    """Covariance of what readings show beyond the kernel: smooth correction and noise; n touches, m elements.
+
+    Attributes
+    ----------
+    location : (n, D) array
+        mm.
+    load : (n,) array
+        The correction is per unit load, so that a touch shows it times its load.
+    variance : (n, m) array
+        Noise variance of the readings; inf where missing.
+    amplitude : (m,) array
+        Size of each element's signal per unit load.
+    shape : (n, m) array
+        Kernel of each element at each touch.
+    misfit : float
+        A; 0 for no correction.
+    relative : float
+        B.
+    length_mm : float
+        l.
+    """
+
+    location: FloatArray
+    load: FloatArray
+    variance: FloatArray
+    amplitude: FloatArray
+    shape: FloatArray
+    misfit: float = 0.0
+    relative: float = 0.0
+    length_mm: float = 1.0
+
+    def select(self, index: NDArray[np.int64]) -> MapDiscrepancy:
+        """The same of some of the touches."""
+        return replace(
+            self,
+            location=self.location[index],
+            load=self.load[index],
+            variance=self.variance[index],
+            shape=self.shape[index],
+        )
+
+    @property
+    def present(self) -> NDArray[np.bool_]:
+        """Where there is a reading, (n, m)."""
+        return np.isfinite(self.variance)
+
+    @cached_property
+    def _correlations(self) -> FloatArray:
+        rho = matern_5_2(distances(self.location, self.location) / self.length_mm)
+        return np.asarray(rho * self.load[:, None] * self.load)
+
+    @cached_property
+    def _filled(self) -> FloatArray:
+        # A missing reading is one with a noise so large that it tells nothing; 1e9 keeps the factor's digits.
+        largest = np.where(self.present, self.variance, 0.0).max(axis=0)
+        signal = (self.misfit**2 + self.relative**2) * self.amplitude**2 * (self.load**2).max()
+        return np.where(self.present, self.variance, 1e9 * np.maximum(largest + signal, 1e-300))
+
+    @cached_property
+    def factors(self) -> tuple[FloatArray, ...]:
+        """Lower Cholesky factor of each element's covariance, m arrays (n, n); diagonals (n,) without correction."""
+        if self.misfit == 0:
+            return tuple(np.asarray(np.sqrt(column)) for column in self._filled.T)
+        out = []
+        for element in range(len(self.amplitude)):
+            covariance = self._modulated(element, self._correlations, self.shape[:, element])
+            covariance[np.diag_indices_from(covariance)] += self._filled[:, element]
+            out.append(np.asarray(np.linalg.cholesky(covariance)))
+        return tuple(out)
+
+    def whiten(self, element: int, rows: FloatArray) -> FloatArray:
+        """``L^-1 rows`` of rows (n, ...) of an element."""
+        factor = self.factors[element]
+        if factor.ndim == 1:
+            return np.asarray((rows.T / factor).T)
+        return np.asarray(solve_triangular(factor, rows, lower=True, check_finite=False))
+
+    def precision(self, element: int) -> FloatArray:
+        """Inverse covariance of an element, (n, n), or its diagonal (n,) without correction."""
+        factor = self.factors[element]
+        if factor.ndim == 1:
+            return np.asarray(1 / factor**2)
+        return np.asarray(cho_solve((factor, True), np.eye(len(factor)), check_finite=False))
+
+    def cross(self, element: int, location: FloatArray, shape: FloatArray) -> FloatArray:
+        """Covariance of the correction with the readings of an element, (k, n).
+
+        Parameters
+        ----------
+        element : int
+        location : (k, D) array
+            Where the correction is asked for, mm.
+        shape : (k,) array
+            Kernel of the element there.
+        """
+        rho = matern_5_2(distances(location, self.location) / self.length_mm)
+        return self._modulated(element, rho * self.load, shape)
+
+    def prior_variance(self, element: int, shape: FloatArray) -> FloatArray:
+        """Variance of an element's correction before any touch, where its kernel is `shape`."""
+        return np.asarray(self.amplitude[element] ** 2 * (self.misfit**2 + (self.relative * shape) ** 2))
+
+    def _modulated(self, element: int, correlation: FloatArray, shape: FloatArray) -> FloatArray:
+        own = (self.relative * self.amplitude[element]) ** 2 * np.outer(shape, self.shape[:, element])
+        return np.asarray(((self.misfit * self.amplitude[element]) ** 2 + own) * correlation)

@@ -1,0 +1,182 @@
+"""The calibration of a pad as a posterior, ready to be saved and used."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES, PadChain
+from bayestouch.data.sensor import Sensor
+from bayestouch.pad.load import load_statistics
+from bayestouch.pad.models import PadCandidate
+from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.table import tabulate
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import Calibration
+from bayestouch.version import __version__
+
+CHAINS = 4
+
+# Draws beyond the priors' supports are made again, so often at most; then they are moved onto the bound.
+_ROUNDS = 50
+
+
+def pad_calibration_of(
+    sensor: Sensor,
+    problem: PadProblem,
+    model: PadCandidate,
+    rivals: dict[str, PadCandidate],
+    notes: list[str],
+    *,
+    draws: int,
+) -> Calibration:
+    """Everything that a calibration holds, from the model that was chosen among `rivals`."""
+    known, chain = problem.known, model.fit.chain
+    load_unit = "N" if problem.load_measured else "1"
+    mean_load = float(known.load.mean()) if problem.load_measured else 1.0
+    load_sd = float(known.load.std()) if problem.load_measured else model.load_spread
+    names = {id(rival): name for name, rival in rivals.items()}
+    notes = [*notes, *_model_notes(problem, model, names[id(model)], rivals)]
+    return Calibration(
+        sensor=sensor,
+        parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
+        mode=_by_name(chain, chain.flat[None], scalar=True),
+        posterior=_draws(problem, model, draws),
+        covariance=model.fit.laplace.covariance,
+        layout=chain.layout,
+        noise=model.noise,
+        rows=_rows(problem, model),
+        settings={
+            "body": "pad",
+            "kernel": model.kernel.name,
+            "empirical_map": "yes" if model.has_map else "no",
+            "samples": problem.samples,
+            "load_measured": float(problem.load_measured),
+            "load_mean": mean_load,
+            "load_sd": load_sd,
+            "load_unit": load_unit,
+            "seed": float(problem.seed),
+            "version": __version__,
+            "posterior": "normal approximation at the mode",
+        },
+        statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals),
+        extra=tabulate(model).arrays()
+        | {"usable": problem.usable.astype(float)}
+        | ({} if problem.rest is None else {"rest_reading": problem.rest}),
+        notes=tuple(dict.fromkeys(notes)),
+    )
+
+
+def _by_name(chain: PadChain, flat: FloatArray, *, scalar: bool = False) -> dict[str, FloatArray]:
+    """Parameters (n, d) by name, (n,) or (n, m) arrays; without the first axis where `scalar`."""
+    m, dimensions = chain.position.shape
+    own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
+    out = {name: flat[:, i * m : (i + 1) * m] for i, name in enumerate(own)}
+    shared = (parameter.name for parameter in chain.kernel.parameters)
+    out |= {name: flat[:, (2 + dimensions) * m + k] for k, name in enumerate(shared)}
+    return {name: np.asarray(values[0] if scalar else values) for name, values in out.items()}
+
+
+def _draws(problem: PadProblem, model: PadCandidate, draws: int) -> dict[str, FloatArray]:
+    """Draws of the Laplace normal within the priors' supports, (chain, draw[, m])."""
+    rng = np.random.default_rng(problem.seed)
+    chain, covariance = model.fit.chain, model.fit.laplace.covariance
+    scale = np.sqrt(np.diag(covariance))
+    root = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(len(scale)))
+    low, high = (np.array([prior.support[side] for prior in problem.priors.of(chain.kernel)]) for side in (0, 1))
+
+    def some(n: int) -> FloatArray:
+        return chain.flat + scale * (rng.standard_normal((n, len(scale))) @ root.T)
+
+    flat = some(CHAINS * -(-draws // CHAINS))
+    for _ in range(_ROUNDS):
+        outside = ((flat < low) | (flat > high)).any(axis=1)
+        if not outside.any():
+            break
+        flat[outside] = some(int(outside.sum()))
+    values = _by_name(chain, np.clip(flat, low, high))
+    return {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in values.items()}
+
+
+def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
+    known, left_out = problem.known, model.left_out
+    load_share = problem.load_share if problem.load_measured else np.full(known.n_touches, model.load_spread)
+    noise = model.noise.mean_sd(np.maximum(known.counts, 1), left_out.signal) ** 2
+    variance = noise + left_out.variance + (load_share[:, None] * left_out.signal) ** 2
+    return TouchRows(
+        touch=known.touch,
+        location={name: known.location[:, axis] for axis, name in enumerate(COORDINATES[: known.location.shape[1]])},
+        radius_mm=known.radius_mm,
+        load=known.load if problem.load_measured else np.full(known.n_touches, np.nan),
+        observed=known.readings,
+        predicted=known.readings - left_out.residual,
+        sd=np.sqrt(variance),
+        counts=known.counts,
+    )
+
+
+def _statistics(problem: PadProblem, model: PadCandidate, rivals: dict[str, PadCandidate]) -> dict[str, float]:
+    known, usable = problem.known, problem.usable
+    signal = np.abs(known.readings - model.fit.chain.offset)
+    peak = np.where(np.isfinite(signal), signal, 0.0).max(axis=0)
+    tactile = np.sqrt(known.pure_error_variance)
+    noise = tactile[usable] / peak[usable] * 100
+    out = {
+        "touches": float(known.n_touches),
+        "error_percent_peak": model.error_percent,
+        "noise_percent_peak": float(noise.mean()) if np.isfinite(noise).all() else np.nan,
+        "lack_of_fit": _lack_of_fit(problem, model),
+        "load_spread": model.load_spread,
+        "log_score": model.score,
+    }
+    if model.has_map:
+        misfit = model.fit.misfit
+        out |= {
+            "map_length_mm": misfit.length_mm,
+            "map_size_everywhere": misfit.misfit,
+            "map_size_of_kernel": misfit.relative,
+        }
+    for name, rival in rivals.items():
+        key = name.replace(" ", "_").replace("-", "_")
+        out |= {f"log_score_{key}": rival.score, f"error_percent_peak_{key}": rival.error_percent}
+    return out
+
+
+def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> dict[str, float]:
+    return load_statistics(problem, min(rivals.values(), key=lambda rival: rival.error_percent))
+
+
+def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
+    """Mean square of readings left out, over that of pure error and of the prediction; NaN without repeats."""
+    pure = problem.known.pure_error_variance
+    here = np.isfinite(model.left_out.residual) & (pure > 0)
+    if not here.any():
+        return float("nan")
+    averaged = np.where(pure > 0, pure, np.nan) / np.maximum(problem.known.counts, 1)
+    return float(np.mean((model.left_out.residual**2 / (averaged + model.left_out.variance))[here]))
+
+
+def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: dict[str, PadCandidate]) -> list[str]:
+    notes = []
+    if len(rivals) > 1:
+        scores = ", ".join(
+            f"{other} {rival.score - model.score:+.0f}" for other, rival in rivals.items() if other != name
+        )
+        notes.append(
+            f"of the models tried, {name} is chosen, by how well calibration readings left out are predicted "
+            f"(log predictive density of the others against it: {scores})"
+        )
+    if model.kernel.parameters and problem.priors.moved:
+        notes.append(problem.priors.moved)
+    for parameter, value in zip(model.kernel.parameters, model.fit.chain.values, strict=True):
+        low, high = parameter.prior.support
+        if min(value - low, high - value) < 1e-3 * (high - low if np.isfinite(high - low) else 1.0):
+            notes.append(
+                f"{parameter.description} ends at the bound of its prior, {value:.4g} {parameter.unit}".rstrip()
+            )
+    if not np.isfinite(problem.known.pure_error_variance).any():
+        notes.append(
+            "no touch was read twice: noise and what the model misses cannot be told apart, and all is taken to be "
+            "of the kind that averaging does not lower"
+        )
+    return notes

@@ -1,0 +1,105 @@
+"""Where every fit of a pad with effects starts: the calibrated pad, and the noise."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Pad
+from bayestouch.data.touches import Touches
+from bayestouch.model.fitting import Fitted, fit
+from bayestouch.model.noise import NoiseModel
+from bayestouch.model.observations import Observations
+from bayestouch.pad.calibration import choose_model
+from bayestouch.pad.map_basis import MapBasis
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.problem import pad_problem
+
+# Readings predicted to be below this share of the peak stand for readings of nothing, ...
+FAR = 0.03
+# ... where there are so many of them.
+ENOUGH_FAR = 30
+# Median absolute deviation of a normal variable over its standard deviation.
+MAD = 0.6745
+
+
+def pad_fit(
+    observed: Observations,
+    table: Touches,
+    dataset: DataSet,
+    *,
+    kernel: str = "auto",
+    empirical: bool | Literal["auto"] = "auto",
+    seed: int = 0,
+) -> Fitted:
+    """Fit a pad without effects, with the kernel and the map that its calibration has.
+
+    Parameters
+    ----------
+    observed : Observations
+        Touches with known location.
+    table : Touches
+        The same as a table.
+    dataset : DataSet
+        Of a pad.
+    kernel, empirical, seed
+        As `bayestouch.pad.calibration.calibrate_pad`.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.pad.calibration.calibrate_pad`.
+    """
+    pad = dataset.sensor.body
+    assert isinstance(pad, Pad)
+    problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed)
+    chosen, _ = choose_model(problem, dataset, kernel, empirical)
+    chain = chosen.fit.chain
+    sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / problem.known.load[:, None]
+    reference = float(np.median(problem.known.load))
+    columns = (pad.element_x_mm, pad.element_y_mm)
+    model = PadModel(
+        observed=observed,
+        peak=np.maximum(sensitivity.max(axis=0), 1e-300) * reference,
+        reference_load=reference,
+        pad=chain,
+        priors=problem.priors.of(chain.kernel),
+        element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+        map=MapBasis.of(chosen) if chosen.has_map else None,
+    )
+    vector = model.start(chain)
+    reads = np.maximum(observed.means.counts.max(axis=1), 1)
+    share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.force_sd / np.sqrt(reads) / model.load
+    load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()
+    noise = NoiseModel(pad_noise(model, vector), load_sd, model.peak)
+    first = fit(model, vector, noise)
+    return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector)))
+
+
+def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
+    """Noise of one reading, (m,): from repeats where there are any, else from touches that follow each other.
+
+    What a model misses varies slowly from one touch of a scan to the next, noise does not: with r the residual, the
+    second difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. Its median size is taken,
+    which the ends of the lines of a scan do not disturb, far from the touch where there are enough such readings.
+    """
+    observed = model.known
+    means = observed.means
+    repeated = np.sqrt(means.pure_error_variance)
+    predicted = model.predict(vector).touches
+    order = np.argsort(observed.touch_time_s, kind="stable")
+    residual = (means.readings - predicted)[order]
+    weight = np.sqrt(np.maximum(means.counts[order], 1))
+    second = (residual[:-2] - 2 * residual[1:-1] + residual[2:]) * weight[1:-1] / np.sqrt(6)
+    signal = np.abs(predicted - model.chain(vector).offset)[order][1:-1]
+    sd = np.empty(model.n_elements)
+    for e, column in enumerate(second.T):
+        far = np.isfinite(column) & (signal[:, e] < FAR * model.peak[e])
+        rows = column[far] if far.sum() >= ENOUGH_FAR else column[np.isfinite(column)]
+        sd[e] = np.median(np.abs(rows)) / MAD if len(rows) else np.nan
+    sd = np.where(np.isfinite(repeated) & (repeated > 0), repeated, sd)
+    typical = np.nanmedian(sd / model.peak) if np.isfinite(sd).any() else 0.01
+    return np.maximum(np.where(np.isfinite(sd), sd, typical * model.peak), 1e-6 * model.peak)

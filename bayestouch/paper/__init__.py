@@ -1,0 +1,1 @@
+"""What Nicolson and Fearing (1995) printed, and their own methods."""

@@ -1,0 +1,1 @@
+"""What is believed beforehand: parameters with their priors, of the sensor and of the indenters."""

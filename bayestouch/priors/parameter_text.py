@@ -1,0 +1,116 @@
+"""Parameters with their priors as text, and back: what a posterior file says of them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError, shown
+from bayestouch.priors import parameters as known
+from bayestouch.priors.parameters import Parameter, Prior
+
+_TEXTS = ("name", "symbol", "latex", "unit", "description")
+
+
+@dataclass(frozen=True)
+class PriorOfOtherCode:
+    """A prior that code outside bayestouch defined: its description is known, its density is not."""
+
+    text: str
+    low: float
+    high: float
+
+    @property
+    def support(self) -> tuple[float, float]:
+        """Lower and upper end of the values it allows."""
+        return self.low, self.high
+
+    def log_density(self, value: ArrayLike) -> FloatArray:
+        """Not known.
+
+        Raises
+        ------
+        InputError
+            Always.
+        """
+        raise InputError(f"the density of the prior {self.text!r} is not in the file: other code defined it")
+
+    def quantile(self, probability: ArrayLike) -> FloatArray:
+        """Not known; raises as `log_density`."""
+        return self.log_density(probability)
+
+    def __str__(self) -> str:
+        return self.text
+
+
+def parameters_to_json(parameters: Iterable[Parameter]) -> str:
+    """Write parameters as JSON; `parameters_from_json` gives them back."""
+    return json.dumps(
+        [{name: getattr(one, name) for name in _TEXTS} | {"prior": _prior_to_plain(one.prior)} for one in parameters],
+        ensure_ascii=False,
+    )
+
+
+def parameters_from_json(text: str) -> tuple[Parameter, ...]:
+    """Read parameters from JSON.
+
+    Raises
+    ------
+    InputError
+        The text is no such JSON, or a prior is impossible.
+    """
+    try:
+        return tuple(
+            Parameter(prior=_prior_from_plain(one["prior"]), **{name: str(one[name]) for name in _TEXTS})
+            for one in json.loads(text)
+        )
+    except InputError:
+        raise
+    except (ValueError, TypeError, KeyError, AttributeError, ArithmeticError, RecursionError):
+        raise InputError(f"expected parameters as JSON, got {shown(text)}") from None
+
+
+def _prior_to_plain(prior: Prior) -> dict[str, Any]:
+    # Another class of the same name must not come back as ours.
+    name = type(prior).__name__
+    if getattr(known, name, None) is type(prior) and is_dataclass(prior):
+        return {"kind": name} | {field.name: _number_to_plain(getattr(prior, field.name)) for field in fields(prior)}
+    low, high = prior.support
+    return {
+        "kind": "PriorOfOtherCode",
+        "text": str(prior),
+        "low": _number_to_plain(low),
+        "high": _number_to_plain(high),
+    }
+
+
+def _prior_from_plain(plain: dict[str, Any]) -> Prior:
+    values = {
+        key: value if key == "text" else _number_from_plain(value) for key, value in plain.items() if key != "kind"
+    }
+    if plain["kind"] == "PriorOfOtherCode":
+        return PriorOfOtherCode(**values)
+    kind = getattr(known, str(plain["kind"]), None)
+    # The name comes from a file: nothing but a prior of this package may be called.
+    if not (isinstance(kind, type) and is_dataclass(kind) and hasattr(kind, "log_density")):
+        raise InputError(f"expected a prior that this version knows, got {shown(plain['kind'])}")
+    return cast("Prior", kind(**values))
+
+
+def _number_to_plain(value: Any) -> Any:
+    """JSON has no infinities: they become text."""
+    if isinstance(value, tuple | list | np.ndarray):
+        return [_number_to_plain(one) for one in value]
+    number = float(value)
+    return number if math.isfinite(number) else str(number)
+
+
+def _number_from_plain(value: Any) -> Any:
+    return tuple(_number_from_plain(one) for one in value) if isinstance(value, list) else float(value)

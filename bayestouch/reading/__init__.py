@@ -1,0 +1,1 @@
+"""Reading touches, whatever the body: options, blocks of touches, the check of the sensor."""

@@ -1,0 +1,250 @@
+"""Inference block by block: in memory, or into a file that holds any number of touches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, Protocol, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.data.touch_source import TouchSource
+from bayestouch.parallel.cluster import on_cluster
+from bayestouch.progress import Progress
+from bayestouch.reading.options import Kept, Options
+from bayestouch.results.data import TouchRows
+from bayestouch.results.growing_file import GrowingFile
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.partial import Partial, fingerprint_of, partial_folder
+from bayestouch.results.summaries import summarise
+from bayestouch.results.tips import TipProbabilities
+from bayestouch.version import __version__
+
+# Draws of a block, over its touches: 128 MB as R, r_c, θ_c and P. A multiple of what is drawn together.
+BLOCK_DRAWS = 1 << 22
+BLOCK_UNIT = 512
+
+
+class BlockReader(Protocol):
+    """A calibrated sensor that is ready to read touches. It is sent to wherever they are read."""
+
+    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of a block of touches, numbered from `first`; they do not depend on the other blocks."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class TouchRun:
+    """Touches that are ready to be read.
+
+    Attributes
+    ----------
+    reader : BlockReader
+        Reads them.
+    n_touches : int
+        How many.
+    blocks : callable
+        Given a size, yields the touches in blocks of that size (the last one smaller), in order.
+    """
+
+    reader: BlockReader
+    n_touches: int
+    blocks: Callable[[int], Iterator[Any]]
+
+
+Numbered = Iterator[tuple[int, Any]]
+#: Reads blocks, each given with the number of its first touch, in any order; tells how far it is with the one in work.
+Hands = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
+
+
+def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
+    """Numbers 0 ... n - 1 in pieces of `size`."""
+    return (np.arange(first, min(first + size, n)) for first in range(0, n, size))
+
+
+class Block(Protocol):
+    """Touches that are read together."""
+
+    @property
+    def n_touches(self) -> int:
+        """How many."""
+        ...
+
+    def select(self, index: NDArray[np.int64]) -> Self:
+        """Some of them."""
+        ...
+
+    @classmethod
+    def joined(cls, parts: Sequence[Self]) -> Self:
+        """All touches of several."""
+        ...
+
+
+AnyBlock = TypeVar("AnyBlock", bound=Block)
+
+
+def in_blocks(parts: Iterable[AnyBlock], size: int) -> Iterator[AnyBlock]:
+    """Touches of parts of any size in blocks of one size, the last one smaller."""
+    held: list[AnyBlock] = []
+    for part in parts:
+        held.append(part)
+        if sum(each.n_touches for each in held) < size:
+            continue
+        whole = type(part).joined(held)
+        full = whole.n_touches // size * size
+        yield from map(whole.select, rows_of_blocks(full, size))
+        held = [whole.select(np.arange(full, whole.n_touches))]
+    if held and (last := type(held[0]).joined(held)).n_touches:
+        yield last
+
+
+def size_of_block(kept: Kept) -> int:
+    """Touches that are read together."""
+    return max(1, BLOCK_DRAWS // kept.draws // BLOCK_UNIT) * BLOCK_UNIT
+
+
+def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
+    """A block with the summary of all its draws, and those to be kept."""
+    if kept.everything:
+        return block
+    draws = {} if kept.summary_only else {name: a[:, :: kept.thin] for name, a in block.posterior.items()}
+    return replace(block, posterior=draws, summary=summarise(block.posterior))
+
+
+def own_hands(workers: int | None) -> Hands:
+    """Read blocks one after the other, each with all cores of this machine or so many."""
+
+    def hands(
+        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        for first, block in blocks:
+            yield first, keep(reader.read(block, first, workers, within), kept)
+
+    return hands
+
+
+def hands_of_cluster(address: str) -> Hands:
+    """Read blocks on the Dask cluster whose scheduler is at `address`; raises as `bayestouch.parallel.cluster.on_cluster`."""
+
+    def hands(
+        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        numbered = ((first, (first, block)) for first, block in blocks)
+        return on_cluster(address, _read_there, (reader, kept), numbered)
+
+    return hands
+
+
+def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
+    (reader, kept), (first, block) = shared, piece
+    return keep(reader.read(block, first, 1, None), kept)
+
+
+def read_in_memory(run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None) -> TouchPosteriors:
+    """Posteriors of all touches."""
+    blocks = dict(_read(run, kept, hands, progress, set()))
+    return _joined([blocks[first] for first in sorted(blocks)])
+
+
+def read_to_file(
+    run: TouchRun, kept: Kept, hands: Hands, path: Path, fingerprint: str, progress: Progress | None
+) -> None:
+    """Write the posteriors of all touches to a file, going on from where an interrupted run stopped.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written, or another process is writing it.
+    """
+    from bayestouch.results.groups import touch_groups
+
+    with partial_folder(path, fingerprint) as partial:
+        layout = partial.layout()
+        file = None if layout is None else GrowingFile.from_json(partial.file, layout)
+        done = set() if file is None else partial.finished()
+        for first, block in _read(run, kept, hands, progress, done):
+            groups, attributes = touch_groups(block)
+            if file is None:
+                file = _begin(partial, groups, attributes, run.n_touches)
+            file.write(groups, first)
+            partial.add(first)
+        assert file is not None
+        file.finish()
+        partial.deliver()
+
+
+def fingerprint(source: TouchSource, calibration: Calibration, options: Options) -> str:
+    """Hash of all that the draws follow from: data, calibration, options, and the versions of what computes."""
+    from importlib.metadata import version
+
+    from bayestouch.results.groups import calibration_groups
+
+    groups, attributes = calibration_groups(calibration)
+    return fingerprint_of(
+        source.mark(),
+        {
+            f"{name}/{key}": variable.values
+            for name, group in groups.items()
+            for key, variable in group.variables.items()
+        },
+        attributes,
+        options,
+        (BLOCK_DRAWS, BLOCK_UNIT),
+        {"bayestouch": __version__} | {name: version(name) for name in ("numpy", "scipy", "emcee")},
+    )
+
+
+def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches: int) -> GrowingFile:
+    partial.clear()
+    file = GrowingFile.create(partial.file, groups, attributes, n_touches)
+    partial.begin(file.to_json())
+    return file
+
+
+def _read(
+    run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None, done: set[int]
+) -> Iterator[tuple[int, TouchPosteriors]]:
+    """First touch and posteriors of each block that is not done."""
+    size = size_of_block(kept)
+    read = len(done)
+
+    def tell(fraction: float) -> None:
+        if progress is not None:
+            progress(min(1.0, (read + fraction) * size / run.n_touches))
+
+    left = ((i * size, block) for i, block in enumerate(run.blocks(size)) if i * size not in done)
+    for first, block in hands(run.reader, kept, left, None if progress is None else tell):
+        yield first, block
+        read += 1
+        tell(0.0)
+
+
+def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
+    first = blocks[0]
+    if len(blocks) == 1:
+        return first
+
+    def last_axis(name: str) -> dict[str, Any]:
+        parts = [getattr(block, name) for block in blocks]
+        return {key: np.concatenate([part[key] for part in parts], axis=-1) for key in parts[0]}
+
+    rows: dict[str, Any] = {
+        each.name: np.concatenate([getattr(block.rows, each.name) for block in blocks])
+        for each in fields(TouchRows)
+        if each.name != "location"
+    }
+    location = {key: np.concatenate([block.rows.location[key] for block in blocks]) for key in first.rows.location}
+    tips = [block.tips.log_probability for block in blocks if block.tips is not None]
+    return replace(
+        first,
+        posterior=last_axis("posterior"),
+        sample_stats=last_axis("sample_stats"),
+        reference=last_axis("reference"),
+        summary=last_axis("summary"),
+        rows=TouchRows(location=location, **rows),
+        tips=None
+        if first.tips is None
+        else TipProbabilities(first.tips.radius_mm, first.tips.prior, np.concatenate(tips)),
+    )

@@ -1,0 +1,64 @@
+"""What is wrong with one column of a touch table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.reading.fault_tests import TOLERANCE, SensorMisfit
+
+Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
+
+#: An element that follows the touches by less than this share of what it should is dead.
+DEAD_SHARE = 0.15
+
+
+@dataclass(frozen=True)
+class ColumnFault:
+    """What is wrong with one column.
+
+    Attributes
+    ----------
+    column : int
+        Element, counted from 0; the number of elements for the force sensor.
+    kind : str
+        ``dead`` (does not follow the touches), ``stuck`` (one value), ``gain`` (reads `value` times what it should),
+        ``offset`` (reads `value` of its peak too much) or ``unlike`` (does not fit in another way).
+    value, sd : float
+        Of `kind`, with its standard deviation.
+    """
+
+    column: int
+    kind: Kind
+    value: float = np.nan
+    sd: float = np.nan
+
+
+def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
+    """What is wrong with a column, from what the others say it should have read."""
+    there = np.isfinite(read)
+    y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]
+    scale = float(misfit.scale[column])
+    if len(y) > 1 and np.ptp(y) == 0:
+        return ColumnFault(column, "stuck", float(y[0]))
+    # A signal that is itself uncertain would draw the slope to zero: its variance is taken out of its square.
+    weight = 1 / (s_sd**2 + (0.02 * scale) ** 2)
+    square = float((weight * (s**2 - s_sd**2)).sum())
+    if square <= 0:
+        return ColumnFault(column, "unlike")
+    gain = float((weight * y * s).sum()) / square
+    rest = y - gain * s
+    sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
+    if abs(gain) < DEAD_SHARE and abs(gain) < max(3 * sd, DEAD_SHARE) and sd < DEAD_SHARE:
+        return ColumnFault(column, "dead", gain, sd)
+    missed = float(np.sqrt(np.median(weight * rest**2)))
+    offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
+    beside = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
+    if column < misfit.n_elements and abs(offset) > TOLERANCE and beside < min(1.0, 0.5 * missed):
+        return ColumnFault(column, "offset", offset, 0.02 / np.sqrt(len(y)))
+    if missed < 2.0 and sd < 0.5 * abs(gain - 1):
+        return ColumnFault(column, "gain", gain, sd)
+    return ColumnFault(column, "unlike")

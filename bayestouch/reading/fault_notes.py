@@ -1,0 +1,86 @@
+"""What a check of the sensor found, in sentences for the notes of a result."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.reading.fault_kinds import ColumnFault
+from bayestouch.reading.faults import SensorCheck
+
+
+def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
+    """One sentence for each finding; none for a sound sensor.
+
+    Parameters
+    ----------
+    check : SensorCheck
+        What was found.
+    load_unit : str
+        Unit of the load.
+    """
+    m = len(check.order)
+    notes = [
+        _force(fault, load_unit) if fault.column == m else f"{_name(fault.column)} {_element(fault)} and is left out"
+        for fault in check.faults
+    ]
+    moved = np.flatnonzero(check.order != np.arange(m))
+    if len(moved) == 2:
+        notes.append(
+            f"{_name(int(moved[0]))} and {_name(int(moved[1]))} are swapped: their readings are exchanged back"
+        )
+    elif len(moved):
+        columns = ", ".join(_name(int(column)) for column in check.order)
+        notes.append(f"the elements are wired in another order than in the calibration, read as {columns}")
+    if check.excess > 1:
+        notes.append(
+            f"the readings miss the calibrated model by {check.excess:.2g} times what noise and calibration explain, "
+            "and no few elements are the cause: the noise is taken as that much larger; calibrate the sensor again"
+        )
+    return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)
+
+
+def fault_settings(check: SensorCheck) -> dict[str, str | float]:
+    """The same for the settings of a result."""
+    m = len(check.order)
+    found: dict[str, str | float] = {"touches_checked": float(check.touches)}
+    if check.left_out.any():
+        found["elements_left_out"] = " ".join(_name(int(column)) for column in np.flatnonzero(check.left_out))
+    if check.force_left_out:
+        found["force_sensor"] = "left out"
+    if (check.order != np.arange(m)).any():
+        found["element_order"] = " ".join(_name(int(column)) for column in check.order)
+    if check.excess > 1:
+        found["noise_widened"] = check.excess
+    return found
+
+
+def _name(column: int) -> str:
+    return f"e{column + 1:02d}"
+
+
+def _element(fault: ColumnFault) -> str:
+    match fault.kind:
+        case "dead":
+            return "does not follow the touches (dead)"
+        case "stuck":
+            return f"reads the same ({fault.value:.4g}) at every touch (stuck)"
+        case "gain":
+            change = f"{fault.value:.3g} ± {fault.sd:.1g} times"
+            return f"reads {change} what the calibration and the other elements say (its gain has changed)"
+        case "offset":
+            return f"reads {100 * fault.value:+.2g} % of its peak beside what it should (its zero has moved)"
+        case _:
+            return "does not agree with the other elements"
+
+
+def _force(fault: ColumnFault, unit: str) -> str:
+    if fault.kind == "gain":
+        what = (
+            f"the force sensor reads {fault.value:.3g} ± {fault.sd:.1g} times the load that the elements say (it, or "
+            "the gain of all elements, has changed)"
+        )
+    elif fault.kind in ("dead", "stuck"):
+        what = f"the force sensor does not follow the touches ({fault.kind})"
+    else:
+        what = f"the force sensor's readings ({unit}) do not agree with the elements"
+    return f"{what} and is left out: loads are inferred from the elements"

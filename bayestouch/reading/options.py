@@ -1,0 +1,80 @@
+"""What may be chosen of an inference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from bayestouch.data.sensor import Finger
+from bayestouch.data.touch_source import TouchSource
+from bayestouch.errors import InputError, shown
+from bayestouch.priors.indenters import IndenterPrior
+from bayestouch.results.objects import Calibration
+
+
+@dataclass(frozen=True)
+class Kept:
+    """What is kept of the draws.
+
+    Attributes
+    ----------
+    draws : int
+        Draws of a touch.
+    thin : int
+        Of each chain every so many-th draw is kept.
+    summary_only : bool
+        No draw is kept.
+    summarised : bool
+        There are summaries, of all draws, even if every draw is kept.
+    """
+
+    draws: int = 1024
+    thin: int = 1
+    summary_only: bool = False
+    summarised: bool = True
+
+    @property
+    def everything(self) -> bool:
+        """Whether posteriors stay as they are drawn."""
+        return self.thin == 1 and not (self.summary_only or self.summarised)
+
+
+@dataclass(frozen=True)
+class Options:
+    """Everything a result follows from beside touches and calibration; see `bayestouch.infer`."""
+
+    indenter: IndenterPrior | None = None
+    plug_in: bool = False
+    use_load: bool = True
+    check_sensor: bool = True
+    each_sample: bool = False
+    method: str = "emcee"
+    kept: Kept = field(default_factory=Kept)
+    seed: int = 0
+
+    def check(self, source: TouchSource, calibration: Calibration) -> None:
+        """Refuse what cannot be.
+
+        Raises
+        ------
+        InputError
+            An option is out of range or does not go with the body, or the table does not fit the calibrated sensor.
+        """
+        draws, thin = self.kept.draws, self.kept.thin
+        if self.method not in ("emcee", "importance"):
+            raise InputError(f"method: expected emcee or importance, got {self.method!r}")
+        if draws < 64:
+            raise InputError(f"draws: expected at least 64, got {draws}")
+        if not 1 <= thin <= draws // 16:
+            raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
+        if self.indenter is not None and not isinstance(self.indenter, IndenterPrior):
+            got = shown(self.indenter)
+            raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {got}")
+        m = calibration.sensor.n_elements
+        if source.n_elements != m:
+            raise InputError(f"the table has {source.n_elements} elements, the calibrated sensor {m}")
+        if isinstance(calibration.sensor.body, Finger):
+            return
+        if self.each_sample or self.method != "emcee":
+            raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
+        if self.indenter is not None:
+            raise InputError("indenter is an option of fingers; a pad does not tell radii")

@@ -1,0 +1,84 @@
+"""Draws that stay in their file, for results larger than memory; and draws that were never kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.files import reading
+from bayestouch.errors import InputError
+
+
+@dataclass(frozen=True)
+class DrawsOnFile(Mapping[str, FloatArray]):
+    """Draws by name, each read from the file when it is asked for.
+
+    Attributes
+    ----------
+    path : Path
+        Posterior file.
+    shapes : mapping of str to tuple of int
+        (chain, draw, t) of each.
+    stamp : tuple of int
+        Size and time of the file when it was opened: draws are not taken from another that took its place.
+    """
+
+    path: Path
+    shapes: Mapping[str, tuple[int, ...]]
+    stamp: tuple[int, int]
+
+    def __getitem__(self, name: str) -> FloatArray:
+        """All draws of a parameter, (chain, draw, t)."""
+        return self.some(name, slice(None))
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.shapes)
+
+    def __len__(self) -> int:
+        return len(self.shapes)
+
+    def some(self, name: str, touches: slice) -> FloatArray:
+        """Draws of a parameter for some of the touches, (chain, draw, some).
+
+        Raises
+        ------
+        InputError
+            The file is gone, or is another one by now.
+        KeyError
+            There is no such parameter.
+        """
+        import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
+
+        if name not in self.shapes:
+            raise KeyError(name)
+        with reading(self.path) as file:
+            if stamp_of(file) != self.stamp:
+                raise InputError("has changed since it was opened", file=file)
+            with h5py.File(file, "r") as root:
+                return np.asarray(root["posterior"][name][..., touches], dtype=np.float64)
+
+
+class NoDraws(Mapping[str, FloatArray]):
+    """Where only summaries were kept: empty, and says why when asked for draws."""
+
+    def __getitem__(self, name: str) -> FloatArray:
+        raise InputError("only summaries were kept of these posteriors, no draws", column=name)
+
+    def __contains__(self, name: object) -> bool:
+        return False
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return 0
+
+
+def stamp_of(file: Path) -> tuple[int, int]:
+    """Size and time of last change of a file."""
+    status = file.stat()
+    return status.st_size, status.st_mtime_ns

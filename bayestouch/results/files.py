@@ -1,0 +1,115 @@
+"""Posterior files: calibrations and posteriors of touches, saved in the ArviZ schema.
+
+`az.from_netcdf` and `xarray.open_datatree` open the files; see `bayestouch.results.groups` for what is in them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayestouch.data.arrays import quantiles
+from bayestouch.results.data import CalibrationData, PosteriorsData
+from bayestouch.results.groups import Attributes, Groups, calibration_groups, touch_groups
+from bayestouch.results.netcdf import write_groups
+from bayestouch.results.summaries import PROBABILITIES
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
+    """Save a calibration as netCDF; the file is there whole or not at all.
+
+    Raises
+    ------
+    InputError
+        The file cannot be written.
+    """
+    write_groups(path, *calibration_groups(calibration))
+
+
+def save_touches(result: PosteriorsData, path: str | Path) -> None:
+    """Save posteriors of touches as netCDF; as `save_calibration`."""
+    write_groups(path, *touch_groups(result))
+
+
+def to_arviz(result: CalibrationData | PosteriorsData) -> Any:
+    """Give a result to ArviZ: `InferenceData` before ArviZ 1.0, `xarray.DataTree` from there on."""
+    import arviz
+
+    groups, attributes = _groups(result)
+    # Asking the module itself for what it no longer has makes ArviZ 1 warn.
+    if "InferenceData" in vars(arviz):
+        content: dict[str, Any] = dict(groups)
+        return arviz.InferenceData(attrs=attributes, **content)
+    import xarray as xr
+
+    return xr.DataTree.from_dict({"/": xr.Dataset(attrs=attributes), **groups})
+
+
+def to_dataframe(
+    result: CalibrationData | PosteriorsData, probabilities: Sequence[float] = (0.05, 0.5, 0.95)
+) -> pd.DataFrame:
+    """Summarise the draws of every parameter.
+
+    Parameters
+    ----------
+    result : Calibration or TouchPosteriors
+        What to summarise.
+    probabilities : sequence of float
+        Probabilities of the quantiles.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each parameter and touch, in the order of the touches, or element: ``parameter``, ``touch`` or
+        ``element`` (counted from 1 as in ``e01``; missing for what the elements share), ``unit``, ``mean``, ``sd``
+        and the quantiles, ``q5``, ``q50``, ``q95`` by default. Posteriors of touches have a last column ``reference``.
+    """
+    import pandas as pd
+
+    touches = isinstance(result, PosteriorsData)
+    summary = result.summary if isinstance(result, PosteriorsData) and tuple(probabilities) == PROBABILITIES else {}
+    # Draws that lie on file stay there where the summary serves.
+    groups, _ = _groups(replace(result, posterior={}) if isinstance(result, PosteriorsData) and summary else result)
+    source = groups["summary" if summary else "posterior"]
+    parts = []
+    for name, variable in source.data_vars.items():
+        if summary:
+            statistics = summary[str(name)]
+        else:
+            draws = np.asarray(variable.values).reshape(variable.sizes["chain"] * variable.sizes["draw"], -1)
+            with np.errstate(invalid="ignore"):  # a flat tip's r_c is infinite
+                sd = draws.std(axis=0)
+            statistics = np.stack([draws.mean(axis=0), sd, *quantiles(draws, probabilities, axis=0)])
+        count = statistics.shape[1]
+        place = source["touch"].values if touches else _elements(variable.dims, count)
+        columns = {
+            "parameter": np.full(count, str(name), dtype=object),
+            "touch" if touches else "element": place,
+            "unit": np.full(count, variable.attrs["units"], dtype=object),
+        }
+        names = ("mean", "sd", *(f"q{100 * p:g}" for p in probabilities))
+        columns |= dict(zip(names, statistics, strict=True))
+        if touches:
+            reference = groups["constant_data"]
+            columns["reference"] = reference[name].values if name in reference else np.full(count, np.nan)
+        parts.append(pd.DataFrame(columns))
+    return pd.concat(parts, ignore_index=True)
+
+
+def _groups(result: CalibrationData | PosteriorsData) -> tuple[Groups, Attributes]:
+    return calibration_groups(result) if isinstance(result, CalibrationData) else touch_groups(result)
+
+
+def _elements(dims: tuple[Hashable, ...], count: int) -> pd.api.extensions.ExtensionArray:
+    import pandas as pd
+
+    if dims == ("chain", "draw"):
+        return pd.array([pd.NA] * count, dtype="Int64")
+    return pd.array(np.arange(1, count + 1), dtype="Int64")

@@ -1,0 +1,141 @@
+"""Results from groups of named arrays: the inverse of `bayestouch.results.groups`."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from bayestouch.chain.noise import Noise
+from bayestouch.data.sensor import Sensor
+from bayestouch.data.sensor_toml import sensor_from_toml
+from bayestouch.errors import InputError
+from bayestouch.priors.parameter_text import parameters_from_json
+from bayestouch.results.arrays import array_of, arrays_of, group_of
+from bayestouch.results.data import TouchRows
+from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
+from bayestouch.results.groups import ROW_ARRAYS, Attributes, Groups
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.summaries import STATISTICS
+from bayestouch.results.tips import TipProbabilities
+
+
+def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibration:
+    """Rebuild a calibration; the inverse of `bayestouch.results.groups.calibration_groups`.
+
+    Raises
+    ------
+    InputError
+        Something is missing or does not fit.
+    """
+    sensor, common = _common(groups, attributes)
+    noise, laplace = group_of(groups, "noise"), group_of(groups, "laplace")
+    m = sensor.n_elements
+    layout = array_of(laplace, "row", (-1,), "OUT")
+    return Calibration(
+        sensor=sensor,
+        mode=arrays_of(group_of(groups, "mode")),
+        posterior=arrays_of(group_of(groups, "posterior"), "chain", "draw"),
+        covariance=array_of(laplace, "covariance", (len(layout), len(layout))),
+        layout=tuple(map(str, layout)),
+        noise=Noise(
+            tactile_sd=array_of(noise, "tactile_sd", (m,)),
+            discrepancy_sd=array_of(noise, "discrepancy_sd", (m,)),
+            signal_share=float(array_of(noise, "signal_share", ())),
+            force_sd=float(array_of(noise, "force_sd", ())),
+        ),
+        rows=_rows(groups, sensor),
+        statistics=_from_json(attributes, "statistics", dict),
+        extra=arrays_of(group_of(groups, "extra")),
+        **common,
+    )
+
+
+def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None = None) -> TouchPosteriors:
+    """Rebuild posteriors of touches; the inverse of `bayestouch.results.groups.touch_groups`.
+
+    Parameters
+    ----------
+    groups, attributes
+        As read.
+    draws : DrawsOnFile, optional
+        In place of the group ``posterior``, where that was left on file.
+
+    Raises
+    ------
+    InputError
+        Something is missing or does not fit.
+    """
+    sensor, common = _common(groups, attributes)
+    rows = _rows(groups, sensor)
+    t = len(rows.touch)
+    summary = arrays_of(groups["summary"], "statistic", "touch") if "summary" in groups else {}
+    for name, values in summary.items():
+        if values.shape != (len(STATISTICS), t):
+            raise InputError(f"expected an array of shape {(len(STATISTICS), t)}, got {values.shape}", column=name)
+    in_memory = {}
+    if draws is None and ("posterior" in groups or not summary):
+        in_memory = arrays_of(group_of(groups, "posterior"), "chain", "draw", "touch")
+    statistics, reference = arrays_of(group_of(groups, "sample_stats")), arrays_of(group_of(groups, "constant_data"))
+    shapes = {name: values.shape for name, values in (in_memory | statistics | reference).items()}
+    for name, shape in (shapes | dict(draws.shapes if draws is not None else {})).items():
+        if shape[-1:] != (t,):
+            raise InputError(f"expected {t} touches, got an array of shape {shape}", column=name)
+    return TouchPosteriors(
+        sensor=sensor,
+        posterior=draws or in_memory or NoDraws(),
+        sample_stats=statistics,
+        reference=reference,
+        rows=rows,
+        tips=TipProbabilities.from_groups(groups, t),
+        summary=summary,
+        **common,
+    )
+
+
+def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
+    rows, observed = group_of(groups, "rows"), group_of(groups, "observed_data")
+    touch = array_of(rows, "touch", (-1,), "iu")
+    shape = (len(touch), sensor.n_elements)
+    arrays = {name: array_of(rows, name, shape) for name in ROW_ARRAYS}
+    return TouchRows(
+        touch=touch,
+        location={
+            name.removeprefix("location_"): array_of(rows, name, shape[:1])
+            for name in map(str, rows.data_vars)
+            if name.startswith("location_")
+        },
+        radius_mm=array_of(rows, "radius_mm", shape[:1]),
+        load=array_of(observed, "load", shape[:1]),
+        observed=array_of(observed, "reading", shape),
+        **arrays,
+    )
+
+
+def _common(groups: Groups, attributes: Attributes) -> tuple[Sensor, dict[str, Any]]:
+    """The sensor, and what calibrations and posteriors of touches share."""
+    from dataclasses import replace
+
+    for name in ("sensor", "parameters"):
+        if name not in attributes:
+            raise InputError("missing from the posterior file", column=name)
+    sensor = replace(sensor_from_toml(attributes["sensor"]), notes=tuple(_from_json(attributes, "sensor_notes", list)))
+    return sensor, {
+        "parameters": parameters_from_json(attributes["parameters"]),
+        "settings": _from_json(attributes, "settings", dict),
+        "notes": notes_of(attributes),
+    }
+
+
+def notes_of(attributes: Attributes) -> tuple[str, ...]:
+    """Notes of a result, from the attributes of its file."""
+    return tuple(_from_json(attributes, "notes", list))
+
+
+def _from_json(attributes: Attributes, name: str, kind: type) -> Any:
+    try:
+        value = json.loads(attributes[name])
+    except (KeyError, ValueError, RecursionError):
+        value = None
+    if not isinstance(value, kind):
+        raise InputError(f"expected JSON ({'an object' if kind is dict else 'a list'})", column=name)
+    return value

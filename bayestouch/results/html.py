@@ -1,0 +1,64 @@
+"""Results as a notebook shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from html import escape
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from bayestouch.output.summary import summary_html
+from bayestouch.output.text import number, plus_minus
+
+if TYPE_CHECKING:
+    from bayestouch.results.data import CalibrationData, PosteriorsData
+
+_ROWS = 8
+
+
+def html_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A plain table; everything in it is escaped."""
+    top = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
+    lines = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{lines}</tbody></table>"
+
+
+def calibration_html(calibration: CalibrationData) -> str:
+    """Parameters with priors and posteriors, and how good the fit is."""
+    rows = []
+    for parameter in calibration.parameters:
+        if parameter.name not in calibration.posterior:
+            continue
+        draws = np.asarray(calibration.posterior[parameter.name])
+        each = draws.reshape(-1, *draws.shape[2:])
+        shared = each.ndim == 1
+        mean, sd = each.mean(axis=0), each.std(axis=0)
+        span = "" if shared else f"{number(float(np.min(mean)), 4)} to {number(float(np.max(mean)), 4)}"
+        rows.append(
+            [
+                parameter.symbol,
+                parameter.unit,
+                parameter.description,
+                str(parameter.prior),
+                plus_minus(float(np.mean(mean)), float(np.median(sd))),
+                span,
+            ]
+        )
+    head = ("parameter", "unit", "meaning", "prior", "posterior mean ± sd", "over the elements")
+    return summary_html(calibration) + html_table(head, rows)
+
+
+def touches_html(posteriors: PosteriorsData) -> str:
+    """The first touches, and how good the draws are."""
+    count = len(posteriors.rows.touch)
+    parameters = [p for p in posteriors.parameters if p.name in posteriors.posterior or p.name in posteriors.summary]
+    numbers = {p.name: (posteriors.mean(p.name), posteriors.sd(p.name)) for p in parameters}
+    rows = [
+        [str(posteriors.rows.touch[t]), *(plus_minus(float(m[t]), float(s[t])) for m, s in numbers.values())]
+        for t in range(min(count, _ROWS))
+    ]
+    if count > _ROWS:
+        rows.append(["…"] * (1 + len(parameters)))
+    head = ("touch", *(f"{p.symbol} ({p.unit})" for p in parameters))
+    return summary_html(posteriors) + html_table(head, rows)

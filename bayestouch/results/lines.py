@@ -1,0 +1,92 @@
+"""Lines of the ``repr`` of calibrations and posteriors of touches."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import few
+from bayestouch.output.summary import notes_line, span
+from bayestouch.output.text import fixed, number, plural, plus_minus
+from bayestouch.priors.parameters import Parameter
+from bayestouch.results.data import CalibrationData, PosteriorsData
+from bayestouch.results.draws_on_file import DrawsOnFile
+
+
+def calibration_lines(calibration: CalibrationData) -> list[str]:
+    """Touches, quality of the fit, effects, parameters and grade."""
+    numbers = calibration.statistics
+    fit = f"error {number(numbers.get('error_percent_peak'))} % of the peak"
+    fit += f" (noise {number(numbers.get('noise_percent_peak'))} %)"
+    fit += f", lack of fit {number(numbers.get('lack_of_fit'))}"
+    names = _effects(calibration)
+    return [
+        f"Calibration of {calibration.sensor.in_short}",
+        f"{plural(len(calibration.rows.touch), 'touch')}, {_draws(calibration.posterior)}",
+        fit,
+        *([f"effects: {few(names, 8)}"] if names else []),
+        "; ".join(filter(None, (_parameter(calibration, each) for each in calibration.parameters))),
+        *_sampler(calibration),
+        *notes_line(calibration.notes),
+    ]
+
+
+def _parameter(calibration: CalibrationData, parameter: Parameter) -> str:
+    """Mean ± sd; over the elements where there are several: range of the means ± the median sd."""
+    if parameter.name not in calibration.posterior:
+        return ""
+    draws = np.asarray(calibration.posterior[parameter.name])
+    each = draws.reshape(-1, *draws.shape[2:])
+    mean, sd, unit = each.mean(axis=0), float(np.median(each.std(axis=0))), f" {parameter.unit}".rstrip()
+    if mean.ndim == 0:
+        return f"{parameter.symbol} {plus_minus(float(mean), sd)}{unit}"
+    return f"{parameter.symbol}{span(mean)}{unit} (± {number(sd, 2)})"
+
+
+def _draws(posterior: Mapping[str, FloatArray]) -> str:
+    shapes = posterior.shapes if isinstance(posterior, DrawsOnFile) else {k: v.shape for k, v in posterior.items()}
+    for chains, draws, *_ in shapes.values():
+        return f"{plural(chains, 'chain')} of {plural(draws, 'draw')}"
+    return "summaries only"
+
+
+def _effects(calibration: CalibrationData) -> list[str]:
+    try:
+        return list(json.loads(str(calibration.settings.get("effects", "{}")))["parameters"])
+    except (KeyError, TypeError, ValueError):  # none, or a damaged text, which is refused where it is used
+        return []
+
+
+def _sampler(calibration: CalibrationData) -> list[str]:
+    numbers, settings = calibration.statistics, calibration.settings
+    if "ess_bulk" in numbers:
+        return [f"effective sample size at least {numbers['ess_bulk']:.0f}, R-hat at most {fixed(numbers['rhat'], 3)}"]
+    return [f"posterior: {settings[key]}" for key in ("sampler", "posterior") if key in settings]
+
+
+def touches_lines(posteriors: PosteriorsData) -> list[str]:
+    """Touches, draws, grade, and the estimates in short."""
+    count, missed = len(posteriors.rows.touch), posteriors.missed
+    return [
+        f"TouchPosteriors of {posteriors.sensor.in_short}",
+        f"{plural(count, 'touch')}, {_draws(posteriors.posterior)}",
+        f"{missed} of {count} missed the sampler's targets" if missed else "all meet the sampler's targets",
+        *filter(None, (_estimates(posteriors, each) for each in posteriors.parameters)),
+        *notes_line(posteriors.notes),
+    ]
+
+
+def _estimates(posteriors: PosteriorsData, parameter: Parameter) -> str:
+    name, unit = parameter.name, f" {parameter.unit}".rstrip()
+    # draws on file may be larger than memory: a summary does not read them
+    in_memory = not isinstance(posteriors.posterior, DrawsOnFile) and name in posteriors.posterior
+    if name not in posteriors.summary and not in_memory:
+        return ""
+    mean = posteriors.mean(name)
+    if not mean.size or not np.isfinite(mean).all():  # r_c of a flat tip is infinite; its R is shown
+        return ""
+    middle, sd = (number(float(np.median(each)), 3) for each in (mean, posteriors.sd(name)))
+    return f"{parameter.symbol}: median {middle},{span(mean)}{unit}; median sd {sd}{unit}"

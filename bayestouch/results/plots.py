@@ -1,0 +1,216 @@
+"""Plots of results: each takes the axes to draw on (new ones by default) and returns them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError, few
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from bayestouch.priors.parameters import Parameter
+    from bayestouch.results.data import CalibrationData, PosteriorsData
+
+
+BLUE, RED, GREY = "#0072B2", "#D55E00", "#666666"
+
+
+def new_axes(axes: Axes | None, width: float = 6.4, height: float = 4.0) -> Axes:
+    """The axes given, or those of a new figure that no window manager knows of."""
+    if axes is not None:
+        return axes
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)  # so that a notebook can show it
+    return figure.subplots()
+
+
+def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = None) -> Axes:
+    """Draw a calibration parameter's posterior beside its prior.
+
+    Parameters
+    ----------
+    calibration : CalibrationData
+    name : str
+        Of a parameter: ``"sigma"``, ``"r_s"`` …
+    axes : matplotlib Axes, optional
+
+    Returns
+    -------
+    matplotlib Axes
+        Densities of a parameter that all elements share; mean and 90 % interval by element of one that each has of its
+        own. Grey: the prior, or its central 90 %, where it is stated in the parameter's own unit.
+
+    Raises
+    ------
+    InputError
+        There is no such parameter.
+    """
+    parameter = _parameter(calibration.parameters, name, calibration.posterior)
+    draws = np.asarray(calibration.posterior[name])
+    axes = new_axes(axes)
+    low, high = (float(np.asarray(parameter.prior.quantile(p))) for p in (0.05, 0.95))
+    label = _label(parameter)
+    if draws.ndim == 2:
+        axes.hist(draws.ravel(), bins=40, density=True, color=BLUE, alpha=0.7, label="posterior")
+        ends = axes.get_xlim()
+        value = np.linspace(min(ends[0], low), max(ends[1], high), 400)
+        axes.plot(value, np.exp(parameter.prior.log_density(value)), color=GREY, label="prior")
+        axes.set(xlabel=label, ylabel="density")
+    else:
+        each = draws.reshape(-1, draws.shape[-1])
+        element = np.arange(1, each.shape[1] + 1)
+        middle = each.mean(axis=0)
+        interval = np.quantile(each, [0.05, 0.95], axis=0)
+        # A prior of a departure, or relative to the data, is not on the axis of the values.
+        if low <= middle.min() and middle.max() <= high:
+            axes.axhspan(low, high, color=GREY, alpha=0.15, label="prior, central 90 %")
+        axes.errorbar(
+            element, middle, np.abs(interval - middle), fmt="o", ms=4, color=BLUE, label="posterior mean, 90 % interval"
+        )
+        axes.set(xlabel="element", ylabel=label, xticks=element if len(element) <= 20 else element[::5])
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None = None) -> Axes:
+    """Draw the calibration touches' readings of one element over location, beside what the model says.
+
+    Parameters
+    ----------
+    calibration : CalibrationData
+    element : int
+        Counted from 1, as in ``e01``.
+    axes : matplotlib Axes, optional
+
+    Raises
+    ------
+    InputError
+        There is no such element.
+    """
+    rows = calibration.rows
+    if not 1 <= element <= rows.observed.shape[1]:
+        raise InputError(f"element: expected 1 to {rows.observed.shape[1]}, got {element}")
+    axes = new_axes(axes)
+    where, label = _location(rows.location, len(rows.touch))
+    observed, predicted = rows.observed[:, element - 1], rows.predicted[:, element - 1]
+    axes.plot(where, observed, "o", ms=4, mfc="none", color=GREY, label="read")
+    axes.plot(where, predicted, ".", ms=4, color=BLUE, label="model")
+    axes.set(xlabel=label, ylabel=f"e{element:02d}, mean reading{_unit(calibration.sensor.reading_unit)}")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = None) -> Axes:
+    """Draw each touch's posterior mean and 90 % interval over its reference (over its place in order without one).
+
+    Raises
+    ------
+    InputError
+        There is no such parameter.
+    """
+    parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.summary})
+    axes = new_axes(axes)
+    mean, (low, high) = posteriors.mean(name), posteriors.interval(name)
+    reference = np.asarray(posteriors.reference.get(name, np.full(len(mean), np.nan)))
+    known = np.isfinite(reference)
+    x = reference if known.any() else np.arange(len(mean), dtype=float)
+    known = known if known.any() else np.isfinite(mean)
+    label = _label(parameter)
+    errors = np.stack([mean - low, high - mean])[:, known]
+    axes.errorbar(x[known], mean[known], np.maximum(errors, 0), fmt="o", ms=3, lw=0.8, color=BLUE, label="posterior")
+    if x is reference:
+        ends = np.array([x[known].min(), x[known].max()])
+        axes.plot(ends, ends, ":", color=RED, label="right")
+    axes.set(xlabel=f"reference {label}" if x is reference else "touch, in order", ylabel=label)
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def plot_touch(
+    posteriors: PosteriorsData, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None
+) -> Axes:
+    """Draw two parameters of one touch against each other: its draws, and its reference where there is one.
+
+    Parameters
+    ----------
+    posteriors : PosteriorsData
+        With draws, not summaries alone.
+    touch : int
+        Its id.
+    names : pair of str, optional
+        Location and radius on a finger, x and y (or load) on a pad by default.
+    axes : matplotlib Axes, optional
+
+    Raises
+    ------
+    InputError
+        There is no such touch or parameter, or only summaries were kept.
+    """
+    place = np.flatnonzero(posteriors.rows.touch == touch)
+    if not place.size:
+        raise InputError(f"touch: {touch} is not among the {len(posteriors.rows.touch)} touches")
+    if names is None:
+        order = [name for name in ("theta_c", "x", "R", "y", "P") if name in posteriors.posterior]
+        names = (order[0], order[1]) if len(order) > 1 else ("theta_c", "R")
+    axes = new_axes(axes, 4.6, 4.4)
+    columns, reference = [], []
+    for name in names:
+        _parameter(posteriors.parameters, name, posteriors.posterior)
+        columns.append(np.asarray(posteriors.posterior[name][..., place[0]]).ravel())
+        reference.append(float(np.asarray(posteriors.reference.get(name, [np.nan] * (place[0] + 1)))[place[0]]))
+    axes.plot(*columns, ".", ms=2, alpha=0.4, color=BLUE, label=f"draws of touch {touch}")
+    if np.isfinite(reference).all():
+        axes.plot(*[[value] for value in reference], "x", ms=9, mew=2, color=RED, label="reference")
+    axes.set(
+        **{
+            f"{axis}label": _label(_parameter(posteriors.parameters, n, None))
+            for axis, n in zip("xy", names, strict=True)
+        }
+    )
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def plot_residuals(posteriors: PosteriorsData, axes: Axes | None = None) -> Axes:
+    """Draw reading minus prediction over its standard deviation, by touch and element."""
+    rows = posteriors.rows
+    axes = new_axes(axes)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        z = (rows.observed - rows.predicted) / rows.sd
+    mesh = axes.pcolormesh(
+        np.arange(len(z) + 1) - 0.5, np.arange(z.shape[1] + 1) + 0.5, z.T, cmap="PuOr", vmin=-4, vmax=4, rasterized=True
+    )
+    axes.set(xlabel="touch, in order", ylabel="element")
+    assert axes.figure is not None
+    axes.figure.colorbar(mesh, ax=axes, label="residual / its sd", extend="both")
+    return axes
+
+
+def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Parameter:
+    found = {parameter.name: parameter for parameter in parameters}
+    if name not in found or (known is not None and name not in known):
+        names = [each for each in found if known is None or each in known]
+        raise InputError(f"{name}: expected one of {few(names, 20)}")
+    return found[name]
+
+
+def _label(parameter: Parameter) -> str:
+    return f"${parameter.latex}$" + _unit(parameter.unit)
+
+
+def _unit(unit: str) -> str:
+    return f" ({unit})" if unit else ""
+
+
+def _location(location: Any, count: int) -> tuple[FloatArray, str]:
+    for name, label in (("theta_c", "reference location θ (degree)"), ("x", "reference location x (mm)")):
+        if name in location and np.isfinite(location[name]).any():
+            return np.asarray(location[name]), label
+    return np.arange(count, dtype=float), "touch, in order"

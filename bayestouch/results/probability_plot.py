@@ -1,0 +1,193 @@
+"""P-P plot: do posteriors of touches hold the truth as often as they say?
+
+The share of a touch's draws below its true value is uniform over touches if the posteriors are right and the truth
+came from the prior. The band holds the whole curve with the stated probability: pointwise binomial limits, made as
+much wider as simulated uniform samples ask (Säilynoja, Bürkner and Vehtari 2022, doi:10.1007/s11222-022-10090-6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
+from bayestouch.results.data import PosteriorsData
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Places at which curve and band are compared, and simulated samples that say how wide the band must be.
+PLACES, SIMULATIONS = 100, 4000
+COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
+DASHES = ("-", "--", "-.", ":")
+
+
+def shares_below(
+    posteriors: PosteriorsData, truth: Mapping[str, ArrayLike] | None = None, names: Iterable[str] | None = None
+) -> dict[str, FloatArray]:
+    """Share of the draws below the true value, for every touch whose truth is known.
+
+    Parameters
+    ----------
+    posteriors : PosteriorsData
+        Posteriors of t touches.
+    truth : mapping of (t,) array_like, optional
+        True values by parameter, in the posteriors' units; NaN unknown. By default the reference values of location
+        and radius that came with the touches; the load's is left out, for it is a reading and no truth.
+    names : iterable of str, optional
+        Parameters to look at: of those with a truth, all by default.
+
+    Returns
+    -------
+    dict of (n,) arrays
+        By parameter. Radii at the ends of what the prior allows (edge, flat) are left out: their share is 0 or 1
+        whatever the posterior.
+
+    Raises
+    ------
+    InputError
+        A name is no parameter, an array has the wrong length, or no touch has a known truth.
+    """
+    known = (
+        dict(truth) if truth is not None else {k: v for k, v in posteriors.reference.items() if k not in ("P", "r_c")}
+    )
+    supports = {parameter.name: parameter.prior.support for parameter in posteriors.parameters}
+    found: dict[str, FloatArray] = {}
+    for name in known if names is None else names:
+        if name not in posteriors.posterior or name not in known:
+            raise InputError(
+                f"P-P plot: {name} is not among {', '.join(sorted(set(known) & set(posteriors.posterior)))}"
+            )
+        draws, true = posteriors.posterior[name], np.asarray(known[name], dtype=float)
+        if true.shape != draws.shape[2:]:
+            raise InputError(f"P-P plot: expected the true {name} of {draws.shape[2]} touches, got {true.shape}")
+        low, high = supports.get(name, (-np.inf, np.inf))
+        inside = np.isfinite(true) & (true > low) & (true < high * (1 - 1e-6))
+        difference = draws[..., inside] - true[inside]
+        if name == "theta_c":
+            difference = (difference + 180) % 360 - 180
+        if inside.any():
+            found[name] = np.asarray((difference < 0).mean(axis=(0, 1)) + 0.5 * (difference == 0).mean(axis=(0, 1)))
+    if not found:
+        raise InputError("P-P plot: no touch has a known true value; give them as truth={'theta_c': ..., 'R': ...}")
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class UniformBand:
+    """Where the cumulative curve of n uniform numbers lies with a stated probability, all of it.
+
+    Attributes
+    ----------
+    place, low, high : (`PLACES` + 1,) arrays
+        Places in 0 to 1, and the ends of the band there.
+    least : (`SIMULATIONS`,) array
+        Sorted smallest pointwise two-sided probabilities of simulated curves.
+    """
+
+    place: FloatArray
+    low: FloatArray
+    high: FloatArray
+    least: FloatArray
+
+    @classmethod
+    def of(cls, n: int, level: float = 0.95) -> UniformBand:
+        """Band for n numbers."""
+        from scipy.stats import binom
+
+        place = np.arange(PLACES + 1) / PLACES
+        rng = np.random.default_rng(0)
+        steps = rng.multinomial(n, np.full(PLACES, 1 / PLACES), SIMULATIONS)
+        # log of the two-sided probability of each count at each place, looked up rather than computed anew
+        least = np.sort(_two_sided(n)[np.arange(PLACES - 1), np.cumsum(steps, axis=1)[:, :-1]].min(axis=1))
+        tail = float(np.quantile(least, 1 - level)) / 2
+        low, high = np.asarray(binom.ppf(tail, n, place)) / n, np.asarray(binom.isf(tail, n, place)) / n
+        low[[0, -1]], high[[0, -1]] = (0, 1), (0, 1)
+        return cls(place, low, high, least)
+
+    def p_value(self, shares: FloatArray) -> float:
+        """Probability of a curve at least as far outside, if the numbers are uniform."""
+        n = len(shares)
+        count = (shares[:, None] <= self.place[1:-1]).sum(axis=0)
+        return float(
+            (1 + np.searchsorted(self.least, _two_sided(n)[np.arange(PLACES - 1), count].min(), "right"))
+            / (1 + SIMULATIONS)
+        )
+
+
+@lru_cache(maxsize=4)
+def _two_sided(n: int) -> FloatArray:
+    """Twice the smaller tail of the binomial distribution at every inner place and count, (places, n + 1)."""
+    from scipy.stats import binom
+
+    place, count = np.arange(1, PLACES)[:, None] / PLACES, np.arange(n + 1)
+    return np.asarray(2 * np.minimum(binom.cdf(count, n, place), binom.sf(count - 1, n, place)))
+
+
+def pp_plot(
+    posteriors: PosteriorsData,
+    truth: Mapping[str, ArrayLike] | None = None,
+    *,
+    names: Iterable[str] | None = None,
+    level: float = 0.95,
+    axes: Axes | None = None,
+) -> Axes:
+    """Plot how many touches have a share of draws below the truth of at most p, over p.
+
+    On the diagonal the posteriors are right. A curve that is flat in the middle and steep at the ends belongs to
+    posteriors that are too narrow; one above the diagonal says that they lie too high.
+
+    Parameters
+    ----------
+    posteriors, truth, names
+        As `shares_below`.
+    level : float
+        Probability of the band, which holds the whole curve of as many touches as the parameter with the fewest has.
+    axes : matplotlib Axes, optional
+        Where to plot; a new figure by default.
+
+    Returns
+    -------
+    matplotlib Axes
+        Its legend says for each parameter how many touches there are, and how probable a curve at least as far out is.
+
+    Raises
+    ------
+    InputError
+        As `shares_below`, or the level is not between 0 and 1.
+    """
+    if not 0 < level < 1:
+        raise InputError(f"P-P plot: expected a level between 0 and 1, got {level:g}")
+    shares = shares_below(posteriors, truth, names)
+    if axes is None:
+        from matplotlib.figure import Figure
+
+        axes = Figure(figsize=(4.6, 4.4), layout="constrained").subplots()
+    symbols = {parameter.name: parameter.latex for parameter in posteriors.parameters}
+    fewest = min(map(len, shares.values()))
+    bands = {n: UniformBand.of(n, level) for n in {len(values) for values in shares.values()}}
+    band = bands[fewest]
+    axes.fill_between(
+        band.place, band.low, band.high, color="0.85", lw=0, label=f"{100 * level:g} % of curves, {fewest} touches"
+    )
+    axes.plot([0, 1], [0, 1], color="0.6", lw=0.8)
+    for i, (name, values) in enumerate(shares.items()):
+        curve = np.r_[0.0, np.sort(values), 1.0]
+        height = np.r_[0.0, np.arange(1, len(values) + 1) / len(values), 1.0]
+        p = bands[len(values)].p_value(values)
+        text = f"${symbols.get(name, name)}$: {len(values)} touches, p {'< 0.001' if p < 1e-3 else f'= {p:.2g}'}"
+        axes.step(
+            curve, height, where="post", color=COLOURS[i % len(COLOURS)], ls=DASHES[i % len(DASHES)], lw=1.4, label=text
+        )
+    axes.set(
+        xlabel="share of draws below the truth", ylabel="share of touches", xlim=(0, 1), ylim=(0, 1), aspect="equal"
+    )
+    axes.legend(loc="upper left", fontsize="small", frameon=False)
+    return axes

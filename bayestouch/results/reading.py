@@ -1,0 +1,61 @@
+"""Posterior files read back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError, shown
+from bayestouch.results.arrays import arrays_of, group_of
+from bayestouch.results.from_groups import calibration_from_groups, notes_of, touches_of
+from bayestouch.results.groups import FORMAT
+from bayestouch.results.netcdf import read_groups
+from bayestouch.results.objects import Calibration, TouchPosteriors
+
+
+def load(path: str | Path) -> Calibration | TouchPosteriors:
+    """Read a posterior file, whichever of the two it holds.
+
+    Draws of touches beyond 1 GB stay on file and are read when asked for.
+
+    Raises
+    ------
+    InputError
+        The file is missing, is no posterior file of bayestouch, is damaged, or was written by a later version.
+    """
+    groups, attributes, draws = read_groups(path)
+    kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
+    if kind not in ("calibration", "touches"):
+        raise InputError("expected a posterior file that bayestouch wrote, got another netCDF file", file=path)
+    if form != FORMAT:
+        raise InputError(
+            f"expected format {FORMAT}, got {shown(form)}: another version of bayestouch wrote it", file=path
+        )
+    try:
+        if kind == "calibration":
+            return calibration_from_groups(groups, attributes)
+        return touches_of(groups, attributes, draws)
+    except InputError as error:
+        raise InputError(error.message, file=path, column=error.column) from None
+
+
+def load_calibration(path: str | Path) -> Calibration:
+    """Read a calibration; raises as `load`, and where the file holds posteriors of touches."""
+    result = load(path)
+    if not isinstance(result, Calibration):
+        raise InputError("expected a calibration, found posteriors of touches", file=path)
+    return result
+
+
+def load_touches(path: str | Path) -> TouchPosteriors:
+    """Read posteriors of touches; raises as `load`, and where the file holds a calibration."""
+    result = load(path)
+    if not isinstance(result, TouchPosteriors):
+        raise InputError("expected posteriors of touches, found a calibration", file=path)
+    return result
+
+
+def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
+    """Read how good each touch of a file is, `TouchPosteriors.sample_stats`, and the notes; nothing else."""
+    groups, attributes, _ = read_groups(path, only="sample_stats")
+    return arrays_of(group_of(groups, "sample_stats"), "touch"), notes_of(attributes)

@@ -1,0 +1,58 @@
+"""Summaries of many posteriors: five numbers of each parameter of each touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+
+#: What a summary holds of a parameter, in this order.
+STATISTICS = ("mean", "sd", "q5", "q50", "q95")
+PROBABILITIES = (0.05, 0.5, 0.95)
+# Draws sorted together: a few megabytes.
+_SLICE = 1 << 18
+
+
+def summarise(draws: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Summarise the draws of each parameter.
+
+    Parameters
+    ----------
+    draws : mapping of (chain, draw, t) arrays
+
+    Returns
+    -------
+    dict of (5, t) arrays
+        The `STATISTICS`. Quantiles lie between draws as numpy has them, or at a draw where one next to them is
+        infinite (a flat's r_c); the sd of such draws is NaN.
+    """
+    with ThreadPoolExecutor(max(1, len(draws))) as pool:
+        return dict(zip(draws, pool.map(_summary, draws.values()), strict=True))
+
+
+def _summary(draws: FloatArray) -> FloatArray:
+    t = draws.shape[-1]
+    flat = draws.reshape(-1, t)
+    step = max(1, _SLICE // len(flat))
+    return np.concatenate([_some(flat[:, first : first + step]) for first in range(0, t, step)], axis=1)
+
+
+def _some(flat: FloatArray) -> FloatArray:
+    """Statistics of draws (n, t), as (5, t)."""
+    rows = np.sort(flat.T, axis=1)
+    n = rows.shape[1]
+    place = np.array(PROBABILITIES) * (n - 1)
+    below = np.floor(place).astype(int)
+    above = np.minimum(below + 1, n - 1)
+    low, high = rows[:, below], rows[:, above]
+    with np.errstate(invalid="ignore"):
+        between = low + (place - below) * (high - low)
+        mean = rows.mean(axis=1)
+        sd = np.sqrt(np.square(rows - mean[:, None]).mean(axis=1))
+    # As `bayestouch.data.arrays.quantiles`: the smallest draw that so large a share of all do not exceed.
+    at = rows[:, np.maximum(np.ceil(np.array(PROBABILITIES) * n).astype(int) - 1, 0)]
+    finite = np.isfinite(rows[:, [0, -1]]).all(axis=1, keepdims=True)
+    return np.stack([mean, sd, *np.where(finite, between, at).T])

@@ -1,0 +1,1 @@
+"""What serves the tables and figures of Nicolson and Fearing (1995) alone."""
