@@ -17,7 +17,7 @@ from matplotlib.patches import Circle, Wedge
 
 import bayestouch
 from bayestouch.contact import composite_radius
-from bayestouch.diagnosis.traced import Stand
+from bayestouch.diagnosis.traced import EvaluatedModel
 
 EFFECT, SIZE = "soft_spot", 0.2
 #: Middle of the simulated soft spot and its half width at half the height (sd 10°), degree.
@@ -47,7 +47,7 @@ class Errors:
     after_mm: np.ndarray
 
 
-def errors_by_location(stand: Stand, outer_mm: float) -> tuple[np.ndarray, np.ndarray]:
+def errors_by_location(stand: EvaluatedModel, outer_mm: float) -> tuple[np.ndarray, np.ndarray]:
     """Locations (k,) in degree and the rms error of R there (k,) in mm, over held-out touches with round tips."""
     held, read = stand.held_out, stand.read
     assert held is not None

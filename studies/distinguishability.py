@@ -30,10 +30,10 @@ from bayestouch.reliability import (
     Annulus,
     KnownFinger,
     Trial,
+    distinguished,
     expected_finger,
     optimism,
     threshold_radii,
-    told_apart,
     trial,
 )
 from bayestouch.reliability.paper_criterion import SPANS_DEG
@@ -123,7 +123,7 @@ def print_pairs(found: Trial, expected: np.ndarray, title: str) -> None:
     print("above the diagonal by evidence of simulated touches, below it by information")
     names = [indenter(r) for r in found.indenters_mm]
     print(f"{'':>9s}" + "".join(f"{name:>9s}" for name in names))
-    seen = found.told_apart
+    seen = found.distinguished
     for i, name in enumerate(names):
         cells = "".join(
             f"{'':>9s}" if i == j else f"{100 * (seen[i, j] if j > i else expected[i, j]):9.1f}"
@@ -136,7 +136,7 @@ def agreement(found: Trial, expected: np.ndarray) -> float:
     """Largest difference between trial and information over all pairs, in standard errors of the trial."""
     touches = found.log_evidence.shape[1]
     error = np.sqrt(np.maximum(expected * (1 - expected), 1.0 / touches) / (2 * touches))
-    return float(np.max(np.abs(found.told_apart - expected) / error))
+    return float(np.max(np.abs(found.distinguished - expected) / error))
 
 
 def compared(known: KnownFinger) -> list[Beside]:
@@ -144,7 +144,7 @@ def compared(known: KnownFinger) -> list[Beside]:
     outer = known.outer_radius_mm
     difference = published.number("radius_error.distinguishable").value
     # Halfway between an element and the middle of two: a location as good as most.
-    probability = told_apart(known, [0.0, indenter_radius(difference, outer)], [2.2], use_load=False)[0, 0, 1]
+    probability = distinguished(known, [0.0, indenter_radius(difference, outer)], [2.2], use_load=False)[0, 0, 1]
     needed = threshold_radii(known, [2.2], use_load=False)[0]
     composite = 1 / (1 / needed + 1 / outer)
     return [
@@ -170,7 +170,7 @@ def level() -> Beside:
     """The 95 % of Figure 4: how often one touch by the criterion's sharpest tip is really told from an edge."""
     deep = sensors()[2]
     found = optimism(deep.known(), deep.annulus, list(PLACES.values()), span_deg=SPANS_DEG["circumference"])
-    right = [100 * each.told_apart_there for each in found]
+    right = [100 * each.distinguished_there for each in found]
     return Beside(
         "figure_4.level",
         float(np.mean(right)),
@@ -202,7 +202,7 @@ def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, exp
     plain_ticks(left.yaxis, (0.1, 0.2, 0.5, 1, 2, 5))
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)
     names = [indenter(r) for r in single.indenters_mm]
-    both = np.where(np.triu(np.ones_like(expected), 1) > 0, single.told_apart, expected)
+    both = np.where(np.triu(np.ones_like(expected), 1) > 0, single.distinguished, expected)
     image = middle.imshow(100 * both, vmin=50, vmax=100, cmap="viridis")
     middle.set_xticks(range(len(names)), names, rotation=90, fontsize=8)
     middle.set_yticks(range(len(names)), names, fontsize=8)
@@ -238,14 +238,14 @@ def main(small: bool = False, folder: Path | None = None) -> list[Beside]:
     for name in ("1 sample", "mean of 20"):
         samples, use_load = CASES[name]
         trials[name] = trial(known, tips, [2.2], touches=touches, samples=samples, use_load=use_load)
-        expected = told_apart(known, tips, [2.2], samples=samples, use_load=use_load)[0]
+        expected = distinguished(known, tips, [2.2], samples=samples, use_load=use_load)[0]
         print_pairs(trials[name], expected, f"{paper.name}, {name}, load not measured")
         print(f"largest difference of the two: {agreement(trials[name], expected):.1f} standard errors")
     out = rows()
     print()
     print_beside(out)
     if folder is not None:
-        expected = told_apart(known, tips, [2.2], use_load=False)[0]
+        expected = distinguished(known, tips, [2.2], use_load=False)[0]
         picture(folder, known, paper, trials["1 sample"], expected)
     return out
 

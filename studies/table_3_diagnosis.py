@@ -16,7 +16,7 @@ from _paper import paper_design
 from _published import figure, options, plain_ticks, save
 
 import bayestouch
-from bayestouch.diagnosis.traced import Stand
+from bayestouch.diagnosis.traced import EvaluatedModel
 from bayestouch.paper.published import TABLE_3
 
 
@@ -40,7 +40,7 @@ class Found:
     after_mm: np.ndarray
 
 
-def mean_radii(stand: Stand, tip_mm: np.ndarray, outer_mm: float) -> np.ndarray:
+def mean_radii(stand: EvaluatedModel, tip_mm: np.ndarray, outer_mm: float) -> np.ndarray:
     """r_c of the mean R of each tip's held-out touches, mm."""
     held, read = stand.held_out, stand.read
     assert held is not None

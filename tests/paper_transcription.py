@@ -1,4 +1,4 @@
-"""The numbers that the paper printed, typed from its pages for the tests and compared with `bayestouch.paper.published`.
+"""The numbers that the paper printed, typed from its pages and compared with `bayestouch.paper.published`.
 
 A second typing, which imports nothing of the package: a slip of the pen would have to be made twice. Of the paper it
 holds the numbers alone, each in brackets between the few words that say which number it is.

@@ -98,7 +98,7 @@ def test_blocks_in_any_order(
     usual, turned = tmp_path / "usual.nc", tmp_path / "turned.nc"
     bayestouch.infer(*read, draws=DRAWS, seed=5, output=usual)
 
-    def backwards(workers: int | None) -> run_module.Hands:
+    def backwards(workers: int | None) -> run_module.Executor:
         def hands(reader: Any, kept: Kept, blocks: Any, within: Any) -> Any:
             for first, block in list(blocks)[::-1]:
                 yield first, run_module.keep(reader.read(block, first, 1, None), kept)

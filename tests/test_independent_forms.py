@@ -97,12 +97,12 @@ def share_left(form: np.ndarray, base: Ours, effect: Catalogued, rows: np.ndarra
     low, high = np.array([plausible(each) for each in effect.parameters]).T
 
     def rest_of(coordinates: np.ndarray) -> np.ndarray:
-        values = tuple(each.outward(x) for each, x in zip(effect.parameters, coordinates, strict=True))
+        values = tuple(each.from_unconstrained(x) for each, x in zip(effect.parameters, coordinates, strict=True))
         return np.asarray(without_gains(form, effect.signal(base, values))[rows].ravel() / size)
 
     found = []
     for probe in effect.probes:
-        start = [each.inward(value) for each, value in zip(effect.parameters, probe, strict=True)]
+        start = [each.to_unconstrained(value) for each, value in zip(effect.parameters, probe, strict=True)]
         inside = np.clip(start, low + 1e-3 * (high - low), high - 1e-3 * (high - low))
         fit = least_squares(rest_of, inside, bounds=(low, high), x_scale=0.1 * (high - low), max_nfev=60)
         found.append(np.sqrt(2 * fit.cost))

@@ -1,4 +1,4 @@
-"""The paper's numbers: `bayestouch.paper.published` and a second typing agree, both are in the paper; its notes hold."""
+"""The paper's numbers: `bayestouch.paper.published` and a second typing agree with each other and with the paper."""
 
 from __future__ import annotations
 

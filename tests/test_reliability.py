@@ -17,12 +17,12 @@ from bayestouch.reliability import (
     KnownFinger,
     RadiusScale,
     TouchPlaces,
+    distinguished,
     expected_finger,
     log_evidence,
     smallest_radius,
     strain_difference,
     threshold_radii,
-    told_apart,
     tolerable_noise,
     trial,
 )
@@ -128,10 +128,10 @@ def test_trial_agrees_with_information(known: KnownFinger, samples: int, use_loa
     """Error rates of posterior odds are those of the scale u(R), with calibrations drawn from their posterior."""
     tips = [0.0, 3.9, 12.3]
     found = trial(known, tips, [2.2], touches=250, samples=samples, use_load=use_load)
-    expected = told_apart(known, tips, [2.2], samples=samples, use_load=use_load)[0]
+    expected = distinguished(known, tips, [2.2], samples=samples, use_load=use_load)[0]
     error = np.sqrt(np.maximum(expected * (1 - expected), 1e-3) / 500)
     # four standard errors: three independent pairs
-    assert np.all(np.abs(found.told_apart - expected) < 4 * error)
+    assert np.all(np.abs(found.distinguished - expected) < 4 * error)
     assert 0.6 < expected[0, 1] < 0.9999
 
 
@@ -158,7 +158,7 @@ def test_thresholds_are_told_apart_with_their_probability(known: KnownFinger) ->
     radius = threshold_radii(known, places, probability=0.95)
     for place, r_c in zip(places, radius, strict=True):
         # linear interpolation in both directions
-        assert told_apart(known, [0.0, float(r_c)], [place])[0, 0, 1] == pytest.approx(0.95, abs=1e-6)
+        assert distinguished(known, [0.0, float(r_c)], [place])[0, 0, 1] == pytest.approx(0.95, abs=1e-6)
     assert np.all(threshold_radii(known, places, samples=20) < radius)
     assert np.all(threshold_radii(known, places, use_load=False) > radius)
     assert np.all(threshold_radii(replace(known, errors=None), places) < radius)
@@ -180,6 +180,6 @@ def test_truncated_posteriors_of_the_radius() -> None:
 
 
 def test_reliability_is_of_fingers() -> None:
-    assert "told_apart" in dir(reliability)
+    assert "distinguished" in dir(reliability)
     with pytest.raises(AttributeError):
         _ = reliability.nothing

@@ -22,7 +22,7 @@ import bayestouch
 from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.stated_fit import calibrate_with_effects
 from bayestouch.effects.stated import StatedModel
-from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.effects import EffectContext
 
 SEED = 4
@@ -74,8 +74,8 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     dataset = bayestouch.load_dataset(write(simulate(SMALL, wanted, SEED), tmp_path / "finger"))
     model = StatedModel("finger", "layer", (("crosstalk", {}),), correction=True)
     calibration = calibrate_with_effects(dataset, model, draws=200, seed=0, progress=None)
-    affected, rows = AffectedChain.of(calibration), calibration.rows
-    assert affected.placed is not None and affected.placed.loaded.any()
+    affected, rows = ChainWithEffects.of(calibration), calibration.rows
+    assert affected.correction_table is not None and affected.correction_table.loaded.any()
     touch = composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), rows.load
     t, m = rows.observed.shape
     context = EffectContext(

@@ -7,10 +7,10 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import summarised
-from bayestouch.diagnosis.traced import Stand
+from bayestouch.diagnosis.traced import EvaluatedModel
 
 
-def standard_errors(before: Stand, after: Stand) -> dict[str, float]:
+def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, float]:
     """Standard error of each error after, against stated references, minus that before, by key; NaN unknown.
 
     The same touches are compared before and after, so that what they share cancels. Summaries are made linear in the

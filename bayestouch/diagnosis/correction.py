@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.correction_basis import Correction, fit_correction, where_of
-from bayestouch.finger.correction_table import PlacedTable
+from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.model import finger_model
 from bayestouch.model.fitting import Fitted, drift_columns, fit
 from bayestouch.pad.model import PadModel
@@ -39,7 +39,7 @@ def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
     return fitted.linear.weights()[first:], np.asarray(covariance[first:, first:], dtype=np.float64)
 
 
-def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
+def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     """The correction of a corrected fit over the locations that were touched."""
     model = finger_model(fitted.model)
     angle = where_of(fitted)[1]
@@ -58,4 +58,4 @@ def table_of(fitted: Fitted, chosen: Correction) -> PlacedTable:
     loaded = (under(0.0, 2 * load) - even) / load
     wide = (under(outer, load) - even) / (load * outer / 1000)
     variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
-    return PlacedTable(grid, even - load * loaded, wide, loaded, np.sqrt(np.maximum(variance, 0.0)))
+    return CorrectionTable(grid, even - load * loaded, wide, loaded, np.sqrt(np.maximum(variance, 0.0)))

@@ -17,7 +17,7 @@ from scipy.linalg import solve_triangular
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.contact import composite_radius
-from bayestouch.diagnosis.pad_correction_basis import PadPlaced
+from bayestouch.diagnosis.pad_correction_basis import PadCorrectionBasis
 from bayestouch.finger.model import finger_model
 from bayestouch.model.fitting import Fitted, functions_of, spread_over_elements
 from bayestouch.model.linear import Linearised, Score, Scorer, with_functions
@@ -33,7 +33,7 @@ LOADS_VARY = 0.02
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class FingerCorrectionBasis:
     """Basis of the correction for one finger.
 
     Attributes
@@ -66,7 +66,7 @@ class Placed:
     own: tuple[SmoothBasis, ...]
 
     @classmethod
-    def of(cls, fitted: Fitted) -> Placed:
+    def of(cls, fitted: Fitted) -> FingerCorrectionBasis:
         """Basis over the angles that the touches of a fit cover."""
         model = finger_model(fitted.model)
         element = np.degrees(fitted.vector[model.layout.angle])
@@ -124,30 +124,32 @@ class Correction:
         The model that it was chosen for, with the correction among its random functions.
     """
 
-    placed: Placed | PadPlaced
+    basis: FingerCorrectionBasis | PadCorrectionBasis
     sizes: dict[str, float]
     gain: float
     linear: Linearised
 
     def columns(self, *where: FloatArray) -> FloatArray:
         """What each weight, standard normal, adds to the readings of touches as `where_of` has them; (k, t, m)."""
-        parts = self.placed.columns(*where)
+        parts = self.basis.columns(*where)
         return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
 
 
 def fit_correction(fitted: Fitted) -> Correction | None:
     """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
     model = fitted.model
-    placed = PadPlaced.of(model, fitted.vector) if isinstance(model, PadModel) else Placed.of(fitted)
+    basis = (
+        PadCorrectionBasis.of(model, fitted.vector) if isinstance(model, PadModel) else FingerCorrectionBasis.of(fitted)
+    )
     where = where_of(fitted)
-    parts = placed.columns(*where)
+    parts = basis.columns(*where)
     raw = np.concatenate(list(parts.values()))
     part = np.repeat(np.arange(len(parts)), [len(each) for each in parts.values()])
     score = Scorer(fitted.linear).of_columns(fitted.whitening.columns(raw))
     sizes, gain = _best_sizes(score, part, len(parts))
     if gain <= 0 or not sizes.any():
         return None
-    chosen = Correction(placed, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
+    chosen = Correction(basis, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
     functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.columns(*where))
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 

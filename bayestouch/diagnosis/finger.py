@@ -9,7 +9,7 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
 from bayestouch.diagnosis.held_out import HeldOut, held_out
 from bayestouch.diagnosis.touch_errors import TouchReading, read_held_out
-from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.effects import Setting, catalogue
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.start import base_fit
@@ -33,18 +33,18 @@ def trace_finger(
     data = DiagnosisData.of(dataset)
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact)
     setting = data.setting(contact, fitted.model.reference_load)
-    stands = _FingerStands(data, setting, draws, sample, seed)
-    return follow(data, fitted, catalogue(setting), stands, progress, scheduler)
+    evaluate = _EvaluateFinger(data, setting, draws, sample, seed)
+    return follow(data, fitted, catalogue(setting), evaluate, progress, scheduler)
 
 
-class _FingerStands:
-    """Makes a `Stand` of a fit: calibration, and errors on the held-out touches."""
+class _EvaluateFinger:
+    """Makes a `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
 
     def __init__(self, data: DiagnosisData, setting: Setting, draws: int, sample: bool, seed: int) -> None:
         self.data, self.setting, self.draws, self.sample, self.seed = data, setting, draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
-    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
+    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> EvaluatedModel:
         calibration = calibration_with_effects(
             fitted,
             added,
@@ -60,7 +60,7 @@ class _FingerStands:
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out(calibration, self.data, held, seed=self.seed)
-        return Stand(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
+        return EvaluatedModel(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
 
     def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""

@@ -15,7 +15,7 @@ from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
-from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
 from bayestouch.effects import Effect, Values
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
@@ -27,10 +27,10 @@ from bayestouch.progress import Progress
 START, SEARCHED, READ = 0.1, 0.75, 0.85
 
 
-class Stands(Protocol):
+class Evaluate(Protocol):
     """What a body makes of a fit."""
 
-    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
+    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> EvaluatedModel:
         """Calibration, and errors on the held-out touches."""
         ...
 
@@ -43,7 +43,7 @@ def follow(
     data: DiagnosisData,
     fitted: Fitted,
     effects: tuple[Effect, ...],
-    stand: Stands,
+    evaluate: Evaluate,
     progress: Progress | None,
     scheduler: str | None,
 ) -> Traced:
@@ -71,20 +71,20 @@ def follow(
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
     added = in_order(rounds, final, spreads)
-    before = stand(fitted, (), None)
+    before = evaluate(fitted, (), None)
     advance(READ)
-    explained = stand(final, added, None) if added else before
+    explained = evaluate(final, added, None) if added else before
     remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explained.held_out))
     corrected = None
     if remaining.after.there and last.correction_gain > ERRORS * last.correction_se > 0:
         new = corrected_fit(final)
         if new is not None:
-            corrected = stand(new[0], moved_to(new[0], added), new[1])
+            corrected = evaluate(new[0], moved_to(new[0], added), new[1])
     advance(1.0)
     return Traced(
         data=data,
         rounds=rounds,
-        steps=_steps(rounds, stand, before, explained),
+        steps=_steps(rounds, evaluate, before, explained),
         added=added,
         before=before,
         explained=explained,
@@ -109,8 +109,10 @@ def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Va
     return tuple(by_name[each.effect.name] for each in chosen if each.effect.name in by_name)
 
 
-def _steps(rounds: tuple[Round, ...], stand: Stands, before: Stand, explained: Stand) -> tuple[HeldOut, ...]:
+def _steps(
+    rounds: tuple[Round, ...], evaluate: Evaluate, before: EvaluatedModel, explained: EvaluatedModel
+) -> tuple[HeldOut, ...]:
     """Held-out residuals at the beginning of each round; empty where none could be held out."""
-    between = [stand.held(each.before, None) for each in rounds[1:-1]]
+    between = [evaluate.held(each.before, None) for each in rounds[1:-1]]
     steps = (before.held_out, *between, explained.held_out)[: len(rounds)]
     return tuple(each for each in steps if each is not None)

@@ -13,7 +13,7 @@ from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
 from bayestouch.finger.model import finger_model
-from bayestouch.model.base import AffectedModel
+from bayestouch.model.base import SensorModel
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
@@ -63,7 +63,7 @@ def advice(rounds: tuple[Round, ...]) -> Advice | None:
 def _undecided(each: Round) -> tuple[Tried, Tried] | None:
     refitted = [tried for tried in each.tried if tried.fitted is not None and tried.noise is None]
     if each.added is not None:
-        others = [tried for tried in refitted if tried.effect.name in each.added.alike]
+        others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]
         return (each.added, others[0]) if others and each.added.fitted is not None else None
     # What is sure and yet explains little is no explanation that more touches could confirm.
     near = [tried for tried in refitted if is_near(tried)]
@@ -170,7 +170,7 @@ def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatA
     return whitening.touches(first - second), np.concatenate(spread)
 
 
-def _open(whitening: Whitening, fitted: Fitted, pair: tuple[AffectedModel, FloatArray]) -> FloatArray:
+def _open(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
     """What one standard deviation of each direction of a model's parameters does, whitened, (d, t, m)."""
     slopes = whitening.touches(pair[0].derivatives(pair[1])[0])
     root = np.linalg.cholesky(fitted.linear.covariance())

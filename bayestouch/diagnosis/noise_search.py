@@ -44,7 +44,7 @@ class NoiseCandidate:
 
 @dataclass(frozen=True, eq=False)
 class TouchScatter(Scatter):
-    """Samples about the mean of their touch; n samples, m elements. Deviations are freed of the mean's own scatter.
+    """Samples about the mean of their touch; n samples, m elements. The mean's own scatter is taken out of the deviations.
 
     Attributes
     ----------
@@ -136,15 +136,15 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
     ends = [each.normal_prior[2:] for each in effect.parameters]
     low, high = np.array(ends).T
 
-    def outward(x: FloatArray) -> Values:
+    def from_unconstrained(x: FloatArray) -> Values:
         pairs = zip(effect.parameters, np.clip(x, low, high), strict=True)
-        return tuple(each.outward(float(value)) for each, value in pairs)
+        return tuple(each.from_unconstrained(float(value)) for each, value in pairs)
 
     def cost(x: Any) -> float:
-        return -log_likelihood(outward(np.asarray(x)))
+        return -log_likelihood(from_unconstrained(np.asarray(x)))
 
     start: Values = max(effect.probes, key=log_likelihood)
-    place = np.array([p.inward(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
+    place = np.array([p.to_unconstrained(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
     best = np.inf
     # A simplex that has grown flat along an end of a range stays there: each search starts another where it stopped.
     for _ in range(MOST_SEARCHES):
@@ -157,5 +157,5 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
         place, before, best = np.clip(np.asarray(found.x), low, high), best, float(found.fun)
         if before - best < SAME:
             break
-    values = outward(place)
+    values = from_unconstrained(place)
     return values, log_likelihood(values)

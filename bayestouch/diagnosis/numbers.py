@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
-from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
@@ -63,12 +63,12 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     return plain
 
 
-def _errors(stand: Stand, *, stated: bool = False) -> Numbers:
+def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
     """Errors against references as the model corrects them, or as the data set states them."""
-    held = stand.held_stated if stated else stand.held_out
+    held = evaluated.held_stated if stated else evaluated.held_out
     of_touches: Numbers = dict.fromkeys(each.name for each in fields(TouchErrors))
-    if stand.read is not None:
-        of_touches = asdict(stand.read.against_stated if stated else stand.read.errors)
+    if evaluated.read is not None:
+        of_touches = asdict(evaluated.read.against_stated if stated else evaluated.read.errors)
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
         "lack_of_fit": None if held is None else held.lack_of_fit,
@@ -110,7 +110,7 @@ def _effect(added: AddedEffect, tried: Tried, calibration: Calibration) -> Numbe
         "elpd_gain": tried.gain,
         "elpd_gain_se": tried.gain_se,
         "explained_fraction": tried.share,
-        "indistinguishable_from": list(tried.alike),
+        "indistinguishable_from": list(tried.indistinguishable),
     }
 
 

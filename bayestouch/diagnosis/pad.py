@@ -16,7 +16,7 @@ from bayestouch.diagnosis.held_out import HeldOut, design_of, free_load, functio
 from bayestouch.diagnosis.pad_touches import read_held_out_pad
 from bayestouch.diagnosis.quantities import of_pad
 from bayestouch.diagnosis.touch_errors import TouchReading
-from bayestouch.diagnosis.traced import Stand, Traced
+from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.effects import Effect, Setting, catalogue
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted
@@ -50,8 +50,8 @@ def trace_pad(
     observed, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
-    stands = _PadStands(data, setting, kernel, draws, sample, seed)
-    return follow(data, fitted, _not_of_place(setting), stands, progress, scheduler)
+    evaluate = _EvaluatePad(data, setting, kernel, draws, sample, seed)
+    return follow(data, fitted, _not_of_place(setting), evaluate, progress, scheduler)
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
@@ -81,8 +81,8 @@ def _thinned(data: DiagnosisData, seed: int) -> DiagnosisData:
     return replace(data, training=data.training & np.isin(data.table.touch, chosen), notes=(*data.notes, note))
 
 
-class _PadStands:
-    """Makes a `Stand` of a fit: calibration, and errors on the held-out touches."""
+class _EvaluatePad:
+    """Makes a `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
 
     def __init__(
         self, data: DiagnosisData, setting: Setting, kernel: str | None, draws: int, sample: bool, seed: int
@@ -91,7 +91,7 @@ class _PadStands:
         self.draws, self.sample, self.seed = draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
-    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Stand:
+    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> EvaluatedModel:
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
         calibration = pad_calibration(
@@ -112,7 +112,7 @@ class _PadStands:
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out_pad(calibration, data, held, seed=self.seed)
-        return Stand(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
+        return EvaluatedModel(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
 
     def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""

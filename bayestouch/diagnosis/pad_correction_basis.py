@@ -23,7 +23,7 @@ MOST_KNOTS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class PadPlaced:
+class PadCorrectionBasis:
     """Basis of the correction for one pad; m elements, D coordinates.
 
     Attributes
@@ -50,7 +50,7 @@ class PadPlaced:
     own: tuple[PlaceBasis, ...]
 
     @classmethod
-    def of(cls, model: PadModel, vector: FloatArray) -> PadPlaced:
+    def of(cls, model: PadModel, vector: FloatArray) -> PadCorrectionBasis:
         """Basis over the places that the touches of a model cover."""
         recording, chain = model.poses(vector), model.chain(vector)
         place = np.stack(recording.place, axis=1)

@@ -59,7 +59,7 @@ class Tried:
     difference: FloatArray | None = None
     signature: FloatArray | None = None
     noise: NoiseCandidate | None = None
-    alike: tuple[str, ...] = ()
+    indistinguishable: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -60,13 +60,15 @@ def search(
     with nothing that falls, is taken.
     """
     rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
-    first, found = rounds[0], _stood(rounds, effects, scheduler)
+    first, found = rounds[0], _retained(rounds, effects, scheduler)
     # In a scan of a pad time is place, and a drift, which would follow all of it, is no other beginning.
     if first.added is not None and not isinstance(fitted.model, PadModel) and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
-            begun = replace(first, added=replace(other, alike=_alike(other, first.real)), dropped=())
+            begun = replace(
+                first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=()
+            )
             again = _greedy(begun, effects, None, scheduler)
-            if _standing(again) == len(again) - 1 and _within_noise(again):
+            if _count_retained(again) == len(again) - 1 and _within_noise(again):
                 found = again
                 break
     return (replace(found[0], real=()), *found[1:])
@@ -78,9 +80,9 @@ def _within_noise(rounds: tuple[Round, ...]) -> bool:
     return left.excess < 0.5 * MATERIAL * left.n_readings
 
 
-def _stood(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: str | None) -> tuple[Round, ...]:
+def _retained(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: str | None) -> tuple[Round, ...]:
     """Those rounds that stand, and one that adds nothing."""
-    kept = _standing(rounds)
+    kept = _count_retained(rounds)
     if kept == len(rounds) - 1:
         return rounds
     # What does not stand falls, and with it what came after; effects that show by themselves get another chance.
@@ -115,7 +117,7 @@ def _part(progress: Progress | None, done: int) -> Progress:
     return lambda share: None if progress is None else progress(start + (end - start) * share)
 
 
-def _standing(rounds: tuple[Round, ...]) -> int:
+def _count_retained(rounds: tuple[Round, ...]) -> int:
     """How many of the first rounds added what, with all that stands of what came after, explains most of what was."""
     kept = sum(each.added is not None for each in rounds)
     while True:
@@ -200,11 +202,11 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         real = within
     added = _plainest(real) if real else None
     if added is not None:
-        added = replace(added, alike=_alike(added, tried))
+        added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
         if added.noise is not None:
             added = replace(added, fitted=with_noise(fitted, added.noise))
         # Fits are large: those between which more touches are to decide are looked at again, and no others.
-        kept = {added.effect.name, *added.alike}
+        kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
@@ -278,7 +280,7 @@ def _price(tried: Tried) -> float:
     return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))
 
 
-def _alike(added: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
+def _indistinguishable_from(added: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
     """Names of refitted candidates that predict held-out touches as well, within the error of the difference."""
     out = []
     for each in tried:

@@ -18,7 +18,7 @@ from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Stand(Summarised):
+class EvaluatedModel(Summarised):
     """One model of the sensor with its calibration and its errors.
 
     Attributes
@@ -72,13 +72,13 @@ class Traced(Summarised):
     rounds: tuple[Round, ...]
     steps: tuple[HeldOut, ...]
     added: tuple[AddedEffect, ...]
-    before: Stand
-    explained: Stand
-    corrected: Stand | None
+    before: EvaluatedModel
+    explained: EvaluatedModel
+    corrected: EvaluatedModel | None
     remaining: Remaining
     advice: Advice | None = None
 
     @property
-    def after(self) -> Stand:
+    def after(self) -> EvaluatedModel:
         """The best there is: with the correction where there is one."""
         return self.corrected or self.explained

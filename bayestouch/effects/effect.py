@@ -97,11 +97,11 @@ class EffectParameter:
         """Whether fits move its logarithm: they do where the prior is log-normal, and so normal in it."""
         return isinstance(self.prior, LogNormal)
 
-    def inward(self, value: float) -> float:
+    def to_unconstrained(self, value: float) -> float:
         """Coordinate that fits move, of a value."""
         return float(np.log(value)) if self.logarithmic else value
 
-    def outward(self, coordinate: float) -> float:
+    def from_unconstrained(self, coordinate: float) -> float:
         """Value at a coordinate that fits move."""
         return float(np.exp(coordinate)) if self.logarithmic else coordinate
 

@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Finger
 from bayestouch.effects import Values
-from bayestouch.finger.correction_table import PlacedTable
+from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.effect_list import KEY, PEAK, EffectList
@@ -19,7 +19,7 @@ from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True, eq=False)
-class AffectedChain:
+class ChainWithEffects:
     """The chain of a calibration with effects.
 
     Attributes
@@ -43,10 +43,10 @@ class AffectedChain:
     covariance: FloatArray
     listed: EffectList
     values: Mapping[str, Values]
-    placed: PlacedTable | None = None
+    correction_table: CorrectionTable | None = None
 
     @classmethod
-    def of(cls, calibration: Calibration) -> AffectedChain:
+    def of(cls, calibration: Calibration) -> ChainWithEffects:
         """Rebuild it from a calibration."""
         from bayestouch.finger.calibration import finger_chain
 
@@ -75,8 +75,8 @@ class AffectedChain:
         base = [np.log(response), chain.sensing_radius_mm, chain.angle]
         vector = np.concatenate([*base, [chain.poisson_ratio, np.log(chain.shear_modulus_MPa)]])
         for effect in listed.plain:
-            inward = [p.inward(v) for p, v in zip(effect.parameters, values[effect.name], strict=True)]
-            vector = np.concatenate([vector, inward])
+            coordinates = [p.to_unconstrained(v) for p, v in zip(effect.parameters, values[effect.name], strict=True)]
+            vector = np.concatenate([vector, coordinates])
         scale = np.ones(len(vector))
         scale[: finger.n_elements] = 1 / (sign * response)
         return cls(
@@ -85,7 +85,7 @@ class AffectedChain:
             calibration.covariance * np.outer(scale, scale),
             listed,
             values,
-            PlacedTable.from_arrays(calibration.extra),
+            CorrectionTable.from_arrays(calibration.extra),
         )
 
     def static(self) -> FingerModel:

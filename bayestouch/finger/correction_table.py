@@ -15,7 +15,7 @@ NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedTable:
+class CorrectionTable:
     """Correction over the contact location; a locations, m elements.
 
     Attributes
@@ -60,7 +60,7 @@ class PlacedTable:
         return {PREFIX + name: getattr(self, name) for name in NAMES}
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PlacedTable | None:
+    def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> CorrectionTable | None:
         """From a file's arrays; None where they hold no correction.
 
         Raises

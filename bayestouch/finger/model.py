@@ -17,7 +17,7 @@ from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
 from bayestouch.finger.layout import FlatLayout, FlatPrior
-from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, AffectedModel, Predicted, difference
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, Predicted, SensorModel, difference
 from bayestouch.model.observations import Observations
 
 # Central difference of a signal through the effects, as a share of the peak.
@@ -29,7 +29,7 @@ SHORT_OF_THE_END = 0.95
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class FingerModel(AffectedModel):
+class FingerModel(SensorModel):
     """A finger with effects.
 
     Base parameters are those of `bayestouch.finger.layout` that the chain depends on: for m elements log
@@ -38,7 +38,7 @@ class FingerModel(AffectedModel):
     Attributes
     ----------
     observed, peak, reference_load, effects
-        As `AffectedModel`; the reference load in N/m.
+        As `SensorModel`; the reference load in N/m.
     finger : Finger
         As built.
     layout : FlatLayout
@@ -93,12 +93,12 @@ class FingerModel(AffectedModel):
         )
 
     def peak_at(self, vector: FloatArray) -> FloatArray:
-        """See `AffectedModel.peak_at`; on a finger the response is a parameter."""
+        """See `SensorModel.peak_at`; on a finger the response is a parameter."""
         if not self.effects:
             return self.peak
         return np.asarray(np.exp(vector[self.layout.response]) * self.reference_load)
 
-    def homeward(self, vector: FloatArray) -> FloatArray | None:
+    def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """The vector with depths, angles, σ and μ as built; None where they are near that already.
 
         What a missing effect has driven far off is no place to start from once the effect is there.
@@ -254,7 +254,7 @@ def _changes_finger(effect: Effect) -> bool:
     return type(effect).finger is not Effect.finger
 
 
-def finger_model(model: AffectedModel) -> FingerModel:
+def finger_model(model: SensorModel) -> FingerModel:
     """The same model, which must be that of a finger."""
     assert isinstance(model, FingerModel)
     return model

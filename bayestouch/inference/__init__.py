@@ -12,11 +12,11 @@ from bayestouch.errors import InputError
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.progress import Progress
 from bayestouch.reading.driver import (
-    Hands,
+    Executor,
     TouchRun,
+    cluster_executor,
     fingerprint,
-    hands_of_cluster,
-    own_hands,
+    local_executor,
     read_in_memory,
     read_to_file,
 )
@@ -104,7 +104,7 @@ def infer(
         infer_to_file(touches, calibration, output, options, workers=workers, scheduler=scheduler, progress=progress)
         return load_touches(output)
     run, _ = _run(touches, calibration, options)
-    return read_in_memory(run, kept, _hands(workers, scheduler), progress)
+    return read_in_memory(run, kept, _executor(workers, scheduler), progress)
 
 
 def infer_to_file(
@@ -123,13 +123,13 @@ def infer_to_file(
         raise InputError("expected the name of a file to write, this is a folder", file=path)
     run, source = _run(touches, calibration, options)
     mark = fingerprint(source, calibration, options)
-    read_to_file(run, options.kept, _hands(workers, scheduler), path, mark, progress)
+    read_to_file(run, options.kept, _executor(workers, scheduler), path, mark, progress)
 
 
-def _hands(workers: int | None, scheduler: str | None) -> Hands:
+def _executor(workers: int | None, scheduler: str | None) -> Executor:
     if scheduler is None:
-        return own_hands(workers)
-    return hands_of_cluster(scheduler)
+        return local_executor(workers)
+    return cluster_executor(scheduler)
 
 
 def _run(touches: Touches | str | Path, calibration: Calibration, options: Options) -> tuple[TouchRun, TouchSource]:

@@ -40,7 +40,7 @@ class Predicted:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class AffectedModel(ABC):
+class SensorModel(ABC):
     """A sensor with effects. Its vector holds the base parameters, then the values of the effects in order.
 
     Attributes
@@ -87,7 +87,7 @@ class AffectedModel(ABC):
         """Mean, standard deviation, lower and upper bound of the vector."""
 
     @abstractmethod
-    def homeward(self, vector: FloatArray) -> FloatArray | None:
+    def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """The vector with the body's parameters as built; None where they are near that already."""
 
     @abstractmethod
@@ -121,14 +121,14 @@ class AffectedModel(ABC):
         for effect in self.effects:
             count = len(effect.parameters)
             moved = zip(effect.parameters, vector[place : place + count], strict=True)
-            out.append(tuple(parameter.outward(float(v)) for parameter, v in moved))
+            out.append(tuple(parameter.from_unconstrained(float(v)) for parameter, v in moved))
             place += count
         return tuple(out)
 
     def extended(self, vector: FloatArray, values: Values) -> FloatArray:
         """A vector of the model without its last effect, with values for that."""
         pairs = zip(self.effects[-1].parameters, values, strict=True)
-        return np.concatenate([vector, [parameter.inward(value) for parameter, value in pairs]])
+        return np.concatenate([vector, [parameter.to_unconstrained(value) for parameter, value in pairs]])
 
     def in_order(self, vector: FloatArray) -> list[tuple[Effect, Values]]:
         """Effects with their values in the order of the stages, those that differ from sample to sample last."""

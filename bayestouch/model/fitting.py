@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
-from bayestouch.model.base import AffectedModel
+from bayestouch.model.base import SensorModel
 from bayestouch.model.linear import Functions, Linearised
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
@@ -45,7 +45,7 @@ class Fitted:
         Around the mode.
     """
 
-    model: AffectedModel
+    model: SensorModel
     vector: FloatArray
     drifts: tuple[Drift, ...]
     noise: NoiseModel
@@ -80,7 +80,7 @@ class Fitted:
         return 0.5 * (self.chi_square() - self.n_readings)
 
 
-def drift_columns(model: AffectedModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
+def drift_columns(model: SensorModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
     """Basis functions of the drifts for each touch, (k, t, m)."""
     observed = model.known
     recording = replace(model.poses(vector), signal=model.predict(vector).touches - model.zero(vector))
@@ -113,7 +113,7 @@ def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> 
 
 
 def functions_of(
-    model: AffectedModel,
+    model: SensorModel,
     vector: FloatArray,
     whitening: Whitening,
     drifts: tuple[Drift, ...],
@@ -128,9 +128,7 @@ def functions_of(
     return Functions.of(raw, whitening.columns(raw))
 
 
-def _compared(
-    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None
-) -> Linearised:
+def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None) -> Linearised:
     """The model at a vector compared with its data, without derivatives."""
     observed, predicted = model.known, model.predict(vector)
     deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
@@ -149,7 +147,7 @@ def _compared(
 
 
 def _linearised(
-    model: AffectedModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
+    model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
     """The model made linear around a vector."""
     touches, samples = model.derivatives(vector)
@@ -162,7 +160,7 @@ def _linearised(
 
 
 def fit(
-    model: AffectedModel,
+    model: SensorModel,
     start: FloatArray,
     noise: NoiseModel,
     drifts: tuple[Drift, ...] = (),
@@ -201,7 +199,7 @@ def fit(
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
         # Functions of a gain drift follow the signal: little, unless that has moved far.
         now = functions_of(model, vector, whitening, drifts, further)
-        if now is None or functions is None or _alike(now.raw, functions.raw):
+        if now is None or functions is None or _nearly_equal(now.raw, functions.raw):
             break
         functions = now
     # A parameter at a bound that would leave it neither moves nor absorbs anything.
@@ -209,13 +207,13 @@ def fit(
     return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))
 
 
-def _alike(now: FloatArray, then: FloatArray) -> bool:
+def _nearly_equal(now: FloatArray, then: FloatArray) -> bool:
     """Whether functions (k, t, m) have hardly changed."""
     return float(((now - then) ** 2).sum()) < MOVED**2 * float((then**2).sum())
 
 
 def _descended(
-    model: AffectedModel,
+    model: SensorModel,
     vector: FloatArray,
     whitening: Whitening,
     functions: Functions | None,
@@ -244,7 +242,7 @@ def _descended(
 
 
 def fit_from_both(
-    model: AffectedModel,
+    model: SensorModel,
     start: FloatArray,
     noise: NoiseModel,
     drifts: tuple[Drift, ...] = (),
@@ -254,7 +252,7 @@ def fit_from_both(
 ) -> Fitted:
     """The better of two fits: from `start`, and from the finger as built where the first is still far from that."""
     one = fit(model, start, noise, drifts, whitening=whitening, enough=enough)
-    home = model.homeward(one.vector)
+    home = model.reset_to_nominal(one.vector)
     if home is None:
         return one
     two = fit(model, home, noise, drifts, whitening=one.whitening, enough=enough)

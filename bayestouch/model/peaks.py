@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.model.base import AffectedModel
+from bayestouch.model.base import SensorModel
 from bayestouch.model.fitting import Drift, Fitted, fit
 from bayestouch.model.noise import NoiseModel
 
@@ -15,7 +15,7 @@ from bayestouch.model.noise import NoiseModel
 SETTLED, MOST_FITS = 2e-4, 6
 
 
-def fit_with_own_peaks(model: AffectedModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
+def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
     """Fit as `bayestouch.model.fitting.fit`, again with the peaks of the last fit until they stay.
 
     An effect that bends the readings bends the peaks of a fit without it, too: limits and curves that are stated in

@@ -1,7 +1,7 @@
 """A pad with effects as a calibration that can be saved, and used to read touches.
 
-Readings and loads are freed of the effects at their most probable values; the calibration is an ordinary one of what
-is left, and holds the effects, so that touches that are read are freed of them in the same way.
+Readings and loads are corrected for the effects at their most probable values. The calibration is an ordinary one of
+the corrected readings. It holds the effects, so that touches to be read are corrected in the same way.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def pad_calibration(
     seed: int,
     notes: tuple[str, ...],
 ) -> Calibration:
-    """Calibration of a pad from its training touches, freed of what was found.
+    """Calibration of a pad from its training touches, corrected for the effects that were found.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def pad_calibration(
     # Creep that differs from touch to touch is best kept out, whether its mean is known or not.
     samples, _ = choose_samples(table.select(training))
     if added:
-        table = effects.freed(table, clock)
+        table = effects.corrected(table, clock)
         if sensor.force_noise_sd is not None:
             sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())

@@ -1,4 +1,4 @@
-"""Readings and loads of a pad freed of effects, so that what is left is linear in the load.
+"""Readings and loads of a pad corrected for effects, so that they are linear in the load.
 
 A reading is a known function of the signal, of time and of the touches before, whatever the location: it is solved
 for the signal, touch by touch. Effects that depend on where the touch is are left to the empirical map.
@@ -62,7 +62,7 @@ class PadEffects:
         return self.listed.setting.reference_load
 
     @cached_property
-    def _freed(self) -> tuple[tuple[Effect, Values], ...]:
+    def _corrected(self) -> tuple[tuple[Effect, Values], ...]:
         """Effects that do not depend on where the touch is, with their values, as they act."""
         from bayestouch.effects.effect import STAGES
 
@@ -77,8 +77,8 @@ class PadEffects:
     @property
     def left_to_map(self) -> tuple[str, ...]:
         """Names of the effects that depend on where the touch is."""
-        freed = {effect.name for effect, _ in self._freed}
-        return tuple(effect.name for effect in self.listed.plain if effect.name not in freed)
+        corrected = {effect.name for effect, _ in self._corrected}
+        return tuple(effect.name for effect in self.listed.plain if effect.name not in corrected)
 
     def _recording(self, load: FloatArray, signal: FloatArray, place: tuple[FloatArray, ...]) -> Recording:
         n = len(load)
@@ -94,7 +94,7 @@ class PadEffects:
             signal=signal,
         )
 
-    def freed(self, touches: Touches, clock: Timing | None = None) -> Touches:
+    def corrected(self, touches: Touches, clock: Timing | None = None) -> Touches:
         """The table with signals (plus the elements' zeros) in place of readings, and loads as they act.
 
         Parameters
@@ -123,7 +123,7 @@ class PadEffects:
 
     def _readings(self, recording: Recording, signal: FloatArray) -> FloatArray:
         recording = replace(recording, signal=signal)
-        for effect, values in self._freed:
+        for effect, values in self._corrected:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
@@ -141,7 +141,7 @@ class PadEffects:
         recording = self._recording(
             load, np.zeros((len(load), len(self.peak))), tuple(np.full(len(load), np.nan) for _ in self.element_place)
         )
-        for effect, values in self._freed:
+        for effect, values in self._corrected:
             recording = effect.pose(recording, values)
         return recording.load
 

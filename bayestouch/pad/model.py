@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.recording import Recording
-from bayestouch.model.base import AffectedModel, Predicted
+from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
 from bayestouch.pad.map_basis import MapBasis
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
@@ -29,13 +29,13 @@ FARTHEST = 8.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class PadModel(AffectedModel):
+class PadModel(SensorModel):
     """A pad with effects.
 
     Attributes
     ----------
     observed, peak, reference_load, effects
-        As `AffectedModel`; loads in N, or relative to those of the calibration where they were not measured.
+        As `SensorModel`; loads in N, or relative to those of the calibration where they were not measured.
     pad : PadChain
         The pad that is fitted: its values say nothing but how many there are.
     priors : tuple of Prior
@@ -88,7 +88,7 @@ class PadModel(AffectedModel):
         mean, spread, low, high = np.concatenate([own, weights, self.value_priors]).T
         return mean, spread, low, high
 
-    def homeward(self, vector: FloatArray) -> FloatArray | None:
+    def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """None: gains and positions of a pad are fixed by its own touches, whatever the effects."""
         return None
 

@@ -68,7 +68,7 @@ class UniformCurvature(Summarised):
 
 @dataclass(frozen=True, repr=False)
 class IndenterDistribution(Summarised):
-    """Any one-dimensional prior of the indenter's radius or curvature, such as `bayestouch.priors.parameters.LogNormal`.
+    """Any one-dimensional prior of the indenter's radius or curvature, such as `LogNormal`.
 
     Attributes
     ----------

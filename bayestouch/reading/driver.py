@@ -56,7 +56,7 @@ class TouchRun:
 
 Numbered = Iterator[tuple[int, Any]]
 #: Reads blocks, each given with the number of its first touch, in any order; tells how far it is with the one in work.
-Hands = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
+Executor = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
 
 
 def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
@@ -113,28 +113,28 @@ def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
     return replace(block, posterior=draws, summary=summarise(block.posterior))
 
 
-def own_hands(workers: int | None) -> Hands:
+def local_executor(workers: int | None) -> Executor:
     """Read blocks one after the other, each with all cores of this machine or so many."""
 
-    def hands(
+    def executor(
         reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
     ) -> Iterator[tuple[int, TouchPosteriors]]:
         for first, block in blocks:
             yield first, keep(reader.read(block, first, workers, within), kept)
 
-    return hands
+    return executor
 
 
-def hands_of_cluster(address: str) -> Hands:
-    """Read blocks on the Dask cluster whose scheduler is at `address`; raises as `bayestouch.parallel.cluster.on_cluster`."""
+def cluster_executor(address: str) -> Executor:
+    """Read blocks on the Dask cluster whose scheduler is at `address`; raises as `on_cluster`."""
 
-    def hands(
+    def executor(
         reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
     ) -> Iterator[tuple[int, TouchPosteriors]]:
         numbered = ((first, (first, block)) for first, block in blocks)
         return on_cluster(address, _read_there, (reader, kept), numbered)
 
-    return hands
+    return executor
 
 
 def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
@@ -142,14 +142,14 @@ def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> Tou
     return keep(reader.read(block, first, 1, None), kept)
 
 
-def read_in_memory(run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None) -> TouchPosteriors:
+def read_in_memory(run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None) -> TouchPosteriors:
     """Posteriors of all touches."""
-    blocks = dict(_read(run, kept, hands, progress, set()))
+    blocks = dict(_read(run, kept, executor, progress, set()))
     return _joined([blocks[first] for first in sorted(blocks)])
 
 
 def read_to_file(
-    run: TouchRun, kept: Kept, hands: Hands, path: Path, fingerprint: str, progress: Progress | None
+    run: TouchRun, kept: Kept, executor: Executor, path: Path, fingerprint: str, progress: Progress | None
 ) -> None:
     """Write the posteriors of all touches to a file, going on from where an interrupted run stopped.
 
@@ -164,7 +164,7 @@ def read_to_file(
         layout = partial.layout()
         file = None if layout is None else GrowingFile.from_json(partial.file, layout)
         done = set() if file is None else partial.finished()
-        for first, block in _read(run, kept, hands, progress, done):
+        for first, block in _read(run, kept, executor, progress, done):
             groups, attributes = touch_groups(block)
             if file is None:
                 file = _begin(partial, groups, attributes, run.n_touches)
@@ -204,7 +204,7 @@ def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches:
 
 
 def _read(
-    run: TouchRun, kept: Kept, hands: Hands, progress: Progress | None, done: set[int]
+    run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None, done: set[int]
 ) -> Iterator[tuple[int, TouchPosteriors]]:
     """First touch and posteriors of each block that is not done."""
     size = size_of_block(kept)
@@ -215,7 +215,7 @@ def _read(
             progress(min(1.0, (read + fraction) * size / run.n_touches))
 
     left = ((i * size, block) for i, block in enumerate(run.blocks(size)) if i * size not in done)
-    for first, block in hands(run.reader, kept, left, None if progress is None else tell):
+    for first, block in executor(run.reader, kept, left, None if progress is None else tell):
         yield first, block
         read += 1
         tell(0.0)

@@ -49,7 +49,7 @@ _PUBLIC = {
     "strain_difference": "paper_criterion",
     "sweet_spots": "maps",
     "threshold_radii": "distinguishability",
-    "told_apart": "distinguishability",
+    "distinguished": "distinguishability",
     "tolerable_noise": "paper_criterion",
     "touch_information": "information",
     "trial": "distinguishability",
@@ -75,9 +75,9 @@ if TYPE_CHECKING:
     from bayestouch.reliability.designs import design_maps as design_maps
     from bayestouch.reliability.distinguishability import Optimism as Optimism
     from bayestouch.reliability.distinguishability import Trial as Trial
+    from bayestouch.reliability.distinguishability import distinguished as distinguished
     from bayestouch.reliability.distinguishability import optimism as optimism
     from bayestouch.reliability.distinguishability import threshold_radii as threshold_radii
-    from bayestouch.reliability.distinguishability import told_apart as told_apart
     from bayestouch.reliability.distinguishability import trial as trial
     from bayestouch.reliability.effort import Effort as Effort
     from bayestouch.reliability.effort import averaging_effort as averaging_effort

@@ -1,6 +1,6 @@
 """Which indenters one touch tells apart: posterior odds with location, load and calibration unknown.
 
-`told_apart` and `threshold_radii` integrate Fisher information (`RadiusScale`); `trial` makes touches and weighs
+`distinguished` and `threshold_radii` integrate Fisher information (`RadiusScale`); `trial` makes touches and weighs
 evidence, which asks for nothing but the likelihood and gives error rates and ROC curves. The two agree.
 """
 
@@ -20,7 +20,7 @@ from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
 
 
-def told_apart(
+def distinguished(
     known: KnownFinger, indenters_mm: ArrayLike, angle_deg: ArrayLike, *, samples: int = 1, use_load: bool = True
 ) -> FloatArray:
     """Probability of naming the right one of each pair of indenters at even odds.
@@ -44,7 +44,7 @@ def told_apart(
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
     first, second = (grid.ravel() for grid in np.meshgrid(radii, radii, indexing="ij"))
-    return scale.told_apart(first, second).reshape(-1, len(radii), len(radii))
+    return scale.distinguished(first, second).reshape(-1, len(radii), len(radii))
 
 
 def threshold_radii(
@@ -85,7 +85,7 @@ class Trial:
         return difference[i], difference[j]
 
     @property
-    def told_apart(self) -> FloatArray:
+    def distinguished(self) -> FloatArray:
         """Share of touches of which the right one of two is named, (k, k); ties count half."""
         k = len(self.indenters_mm)
         out = np.full((k, k), 0.5)
@@ -207,7 +207,7 @@ class Optimism:
     """
 
     paper_mm: float
-    told_apart_there: float
+    distinguished_there: float
     honest_mm: float
 
     @property
@@ -247,6 +247,6 @@ def optimism(
     noise = float(np.median(np.sqrt(known.noise_variance(samples)) / peak))
     paper = smallest_radius(finger, noise, span_deg=span_deg)
     scale = RadiusScale.of(known, np.radians(places), samples=samples, use_load=use_load)
-    right = scale.told_apart([0.0], [paper])[:, 0]
+    right = scale.distinguished([0.0], [paper])[:, 0]
     honest = scale.threshold()
     return tuple(Optimism(paper, float(p), float(r)) for p, r in zip(right, honest, strict=True))

@@ -94,7 +94,7 @@ class RadiusScale:
         wanted = np.atleast_1d(np.asarray(radius_mm, dtype=float))
         return np.stack([np.interp(wanted, self.radius_mm, row) for row in self.scale])
 
-    def told_apart(self, first_r_c: ArrayLike, second_r_c: ArrayLike) -> FloatArray:
+    def distinguished(self, first_r_c: ArrayLike, second_r_c: ArrayLike) -> FloatArray:
         """Probability of naming the right one of two indenters at even odds, (n, q); r_c in mm, both (q,).
 
         Known to this scale they are two normals of unit width: ``Φ(|u_1 - u_2|/2)``.

@@ -109,7 +109,7 @@ def _radius(estimates: dict[str, Any], radius: dict[str, Any], key: list[dict[st
 
 
 def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    share = percent(limits["told_apart_percent"])
+    share = percent(limits["distinguished_percent"])
     parts = []
     for end, name, direction in (
         ("told_from_edge", "knife edge", "and blunter"),

@@ -30,7 +30,7 @@ def typical_samples(evidence: Evidence) -> int:
 
 
 def _finger(evidence: Evidence) -> dict[str, Any]:
-    from bayestouch.reliability import KnownFinger, sweet_spots, threshold_radii, told_apart
+    from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
 
     known = KnownFinger.of(evidence.calibration)
     body = evidence.sensor.body
@@ -43,7 +43,7 @@ def _finger(evidence: Evidence) -> dict[str, Any]:
     tips = np.array(TIPS) if len(tips) < 2 else tips
     spots = sweet_spots(known, tips, angle, samples=samples)
     threshold = threshold_radii(known, angle, samples=samples)
-    right = told_apart(known, tips, angle, samples=samples)
+    right = distinguished(known, tips, angle, samples=samples)
     error = np.sqrt((spots.radius_error**2).mean(axis=0))
     columns = {
         "angle_deg": angle,
@@ -64,8 +64,8 @@ def _finger(evidence: Evidence) -> dict[str, Any]:
         "best": _place(columns, int(error.argmin())),
         "worst": _place(columns, int(error.argmax())),
         "shared_percent": 100 * shared / (noise + shared),
-        "told_apart_percent": 100 * right.mean(axis=0),
-        "told_apart_least_percent": 100 * right.min(axis=0),
+        "distinguished_percent": 100 * right.mean(axis=0),
+        "distinguished_least_percent": 100 * right.min(axis=0),
         "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},
         "nowhere_percent": float(100 * np.isnan(threshold).mean()),
     }

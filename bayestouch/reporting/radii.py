@@ -18,7 +18,7 @@ from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
 from bayestouch.reporting.trust import reference_ranks
 
 #: Two tips are told apart where the right answer is given at this share of touches, in %.
-TOLD_APART = 95.0
+DISTINGUISHED = 95.0
 
 
 def by_indenter(evidence: Evidence) -> list[dict[str, Any]]:
@@ -47,7 +47,7 @@ def by_indenter(evidence: Evidence) -> list[dict[str, Any]]:
                 "R": {"mean": float(mean[these].mean()), **error_summary(mean[these] - reference)},
                 "r_c_of_mean_R_mm": float(indenter_radius(mean[these].mean(), outer)),
                 "R_posterior_sd_mm": spread,
-                "R_difference_told_apart_mm": 1.96 * np.sqrt(2) * spread,
+                "R_difference_distinguished_mm": 1.96 * np.sqrt(2) * spread,
                 "R_inside_90_percent": float(100 * np.mean(np.abs(rank - 0.5) <= 0.45)) if rank.size else None,
                 "theta_c": error_summary(theta[these]),
                 "P": error_summary(load[these]),
@@ -77,12 +77,12 @@ def radius_limits(rows: list[dict[str, Any]]) -> dict[str, Any]:
     Only tips that were tried count, and a limit holds only if every tip beyond it is told apart as well.
     """
     tips = [row for row in rows if 0 < row["r_c_mm"] < np.inf]
-    limits: dict[str, Any] = {"told_apart_percent": TOLD_APART, "tips": len(tips)}
+    limits: dict[str, Any] = {"distinguished_percent": DISTINGUISHED, "tips": len(tips)}
     for key, ordered in (("told_from_edge", tips[::-1]), ("told_from_flat", tips)):
         tried = bool(tips) and all(row[f"{key}_percent"] is not None for row in tips)
         limit = None
         for row in ordered if tried else []:
-            if row[f"{key}_percent"] < TOLD_APART:
+            if row[f"{key}_percent"] < DISTINGUISHED:
                 break
             limit = row["r_c_mm"]
         limits[f"{key}_r_c_mm"] = limit

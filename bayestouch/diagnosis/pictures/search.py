@@ -59,7 +59,7 @@ def _colour(each: Round, name: str) -> str:
         return GREY
     if name == each.added.effect.name:
         return BLUE
-    return ORANGE if name in each.added.alike else GREY
+    return ORANGE if name in each.added.indistinguishable else GREY
 
 
 def _outcome(each: Round) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
-from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.observations import Observations, PlainRows
 
@@ -40,7 +40,7 @@ class EffectContext:
         Whether the calibration is taken as exact.
     """
 
-    affected: AffectedChain
+    effects_chain: ChainWithEffects
     scale: FloatArray
     shift: FloatArray
     extra: FloatArray
@@ -65,7 +65,7 @@ class EffectContext:
         """Readings (n, m) from signals that leave the body, under touches (mm, rad, N/m), all (n,)."""
         out = signal
         if self._pointwise:
-            model = self.affected.model
+            model = self.effects_chain.model
             recording = Recording(
                 indenter_radius_mm=np.full(len(load), np.nan),
                 place=(np.degrees(angle),),
@@ -81,36 +81,36 @@ class EffectContext:
                 recording = replace(recording, signal=effect.signal(recording, values))
             out = recording.signal
         scaled = out * self.scale[touch] + self.shift[touch]
-        if self.affected.placed is not None:
-            scaled = scaled + self.affected.placed.readings(radius_mm, angle, load)
+        if self.effects_chain.correction_table is not None:
+            scaled = scaled + self.effects_chain.correction_table.readings(radius_mm, angle, load)
         return np.asarray(scaled, dtype=signal.dtype)
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
         model = self._static.observing(PlainRows(len(load))).at(radius_mm, angle, load)
-        vector = self.affected.vector[self._static_rows]
+        vector = self.effects_chain.vector[self._static_rows]
         signal = model.predict(vector).touches
         total = self.extra + self._noise(signal)
-        placed = self.affected.placed
-        if placed is not None:
-            sd = placed.sd_at(np.degrees(angle))
+        correction_table = self.effects_chain.correction_table
+        if correction_table is not None:
+            sd = correction_table.sd_at(np.degrees(angle))
             total = total + ((load[:, None] * sd) ** 2)[:, :, None] * np.eye(signal.shape[1])
         if self.exact:
             return total
         static, _ = model.derivatives(vector)
-        jacobian = np.empty((len(self.affected.vector), *signal.shape))
+        jacobian = np.empty((len(self.effects_chain.vector), *signal.shape))
         jacobian[self._static_rows] = static * self.scale
         for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
             jacobian[row] = factor * signal + addition
         root = np.linalg.cholesky(
-            self.affected.covariance + np.diag(1e-12 * np.diag(self.affected.covariance) + 1e-300)
+            self.effects_chain.covariance + np.diag(1e-12 * np.diag(self.effects_chain.covariance) + 1e-300)
         )
         spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
         return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
 
     def _noise(self, signal: FloatArray) -> FloatArray:
         """What effects of the noise add."""
-        noise, peak = self.affected.listed.noise, self.affected.model.peak
+        noise, peak = self.effects_chain.listed.noise, self.effects_chain.model.peak
         m = signal.shape[1]
         together = noise.together(peak)
         own = noise.variance(signal, peak) / self.reads[:, None]
@@ -119,36 +119,36 @@ class EffectContext:
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:
-        return static_signal_effects(self.affected)
+        return static_signal_effects(self.effects_chain)
 
     @cached_property
     def _static(self) -> FingerModel:
-        return self.affected.static()
+        return self.effects_chain.static()
 
     @cached_property
     def _static_rows(self) -> IntArray:
-        return np.setdiff1d(np.arange(len(self.affected.vector)), self._timed_rows)
+        return np.setdiff1d(np.arange(len(self.effects_chain.vector)), self._timed_rows)
 
     @cached_property
     def _timed_rows(self) -> IntArray:
-        return timed_rows(self.affected)
+        return timed_rows(self.effects_chain)
 
 
-def static_signal_effects(affected: AffectedChain) -> list[tuple[Effect, Values]]:
+def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect, Values]]:
     """Effects on the signal that are the same in all samples, with their values, in the order of the stages."""
     pairs = [
-        (effect, affected.values[effect.name])
-        for effect in affected.model.effects
+        (effect, effects_chain.values[effect.name])
+        for effect in effects_chain.model.effects
         if not effect.needs_samples and type(effect).signal is not Effect.signal
     ]
     return sorted(pairs, key=lambda pair: STAGES.index(pair[0].stage))
 
 
-def timed_rows(affected: AffectedChain) -> IntArray:
+def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
     """Rows of the vector that hold values of effects that depend on when a touch was made."""
     out: list[int] = []
-    place = affected.model.n_base
-    for effect in affected.model.effects:
+    place = effects_chain.model.n_base
+    for effect in effects_chain.model.effects:
         count = len(effect.parameters)
         if effect.needs_samples:
             out += range(place, place + count)
@@ -156,18 +156,18 @@ def timed_rows(affected: AffectedChain) -> IntArray:
     return np.array(out, dtype=np.int64)
 
 
-def timed_scale_and_shift(affected: AffectedChain, observed: Observations, vector: FloatArray) -> FloatArray:
+def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray) -> FloatArray:
     """What effects that depend on time make of a signal of one and of zero: factor and addition, (2, t, m).
 
     They are taken to be linear in the signal.
     """
     model = replace(
-        affected.model,
+        effects_chain.model,
         observed=observed,
-        effects=tuple(e for e in affected.model.effects if e.needs_samples),
+        effects=tuple(e for e in effects_chain.model.effects if e.needs_samples),
     )
     t, m = observed.n_touches, model.n_elements
-    rows = timed_rows(affected)
+    rows = timed_rows(effects_chain)
     if not len(rows):
         return np.stack([np.ones((t, m)), np.zeros((t, m))])
     own = np.concatenate([vector[: model.n_base], vector[rows]])
@@ -181,14 +181,14 @@ def timed_scale_and_shift(affected: AffectedChain, observed: Observations, vecto
     return np.stack([of(1.0) - zero, zero])
 
 
-def timed_slopes(affected: AffectedChain, observed: Observations) -> FloatArray:
+def timed_slopes(effects_chain: ChainWithEffects, observed: Observations) -> FloatArray:
     """Derivative of `timed_scale_and_shift` over the values of those effects, (q, 2, t, m)."""
     out = []
-    for row in timed_rows(affected):
-        step = 0.01 * max(float(np.sqrt(affected.covariance[row, row])), 1e-9)
-        up, down = affected.vector.copy(), affected.vector.copy()
+    for row in timed_rows(effects_chain):
+        step = 0.01 * max(float(np.sqrt(effects_chain.covariance[row, row])), 1e-9)
+        up, down = effects_chain.vector.copy(), effects_chain.vector.copy()
         up[row] += step
         down[row] -= step
-        high, low = (timed_scale_and_shift(affected, observed, v) for v in (up, down))
+        high, low = (timed_scale_and_shift(effects_chain, observed, v) for v in (up, down))
         out.append((high - low) / (2 * step))
-    return np.array(out).reshape(-1, 2, observed.n_touches, affected.model.n_elements)
+    return np.array(out).reshape(-1, 2, observed.n_touches, effects_chain.model.n_elements)

@@ -140,7 +140,7 @@ class FingerMisfit:
         radius, load = posterior.radius(places[..., 0]), np.maximum(places[..., 2], 0.0)
         rows = self.chain.predict(radius, places[..., 1], load)
         rows = np.asarray(
-            posterior.affected(rows, radius, places[..., 1], load, np.arange(len(mode))), dtype=np.float64
+            posterior.effects_chain(rows, radius, places[..., 1], load, np.arange(len(mode))), dtype=np.float64
         )
         rows = np.concatenate([rows, load[..., None]], axis=-1)
         return rows[:, 0], (rows[:, 1:4] - rows[:, 4:7]) / (2 * steps[..., None])

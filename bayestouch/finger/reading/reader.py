@@ -178,7 +178,9 @@ class FingerPosterior:
         readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
         difference: NDArray[np.floating]
         if self.table is None:
-            difference = self.affected(self.chain.predict(radius, angle, load), radius, angle, load, blocks) - readings
+            difference = (
+                self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks) - readings
+            )
         else:
             kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
             rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
@@ -186,7 +188,7 @@ class FingerPosterior:
             rows = rows.reshape(*load.shape, -1)
             if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
                 rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
-            rows = self.affected(rows, radius, angle, load, blocks)
+            rows = self.effects_chain(rows, radius, angle, load, blocks)
             rows -= readings.astype(np.float32)
             difference, whitener = rows, whitener.astype(np.float32)
         if whitener.ndim == 2:
@@ -194,7 +196,7 @@ class FingerPosterior:
             return difference
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
 
-    def affected(
+    def effects_chain(
         self, rows: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
     ) -> NDArray[np.floating]:
         """Signals (B, W, m) after the effects of the touches `blocks` (B,), which have these coordinates (B, W)."""

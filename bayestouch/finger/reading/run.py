@@ -16,14 +16,14 @@ from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.finger.calibration import finger_chain
-from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.check import check_finger
 from bayestouch.finger.reading.covariance import CalibrationCovariance
 from bayestouch.finger.reading.draws import DRAWN, TIPS, DrawTask, draw_all
 from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchContext
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, Intake, load_notes
-from bayestouch.finger.reading.with_effects import affected_touches
+from bayestouch.finger.reading.with_effects import touches_with_effects
 from bayestouch.model.effect_list import KEY
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
@@ -59,7 +59,7 @@ class FingerBlocks:
 
     calibration: Calibration
     task: DrawTask
-    affected: AffectedChain | None
+    effects_chain: ChainWithEffects | None
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
 
@@ -91,17 +91,17 @@ def finger_run(source: TouchSource, found: Survey, calibration: Calibration, opt
     baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
     typical = float(calibration.settings["typical_load"])
     intake = Intake(calibration, baseline, options)
-    affected = AffectedChain.of(calibration) if KEY in calibration.settings else None
-    chain, table, covariance = _model(calibration, typical, affected)
+    effects_chain = ChainWithEffects.of(calibration) if KEY in calibration.settings else None
+    chain, table, covariance = _model(calibration, typical, effects_chain)
     priors = IndenterPriors.of(chain, typical, options.indenter)
     noise, check = calibration.noise, None
     notes = load_notes(found, options)
     n_touches = found.n_rows if options.each_sample else found.n_touches
-    if affected is not None:
+    if effects_chain is not None:
         assert isinstance(chain, FingerChain)
         corrected = baseline.subtracted(source.whole())
-        whole, noise, check, more = affected_touches(
-            corrected, calibration, options, affected, chain, table, covariance, priors
+        whole, noise, check, more = touches_with_effects(
+            corrected, calibration, options, effects_chain, chain, table, covariance, priors
         )
         notes, n_touches = (*notes, *more), whole.n_touches
     elif options.check_sensor:
@@ -136,18 +136,20 @@ def finger_run(source: TouchSource, found: Survey, calibration: Calibration, opt
     notes = tuple(dict.fromkeys((*found.notes, baseline.note, *notes)))
 
     def parts() -> Iterator[FingerTouches]:
-        return map(intake, source.pieces()) if affected is None else iter([whole])
+        return map(intake, source.pieces()) if effects_chain is None else iter([whole])
 
     return TouchRun(
-        FingerBlocks(calibration, task, affected, settings, notes), n_touches, lambda size: in_blocks(parts(), size)
+        FingerBlocks(calibration, task, effects_chain, settings, notes),
+        n_touches,
+        lambda size: in_blocks(parts(), size),
     )
 
 
 def _model(
-    calibration: Calibration, typical: float, affected: AffectedChain | None = None
+    calibration: Calibration, typical: float, effects_chain: ChainWithEffects | None = None
 ) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
     """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
-    elastic = finger_chain(calibration) if affected is None else affected.model.chain(affected.vector)
+    elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
     ends = IndenterPriors.of(elastic, typical).location.support
     if calibration.settings.get("e_map") == "empirical":
         from bayestouch.finger.empirical.map import EmpiricalCalibration

@@ -12,7 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect
-from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
 from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
 from bayestouch.finger.reading.modes import find_modes, with_whitener
@@ -35,18 +35,20 @@ ROUNDS = 3
 STEPS = np.array([3e-2, 3e-3, 3e-3])
 
 
-def observe(corrected: Touches, affected: AffectedChain, noise: Noise, each_sample: bool) -> tuple[Observations, str]:
+def observe(
+    corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
+) -> tuple[Observations, str]:
     """Touches of a file on their clock, without readings that are wrong; and a note, empty where there is none."""
     timing = Timing.of(corrected)
-    values = affected.values.get("outliers")
+    values = effects_chain.values.get("outliers")
     table = corrected
     if values is not None:
-        table = without_wrong(corrected, noise.tactile_sd, affected.model.peak, values)
+        table = without_wrong(corrected, noise.tactile_sd, effects_chain.model.peak, values)
     history = history_of(table, timing.time_s)
     if each_sample:
         table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
-    depends_on_time = affected.listed.drifts or any(e.needs_samples for e in affected.model.effects)
+    depends_on_time = effects_chain.listed.drifts or any(e.needs_samples for e in effects_chain.model.effects)
     note = timing.note if depends_on_time else ""
     return Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span), note
 
@@ -54,7 +56,7 @@ def observe(corrected: Touches, affected: AffectedChain, noise: Noise, each_samp
 def prepare(
     readings: TouchReadings,
     observed: Observations,
-    affected: AffectedChain,
+    effects_chain: ChainWithEffects,
     chain: FingerChain,
     table: ReadingTable,
     priors: IndenterPriors,
@@ -63,20 +65,20 @@ def prepare(
     plug_in: bool,
 ) -> TouchReadings:
     """Readings with the effects of each touch's own time, with drifts found and loads set right."""
-    scale, shift = timed_scale_and_shift(affected, observed, affected.vector)
+    scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector)
     t, m = scale.shape
     context = EffectContext(
-        affected=affected,
+        effects_chain=effects_chain,
         scale=scale,
         shift=shift,
         extra=np.zeros((t, m, m)),
         reads=np.maximum(readings.counts.max(axis=1), 1).astype(float),
-        slopes=timed_slopes(affected, observed),
+        slopes=timed_slopes(effects_chain, observed),
         exact=plug_in,
     )
     readings = replace(readings, context=context)
-    changes_load = any(e.stage == "rig" and type(e).pose is not Effect.pose for e in affected.model.effects)
-    if not affected.listed.drifts and not changes_load:
+    changes_load = any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
+    if not effects_chain.listed.drifts and not changes_load:
         return readings
     start = None
     raw_load, raw_sd = readings.load, readings.load_sd
@@ -91,13 +93,13 @@ def prepare(
         mode, _ = find_modes(posterior, mode)
         start = mode
         if changes_load:
-            load, load_sd = true_loads(affected, np.degrees(mode[:, 1]), raw_load, raw_sd)
+            load, load_sd = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd)
             readings = replace(readings, load=load, load_sd=load_sd)
-        if affected.listed.drifts:
+        if effects_chain.listed.drifts:
             without = replace(current, scale=scale, shift=shift, extra=np.zeros((t, m, m)))
             evidence = _evidence(replace(posterior, touches=replace(readings, context=without)), mode, noise)
             signal = _predicted(posterior, mode, without)
-            columns = _columns(affected, observed, signal)
+            columns = _columns(effects_chain, observed, signal)
             precision, information = evidence.about_addition()
             mean, spread = drift_of_others(columns, precision, information)
             readings = replace(readings, context=replace(current, scale=scale, shift=shift + mean, extra=spread))
@@ -105,12 +107,12 @@ def prepare(
 
 
 def true_loads(
-    affected: AffectedChain, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray
+    effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Loads as they really are, and their standard deviations, from loads as read (t,) at locations (t,)."""
 
     def at(vector: FloatArray) -> FloatArray:
-        model = affected.model
+        model = effects_chain.model
         recording = Recording(
             indenter_radius_mm=np.full(len(load), np.nan),
             place=(angle_deg,),
@@ -127,12 +129,12 @@ def true_loads(
         return recording.load
 
     variance = load_sd**2
-    sd = np.sqrt(np.diag(affected.covariance))
-    for row in range(affected.model.n_base, len(affected.vector)):
-        moved = affected.vector.copy()
+    sd = np.sqrt(np.diag(effects_chain.covariance))
+    for row in range(effects_chain.model.n_base, len(effects_chain.vector)):
+        moved = effects_chain.vector.copy()
         moved[row] += sd[row]
-        variance = variance + np.nan_to_num(at(moved) - at(affected.vector)) ** 2
-    return at(affected.vector), np.sqrt(variance)
+        variance = variance + np.nan_to_num(at(moved) - at(effects_chain.vector)) ** 2
+    return at(effects_chain.vector), np.sqrt(variance)
 
 
 def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectContext) -> FloatArray:
@@ -141,9 +143,9 @@ def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectCont
     return np.asarray(context.readings(posterior.chain.predict(*touch), *touch, np.arange(len(mode))))
 
 
-def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray) -> FloatArray:
+def _columns(effects_chain: ChainWithEffects, observed: Observations, signal: FloatArray) -> FloatArray:
     """What each weight of the drifts adds to the readings of each touch, (t, m, k)."""
-    model = affected.model
+    model = effects_chain.model
     recording = Recording(
         indenter_radius_mm=np.full(len(signal), np.nan),
         place=(np.zeros(len(signal)),),
@@ -156,8 +158,8 @@ def _columns(affected: AffectedChain, observed: Observations, signal: FloatArray
         signal=np.nan_to_num(signal),
     )
     out = []
-    for drift in affected.listed.drifts:
-        values = affected.values[drift.name]
+    for drift in effects_chain.listed.drifts:
+        values = effects_chain.values[drift.name]
         basis = drift_basis(drift, values, observed)
         out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own(values)))
     return np.moveaxis(np.concatenate(out), 0, -1)
@@ -176,11 +178,11 @@ def _evidence(posterior: FingerPosterior, mode: FloatArray, noise: Noise) -> Tou
     radius = posterior.radius(mode[:, 0])
     sd = noise.mean_sd(readings.counts, np.zeros(readings.counts.shape))
     missing = ~np.isfinite(sd) | np.isnan(readings.readings)
-    variance = np.where(missing, (100 * context.affected.model.peak) ** 2, np.where(missing, 1.0, sd) ** 2)
+    variance = np.where(missing, (100 * context.effects_chain.model.peak) ** 2, np.where(missing, 1.0, sd) ** 2)
     covariance = context.covariance(radius, mode[:, 1], mode[:, 2])
     covariance = covariance + np.einsum("ti,ij->tij", variance, np.eye(variance.shape[1]))
     measured = np.isfinite(readings.load)
-    loose = np.tile(1 / (LOOSE * np.array([1.0, 1.0, context.affected.model.reference_load])) ** 2, (len(mode), 1))
+    loose = np.tile(1 / (LOOSE * np.array([1.0, 1.0, context.effects_chain.model.reference_load])) ** 2, (len(mode), 1))
     loose[:, 2] = np.where(measured, 1 / readings.load_sd**2, loose[:, 2])
     shift = np.zeros_like(mode)
     shift[:, 2] = np.where(measured, readings.load - mode[:, 2], 0.0)

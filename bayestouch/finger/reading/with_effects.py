@@ -8,7 +8,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.data.touches import Touches
-from bayestouch.finger.chain_with_effects import AffectedChain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.check import check_finger, corrected_means
 from bayestouch.finger.reading.reader import IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -21,11 +21,11 @@ from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
 
 
-def affected_touches(
+def touches_with_effects(
     corrected: Touches,
     calibration: Calibration,
     options: Options,
-    affected: AffectedChain,
+    effects_chain: ChainWithEffects,
     chain: FingerChain,
     table: ReadingTable,
     covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray],
@@ -47,12 +47,12 @@ def affected_touches(
     FingerTouches, Noise, SensorCheck or None, tuple of str
         The touches, the noise to read them with, what the check found, and notes.
     """
-    observed, note = observe(corrected, affected, calibration.noise, options.each_sample)
+    observed, note = observe(corrected, effects_chain, calibration.noise, options.each_sample)
     means, noise, check = observed.means, calibration.noise, None
     notes = (note,) if note else ()
 
     def with_effects(plain: TouchReadings) -> TouchReadings:
-        return prepare(plain, observed, affected, chain, table, priors, noise, plug_in=options.plug_in)
+        return prepare(plain, observed, effects_chain, chain, table, priors, noise, plug_in=options.plug_in)
 
     prepared = with_effects(readings_of(means, calibration, options.use_load))
     if not options.check_sensor:
@@ -66,7 +66,7 @@ def affected_touches(
         return check_of(with_effects(readings_of(corrected_means(means, first), calibration, options.use_load)))
 
     check = check_of(prepared)
-    if affected.listed.drifts:
+    if effects_chain.listed.drifts:
         check = looked_at_again(check, again)
     if not check.sound:
         means, noise = corrected_means(means, check), widened(noise, check.excess)

@@ -74,7 +74,7 @@ class Components:
 def components_of(reader: PadReader, touches: PadTouches, lattice: Lattice) -> Components:
     """Posterior of each touch as a sum of normal distributions."""
     tables = reader.map.slopes(lattice.location)
-    pairs = [_search(reader, touches, lattice, tables, index) for index in _alike(touches)]
+    pairs = [_search(reader, touches, lattice, tables, index) for index in _with_same_elements(touches)]
     touch, node = (np.concatenate([pair[i] for pair in pairs]) for i in (0, 1))
     order = np.lexsort((node, touch))
     touch, node, stride = _thinned(touch[order], node[order], lattice, touches.n_touches)
@@ -97,7 +97,7 @@ def _thinned(touch: IntArray, node: IntArray, lattice: Lattice, n_touches: int) 
     return touch[kept], node[kept], stride[touch[kept]]
 
 
-def _alike(touches: PadTouches) -> list[IntArray]:
+def _with_same_elements(touches: PadTouches) -> list[IntArray]:
     """Touches with the same counts and about the same load, in groups of bounded size."""
     bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN).astype(np.int64)
     _, group = np.unique(np.column_stack([touches.counts, bins]), axis=0, return_inverse=True)

@@ -48,7 +48,7 @@ class PadBlocks:
     settings, notes
         Of the result.
     effects : PadEffects or None
-        Effects that the readings and loads are freed of: loads of the reader are those that act.
+        Effects that readings and loads are corrected for: loads of the reader are those that act.
     """
 
     calibration: Calibration
@@ -158,7 +158,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
     def averaged(piece: Touches) -> PadReadings:
         corrected = baseline.subtracted(piece)
         if effects is not None:
-            corrected = effects.freed(corrected)
+            corrected = effects.corrected(corrected)
         readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
         readings = readings if options.use_load else readings.without_load()
         return readings if check is None else corrected_readings(readings, check)
@@ -221,8 +221,12 @@ def _notes(reader: PadReader, found: Survey, use_load: bool) -> list[str]:
 def _effect_notes(effects: PadEffects | None) -> list[str]:
     if effects is None:
         return []
-    freed = [effect.name for effect in effects.listed.plain if effect.name not in effects.left_to_map]
-    notes = [f"readings and loads are freed of {' and '.join(freed)}, at its most probable values"] if freed else []
+    corrected = [effect.name for effect in effects.listed.plain if effect.name not in effects.left_to_map]
+    notes = (
+        [f"readings and loads are corrected for {' and '.join(corrected)}, at its most probable values"]
+        if corrected
+        else []
+    )
     if effects.listed.drifts:
         names = " and ".join(effect.name for effect in effects.listed.drifts)
         notes.append(f"{names} is not taken out of touches that are read: it adds to the noise")

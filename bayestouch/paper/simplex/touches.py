@@ -199,14 +199,14 @@ def _fit(finger: TouchPredictor, reading: FloatArray, load: float | None, radius
     ends = [*ends, (1e-3 * finger.largest_load, finger.largest_load)][:n]
     limits = [(low / step, high / step) for (low, high), step in zip(ends, STEPS, strict=False)]
     start = first[:n] / STEPS[:n]
-    inward = np.where(start + 1 > np.array(limits)[:, 1], -1, 1)
+    to_unconstrained = np.where(start + 1 > np.array(limits)[:, 1], -1, 1)
     found = minimize(
         misfit,
         start,
         method="Nelder-Mead",
         bounds=limits,
         options={
-            "initial_simplex": np.vstack([start, start + np.diag(inward)]),
+            "initial_simplex": np.vstack([start, start + np.diag(to_unconstrained)]),
             "xatol": 1e-4,
             "fatol": 1e-10,
             "maxfev": 1000,
