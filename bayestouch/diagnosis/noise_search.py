@@ -44,7 +44,9 @@ class NoiseCandidate:
 
 @dataclass(frozen=True, eq=False)
 class TouchScatter(Scatter):
-    """Samples about the mean of their touch; n samples, m elements. The mean's own scatter is taken out of the deviations.
+    """Samples about the mean of their touch; n samples, m elements.
+
+    The scatter of the mean itself is taken out of the deviations.
 
     Attributes
     ----------

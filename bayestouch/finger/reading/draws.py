@@ -90,8 +90,8 @@ def draw_all(
 ) -> Drawn:
     """Draws and grades of all touches, by public name; the last axis is the touch.
 
-    Pieces are drawn side by side, see `bayestouch.parallel.processes`. The few touches whose draws are poor at first are
-    drawn again together, wherever they are in the table.
+    Pieces are drawn side by side, see `bayestouch.parallel.processes`. The few touches whose draws are poor at
+    first are drawn again together, wherever they are in the table.
 
     Parameters
     ----------
