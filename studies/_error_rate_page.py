@@ -62,7 +62,7 @@ test of [](diagnosis.md) allows for the scatter of the lack of fit and for what 
 
 An effect of the simulator has the catalogue's name for its physical cause, and a formula of its own. Not every formula
 differs from the catalogue's: some are members of the catalogue's family, which means that some plausible values of the
-catalogue's parameters do the same to 1 % (at size 2). `tests/test_independent_forms.py` checks this, except for the
+catalogue's parameters do the same to 1 % (at size 2). `tests/simulator/test_forms.py` checks this, except for the
 forms of the noise, whose formulas were compared by reading them. Rates of members and of other forms are listed
 separately. In large effects the difference between another formula and the catalogue's can exceed the noise; then the
 verdict is "partly explained", and a correction takes what it can.

@@ -127,15 +127,15 @@ def band(where: str, simulations: int, level: float = 0.01) -> Check:
 
 def checks() -> list[Check]:
     """All checks, with the numbers of simulations that tests and studies use."""
-    touches, study = "`tests/test_simulation_checks.py`, touches", "`studies/sbc_touches.py`, each row"
-    small, calibrations = "`tests/test_studies.py`, two elements", "`studies/sbc_calibration.py`"
+    touches, study = "`tests/checks/test_touches.py`, touches", "`studies/sbc_touches.py`, each row"
+    small, calibrations = "`tests/studies/test_studies.py`, two elements", "`studies/sbc_calibration.py`"
     return [
         pooled(touches, 500, TOUCH),
         by_quantity(touches, 500, TOUCH, 4),
         coverage(touches, 500, TOUCH),
         pooled(small, 100, SMALL_CALIBRATION),
         by_quantity(small, 100, SMALL_CALIBRATION, 18),
-        band("`tests/test_probability_plot.py`", 500),
+        band("`tests/results/test_probability_plot.py`", 500),
         pooled(study, 2000, TOUCH),
         by_quantity(study, 2000, TOUCH, 4),
         pooled(calibrations, 340, CALIBRATION),

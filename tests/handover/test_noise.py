@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 import crosstalk
+import handed_over as handed
 import numpy as np
 import pytest
-import test_calibration_to_touches as handed
 import written_out as w
 import xarray as xr
 from calibrated_files import Calibrated

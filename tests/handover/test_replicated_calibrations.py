@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pad_files as pads
 import pytest
-import test_pad_density as pads
 import written_out as w
 from scipy import stats
 

@@ -24,7 +24,7 @@ class Effect:
     `when` is "before" or "after" the finger is pressed, or "error"; `start` is a value of common size, `largest` one
     that a person would see by eye before calibrating anything. `in_catalogue` is true where some plausible values of
     the catalogue's formula do the same, to 1 % of the change in the readings at size 2
-    (`tests/test_independent_forms.py`), and `reason` says why it is so or not.
+    (`tests/simulator/test_forms.py`), and `reason` says why it is so or not.
     """
 
     name: str

@@ -1,0 +1,135 @@
+"""Every block of code in the documentation runs, and the list of the API is that of the package."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import matplotlib
+import pytest
+from report_cases import FINGER, small
+
+import bayestouch
+from bayestouch.cli import main
+from bayestouch.simulation import FingerDesign
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
+BLOCK = re.compile(r"^\s*(```|~~~) ?(python|console|toml)\b|^    bayestouch .+$", re.MULTILINE)
+WITH_BLOCKS = [page for page in PAGES if BLOCK.search((ROOT / page).read_text("utf-8"))]
+# These make whole reports, as the quick start does too, which is run always.
+WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
+# What a page takes for granted; everything else it makes itself, block by block.
+GIVEN = ("my-finger", "calibration.nc", "posterior.nc", "touches.csv", "touches.parquet")
+SMALL = {name: getattr(FINGER, name) for name in FINGER.__dataclass_fields__}
+
+
+def blocks(page: Path) -> list[tuple[str, str]]:
+    """Language and text of each block that a reader would run, in order."""
+    pytest.importorskip("sybil", reason="sybil is not installed (extra dev)")
+    from sybil import Document
+    from sybil.parsers.markdown.lexers import FencedCodeBlockLexer
+
+    text = page.read_text("utf-8")
+    document = Document(text, str(page))
+    found = [
+        (region.start, language, str(region.lexemes["source"]))
+        for language in ("python", "console", "toml")
+        for region in FencedCodeBlockLexer(language)(document)
+    ]
+    # commands in indented blocks
+    for command in re.finditer(r"^    (bayestouch .+)$", text, re.MULTILINE):
+        found.append((command.start(), "console", f"$ {command[1]}"))
+    return [(language, source) for _, language, source in sorted(found)]
+
+
+@pytest.fixture(scope="module")
+def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finger smaller than the paper's, its calibration and its touches, under the names that the pages use."""
+    folder = tmp_path_factory.mktemp("docs")
+    data = small(FINGER).dataset
+    bayestouch.save_dataset(data, folder / "my-finger")
+    calibration = bayestouch.calibrate(data, draws=200)
+    calibration.save(folder / "calibration.nc")
+    bayestouch.infer(data.touches, calibration, draws=256).save(folder / "posterior.nc")
+    bayestouch.save_dataset(data, folder / "in-parquet", "parquet")
+    for kind, source in (("csv", "my-finger"), ("parquet", "in-parquet")):
+        shutil.copy(folder / source / f"touches.{kind}", folder)
+    return folder
+
+
+def run_commands(text: str) -> None:
+    for line in re.findall(r"^\$ (bayestouch .+)$", text, re.MULTILINE):
+        assert main(shlex.split(line.partition("  #")[0])[1:]) == 0, line
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in WITH_BLOCKS]
+)
+def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = blocks(ROOT / page)
+    assert found
+    for name in GIVEN:
+        copy = shutil.copytree if (given / name).is_dir() else shutil.copy
+        copy(given / name, tmp_path / name)
+    shutil.copytree(given / "my-finger", tmp_path / "before")
+    shutil.copytree(given / "my-finger", tmp_path / "after")
+    monkeypatch.chdir(tmp_path)
+    matplotlib.use("Agg")
+    # The same calls on fewer touches and elements: a page takes seconds, not minutes.
+    monkeypatch.setattr(FingerDesign.__init__, "__defaults__", tuple(SMALL.values()))
+    names: dict[str, Any] = {"touches": bayestouch.load_dataset("my-finger").touches}
+    for language, text in found:
+        if language == "toml":
+            tomllib.loads(text)
+        elif language == "console":
+            run_commands(text)
+        else:
+            exec(compile(text, page, "exec", dont_inherit=True), names)
+
+
+def test_no_page_with_a_block_is_left_out() -> None:
+    assert [page for page in PAGES if page not in WITH_BLOCKS and blocks(ROOT / page)] == []
+
+
+def test_api_page_lists_the_public_names() -> None:
+    text = (ROOT / "docs" / "api.md").read_text("utf-8")
+    listed = re.findall(r"^\.\. auto\w+:: bayestouch\.(\w+)$", text, re.MULTILINE)
+    assert sorted(listed) == bayestouch.__all__
+
+
+def test_public_names_are_typed_and_documented() -> None:
+    import inspect
+
+    for name in bayestouch.__all__:
+        each = getattr(bayestouch, name)
+        assert (each.__doc__ or "").strip(), name
+        if inspect.isfunction(each):
+            signature = inspect.signature(each)
+            bare = [p.name for p in signature.parameters.values() if p.annotation is inspect.Parameter.empty]
+            assert not bare and signature.return_annotation is not inspect.Signature.empty, name
+
+
+def test_notebook_runs(given: Path, tmp_path: Path) -> None:
+    nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
+    nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (extra dev)")
+    pytest.importorskip("ipykernel", reason="ipykernel is not installed (extra dev)")
+    notebook = nbformat.read(ROOT / "docs" / "notebooks" / "read_posteriors.ipynb", as_version=4)
+    (tmp_path / "posterior.nc").write_bytes((given / "posterior.nc").read_bytes())
+    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    printed = "".join(
+        output.get("text", "") for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs
+    )
+    answer = re.search(r"sharper than 2 mm with probability (\d\.\d+)", printed)
+    assert answer and 0 <= float(answer[1]) <= 1
+    # tips on either side of the question get answers on either side
+    shares = dict(re.findall(r"tip of +([\d.]+|inf) mm: mean probability ([\d.]+)", printed))
+    assert float(shares["0.00"]) > 0.9 > 0.1 > float(shares["12.30"])
+    pictures = sum(
+        "image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", ())
+    )
+    assert pictures >= 3

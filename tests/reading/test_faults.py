@@ -1,0 +1,180 @@
+"""Faulty elements and force sensors: found, named, left out; and none found where there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from study_modules import study
+
+import bayestouch
+from bayestouch.data.touches import Touches
+from bayestouch.effects import StatedModel
+from bayestouch.reading.fault_tests import FEWEST
+from bayestouch.results.objects import Calibration
+from bayestouch.simulation import FingerDesign, simulate
+
+
+@pytest.fixture(scope="module")
+def sound() -> tuple[Calibration, Touches]:
+    """A calibrated finger and 92 touches of four tips."""
+    design = FingerDesign(
+        samples_per_touch=3,
+        edge_step_deg=2.0,
+        flat_step_deg=6.0,
+        touch_radii_mm=(0.0, 2.0, 9.3, np.inf),
+        touch_span_deg=46.0,
+        touch_step_deg=4.0,
+    )
+    data = simulate(design, seed=3).dataset
+    return bayestouch.calibrate(data, draws=400, seed=3), data.touches
+
+
+def infer(sound: tuple[Calibration, Touches], **changes: np.ndarray) -> bayestouch.TouchPosteriors:
+    calibration, touches = sound
+    return bayestouch.infer(
+        touches.with_(**changes), calibration, method="importance", draws=64, workers=1, progress=None
+    )
+
+
+def found(result: bayestouch.TouchPosteriors) -> list[str]:
+    return [note for note in result.notes if note.startswith("sensor check")]
+
+
+def changed(sound: tuple[Calibration, Touches], element: int, values: np.ndarray | float) -> np.ndarray:
+    readings = sound[1].readings.copy()
+    readings[:, element] = values
+    return readings
+
+
+def test_nothing_is_found_on_a_sound_sensor(sound: tuple[Calibration, Touches]) -> None:
+    checked, unchecked = (
+        infer(sound),
+        bayestouch.infer(sound[1], sound[0], check_sensor=False, method="importance", draws=64, workers=1),
+    )
+    assert found(checked) == []
+    assert checked.settings["touches_checked"] == 92
+    # a sound sensor is read as without the check, to the last bit
+    for name, draws in unchecked.posterior.items():
+        np.testing.assert_array_equal(draws, checked.posterior[name])
+
+
+@pytest.mark.parametrize(
+    ("value", "word"), [(0.0, "stuck"), (250.0, "stuck"), (1.25, "gain"), (0.5, "gain"), (np.nan, "dead")]
+)
+def test_a_faulty_element_is_named_and_left_out(sound: tuple[Calibration, Touches], value: float, word: str) -> None:
+    readings = sound[1].readings[:, 6]
+    rng = np.random.default_rng(0)
+    values = {
+        "stuck": np.full(len(readings), value),
+        "gain": readings * value,
+        "dead": 17.2 * rng.standard_normal(len(readings)),
+    }[word]
+    result = infer(sound, readings=changed(sound, 6, values))
+    (note,) = found(result)
+    assert "e07" in note and word in note
+    assert result.settings["elements_left_out"] == "e07"
+    assert np.isnan(result.rows.observed[:, 6]).all()
+    assert (result.rows.counts[:, 6] == 0).all()
+
+
+def test_swapped_wires_are_exchanged_back(sound: tuple[Calibration, Touches]) -> None:
+    order = np.arange(16)
+    order[[5, 8]] = 8, 5
+    result = infer(sound, readings=sound[1].readings[:, order])
+    (note,) = found(result)
+    assert "e06 and e09 are swapped" in note
+    # as if nothing had happened
+    np.testing.assert_array_equal(result.posterior["R"], infer(sound).posterior["R"])
+
+
+@pytest.mark.parametrize("turned", [slice(None, None, -1), np.roll(np.arange(16), 1)])
+def test_a_plug_put_in_wrongly_is_noticed(sound: tuple[Calibration, Touches], turned: slice | np.ndarray) -> None:
+    result = infer(sound, readings=sound[1].readings[:, turned])
+    assert any("wired in another order" in note for note in found(result))
+
+
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, Touches], factor: float) -> None:
+    result = infer(sound, load=sound[1].load * factor)
+    (note,) = found(result)
+    assert "times the load that the elements say" in note
+    assert result.settings["force_sensor"] == "left out"
+    # loads come from the elements: without the check they would be off by the factor
+    ratio = result.mean("P") / (result.reference["P"] / factor)
+    assert abs(np.median(ratio) - 1) < 0.02
+
+
+def test_two_faults_at_once(sound: tuple[Calibration, Touches]) -> None:
+    readings = changed(sound, 4, 0.0)
+    readings[:, 10] *= 1.3
+    result = infer(sound, readings=readings, load=sound[1].load * 1.2)
+    assert result.settings["elements_left_out"] == "e05 e11"
+    assert result.settings["force_sensor"] == "left out"
+
+
+def test_many_changed_gains_widen_the_intervals(sound: tuple[Calibration, Touches]) -> None:
+    gains = np.exp(0.2 * np.random.default_rng(1).standard_normal(16))
+    result = infer(sound, readings=sound[1].readings * gains)
+    assert any("calibrate the sensor again" in note for note in found(result))
+    assert np.median(result.sd("R") / infer(sound).sd("R")) > 1.5
+
+
+def test_few_touches_are_not_judged(sound: tuple[Calibration, Touches]) -> None:
+    calibration, touches = sound
+    few = touches.select(touches.touch < touches.touch.min() + FEWEST - 1)
+    readings = few.readings.copy()
+    readings[:, 7] = 0.0
+    result = bayestouch.infer(few.with_(readings=readings), calibration, draws=64, workers=1)
+    assert found(result) == []
+    assert result.settings["touches_checked"] == 0
+
+
+def test_missing_readings_and_loads_are_no_faults(sound: tuple[Calibration, Touches]) -> None:
+    touches = sound[1]
+    rng = np.random.default_rng(2)
+    holes = np.where(rng.random(touches.readings.shape) < 0.2, np.nan, touches.readings)
+    assert found(infer(sound, readings=holes, load=np.full(touches.n_rows, np.nan))) == []
+    assert found(infer(sound, readings=changed(sound, 3, np.nan))) == []
+
+
+def test_what_was_found_is_kept_in_the_file(sound: tuple[Calibration, Touches], tmp_path: Path) -> None:
+    result = infer(sound, readings=changed(sound, 6, 0.0))
+    result.save(tmp_path / "posterior.nc")
+    again = bayestouch.load(tmp_path / "posterior.nc")
+    assert found(again) == found(result)
+    assert again.settings["elements_left_out"] == "e07"
+
+
+def test_faults_are_found_where_the_calibration_has_effects() -> None:
+    """The readings that an element should make are those with the effects in them, crosstalk here."""
+    design = FingerDesign(
+        samples_per_touch=3,
+        edge_step_deg=4.0,
+        flat_step_deg=12.0,
+        touch_radii_mm=(0.0, 9.3),
+        touch_span_deg=46.0,
+        touch_step_deg=4.0,
+    )
+    data = simulate(design, effects={"crosstalk": 0.06}, seed=3).dataset
+    model = StatedModel("finger", "layer", (("crosstalk", {}),))
+    with_effects = bayestouch.calibrate(data, model=model, draws=200, seed=3), data.touches
+    assert found(infer(with_effects)) == []
+    (note,) = found(infer(with_effects, readings=changed(with_effects, 7, 0.8 * data.touches.readings[:, 7])))
+    assert "e08 reads 0." in note and "is left out" in note
+
+
+def test_study_of_faults_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    """One finger and a few faults: found, and coverage comes back."""
+    module = study("faulty_sensors")
+    monkeypatch.setattr(module, "RADII", (2.0, 9.3))
+    wanted = ("wires swapped", "force x 1.4")
+    monkeypatch.setattr(module, "FAULTS", tuple(fault for fault in module.FAULTS if fault.name in wanted))
+    rows = module.main(1)
+    assert rows["none"]["noticed"] == 0
+    for name in wanted:
+        assert rows[name]["named"] == 1
+        # 61 touches: two standard errors are 8 per cent
+        assert rows[name]["after"].min() > 80
+        assert rows[name]["before"].min() < rows[name]["after"].min() - 5

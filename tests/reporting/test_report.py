@@ -1,0 +1,324 @@
+"""Whole reports on small simulated sensors: files, numbers, page.
+
+One test a report, so that each is made once however the tests are spread over processes.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, small
+
+import bayestouch
+from bayestouch import simulation
+from bayestouch.output.files import new_folder
+from bayestouch.output.text import number
+from bayestouch.paper.published import TABLE_3
+from bayestouch.reporting import Report
+from bayestouch.reporting.assemble import report_numbers
+from bayestouch.reporting.corner_pictures import touch_corners
+from bayestouch.reporting.evidence import gather
+from bayestouch.reporting.page import render
+from bayestouch.reporting.picture_list import all_pictures
+from bayestouch.reporting.trust_pictures import trust_pictures
+from bayestouch.reporting.writing import write_report
+
+NAME = 'finger <script>alert("1")</script> & Söhne'
+NEEDED = {"index.html", "report.json", "calibration.nc", "posterior.nc"}
+
+
+def strict_json(path: Path) -> dict[str, Any]:
+    def refuse(name: str) -> None:
+        raise AssertionError(f"{name} in report.json")
+
+    loaded = json.loads(path.read_text("utf-8"), parse_constant=refuse)
+    assert isinstance(loaded, dict)
+    return loaded
+
+
+def check_files_are_complete(any_report: Report) -> None:
+    folder = any_report.path
+    assert {path.name for path in folder.iterdir()} == NEEDED | {"figures"}
+    assert not list(folder.parent.glob(".*"))
+    numbers = strict_json(folder / "report.json")
+    listed = {figure["file"] for figure in numbers["figures"]}
+    assert listed == {f"figures/{path.name}" for path in (folder / "figures").iterdir()}
+    assert set(any_report.figures) == {folder / name for name in listed}
+    for path in any_report.figures:
+        start = path.read_bytes()[:100]
+        assert start.startswith(b"\x89PNG") if path.suffix == ".png" else b"<?xml" in start
+    assert (folder / "index.html").stat().st_size < 5e6
+    calibration, posteriors = (bayestouch.load(folder / f"{name}.nc") for name in ("calibration", "posterior"))
+    assert calibration.sensor == posteriors.sensor
+    assert len(posteriors.rows.touch) == numbers["trust"]["convergence"]["touches"]
+
+
+def check_page_is_sound_and_needs_nothing_else(any_report: Report) -> None:
+    text = (any_report.path / "index.html").read_text("utf-8")
+    page = Page(text)
+    addresses = [a.get(key) or "" for _, a in page.found for key in ("src", "href", "srcset", "action") if key in a]
+    assert addresses
+    assert all(address.startswith(("data:", "#")) for address in addresses)
+    # the library's own text may hold addresses; the browser tests see that nothing is asked for
+    plain = re.sub(r"data:[^\"]*|<script.*?</script>", "", text, flags=re.DOTALL)
+    assert not re.search(r"@import|url\(|https?:", plain)
+    targets = {a["id"] for _, a in page.found if a.get("id")}
+    assert {a[1:] for a in addresses if a.startswith("#")} <= targets
+    assert len(page.all("table")) == len(page.all("caption")) > 5
+    assert all(a.get("scope") for a in page.all("th"))
+    figures = json.loads((any_report.path / "report.json").read_text("utf-8"))["figures"]
+    assert sorted(a["alt"] or "" for a in page.all("img")) == sorted(figure["alt"] for figure in figures)
+    assert all(len(figure["alt"]) > 40 for figure in figures)
+    assert page.all("html")[0]["lang"] == "en"
+    headings = [int(tag[1]) for tag, _ in page.found if re.fullmatch(r"h\d", tag)]
+    assert headings[0] == 1 and all(after - before <= 1 for before, after in itertools.pairwise(headings))
+
+
+def check_names_are_escaped(finger_report: Report) -> None:
+    text = (finger_report.path / "index.html").read_text("utf-8")
+    assert "<script>alert" not in text and "<b>a lab" not in text
+    seen = "".join(Page(re.sub("<script.*?</script>", "", text, flags=re.DOTALL)).text)
+    assert NAME in seen and "<b>a lab</b>" in seen
+
+
+def check_every_report(report: Report, *, simulated: bool) -> None:
+    check_files_are_complete(report)
+    check_page_is_sound_and_needs_nothing_else(report)
+    text = (report.path / "index.html").read_text("utf-8")
+    assert (text.count("SIMULATED – not a measurement") >= 2) is simulated
+    assert report.numbers["data"]["simulated"] is simulated
+    assert ("simulated" in str(report)) is simulated
+    marked = [title for title in re.findall(r"<h2[^>]*>([^<]*)", text) if "(simulated)" in title]
+    # calibration, places, estimates, residuals, diagnosis, trust; and on a finger what can be told apart
+    assert len(marked) == (6 + (report.numbers["data"]["body"] == "finger") if simulated else 0)
+
+
+def check_finger_numbers_are_those_of_the_posterior(finger_report: Report) -> None:
+    """Recomputed from the saved files alone."""
+    posteriors = bayestouch.load(finger_report.path / "posterior.nc")
+    numbers = strict_json(finger_report.path / "report.json")
+    assert numbers == json.loads(json.dumps(finger_report.numbers))
+    rows = {row["indenter"]: row for row in numbers["estimates"]["by_indenter"]}
+    assert list(rows) == ["knife edge", "3.9 mm", "12.3 mm", "flat"]
+    radius = np.asarray(posteriors.rows.radius_mm)
+    draws = posteriors.posterior["R"]
+    for name, r_c in (("knife edge", 0.0), ("3.9 mm", 3.9), ("12.3 mm", 12.3), ("flat", np.inf)):
+        these = radius == r_c
+        actual = 12.7 if np.isinf(r_c) else 12.7 * r_c / (12.7 + r_c)
+        error = draws[..., these].mean(axis=(0, 1)) - actual
+        assert rows[name]["R"]["bias"] == pytest.approx(error.mean())
+        assert rows[name]["R"]["rms"] == pytest.approx(np.sqrt(np.mean(error**2)))
+        if 0 < r_c < np.inf:
+            low, high = np.quantile(draws[..., these], [0.05, 0.95], axis=(0, 1))
+            inside = 100 * np.mean((low <= actual) & (actual <= high))
+            assert rows[name]["R_inside_90_percent"] == pytest.approx(inside, abs=1e-9)
+    theta = posteriors.posterior["theta_c"].mean(axis=(0, 1)) - posteriors.reference["theta_c"]
+    overall = numbers["estimates"]["overall"]
+    assert overall["theta_c"]["rms"] == pytest.approx(np.sqrt(np.mean(theta**2)))
+    assert overall["theta_c"]["rms_mm"] == pytest.approx(np.radians(overall["theta_c"]["rms"]) * 12.7)
+    # The load must come from posteriors that did not see the force sensor: those that did are nearer to it.
+    seen = posteriors.mean("P") - posteriors.rows.load
+    assert overall["P"]["rms"] > 2 * np.sqrt(np.mean(seen**2))
+
+
+def check_finger_page_shows_the_numbers(finger_report: Report) -> None:
+    cells = Page((finger_report.path / "index.html").read_text("utf-8")).cells
+    numbers = finger_report.numbers
+    shown = [number(row["value"]) for row in numbers["answer"]["key_numbers"]]
+    shown += [number(row["R"]["mean"]) for row in numbers["estimates"]["by_indenter"]]
+    shown += [
+        number(row["theta_c"], 2) for block in numbers["estimates"]["error_split"]["blocks"] for row in block["rows"]
+    ]
+    shown += [number(row["fits"]["hertz"]["model"]["r_c_mm"]) for row in numbers["estimates"]["contact_models"][:3]]
+    shown += [number(row["joint"]["average"]) for row in numbers["calibration"]["peak"]["rows"]]
+    shown += [number(row["rms"]) for row in numbers["residuals"]["by_element"]]
+    assert len(shown) > 25
+    assert set(shown) <= set(cells)
+
+
+def check_finger_tables_have_the_papers_form(finger_report: Report) -> None:
+    numbers = finger_report.numbers
+    peak = numbers["calibration"]["peak"]
+    by_quantity = {row["quantity"]: row for row in peak["rows"]}
+    sigma = by_quantity["Poisson's ratio σ"]
+    assert sigma["paper"] == {"minimum": 0.41, "average": 0.46, "maximum": 0.48}
+    assert sigma["joint"]["minimum"] == sigma["joint"]["maximum"]
+    noise = by_quantity["noise of one reading"]["joint"]["average"]
+    # 1.72 % of a reading of 1000, in % of peaks that vary with gain and load (160 to 240 of 200 N/m).
+    assert 1.72 * 0.7 < noise < 1.72 * 1.4
+    assert peak["same_finger_as_paper"]
+    third = {row["indenter"]: row for row in numbers["estimates"]["contact_models"]}
+    printed = {row.r_c: row for row in TABLE_3}
+    assert third["12.3 mm"]["paper"]["hertz"]["model"] == printed[12.3].hertz_model
+    assert third["knife edge"]["paper"] is None
+    assert third["flat"]["r_c_mm"] is None and third["flat"]["R_mm"] == 12.7
+    # Hertz takes the contact for wider than the bonded layer lets it be, so that tips read by it look sharper.
+    for name in ("12.3 mm", "flat"):
+        fits = third[name]["fits"]
+        assert fits["hertz"]["model"]["R_mm"] < fits["approximate frictionless"]["model"]["R_mm"] - 0.3
+    split = numbers["estimates"]["error_split"]
+    assert split["samples"] == 2 * split["touches"] == 40
+    assert (split["blocks"][0]["calibration"], split["blocks"][0]["with_force_sensor"]) == ("model", False)
+    for block in split["blocks"]:
+        parts = {row["part"]: row for row in block["rows"]}
+        # θ_c is all but linear in the readings: the errors of the two parts add in quadrature. Here they hardly
+        # correlate; with 40 samples the scatter of that statement is some 15 %.
+        parts_sum = np.hypot(parts["location"]["theta_c"], parts["noise"]["theta_c"])
+        assert parts["total"]["theta_c"] == pytest.approx(parts_sum, rel=0.35)
+        assert (parts["total"]["P"] is None) is block["with_force_sensor"]
+
+
+def check_plug_in_stands_beside_propagated(finger_report: Report, dataset: bayestouch.DataSet) -> None:
+    """Recomputed from the saved calibration."""
+    saved = bayestouch.load(finger_report.path / "calibration.nc")
+    plugged = bayestouch.infer(dataset.touches, saved, plug_in=True, draws=256, seed=3)
+    propagated = bayestouch.load(finger_report.path / "posterior.nc")
+    rows = {row["parameter"]: row for row in finger_report.numbers["trust"]["calibration_uncertainty"]}
+    assert set(rows) == {"theta_c", "R", "P"}
+    for name in ("theta_c", "R"):
+        for way, posteriors in (("plug_in", plugged), ("propagated", propagated)):
+            # a calibration read back from its file may differ in the last digit, and turn a proposal away
+            assert rows[name][way]["posterior_sd"] == pytest.approx(np.median(posteriors.sd(name)), rel=1e-3)
+        low, high = plugged.interval("theta_c", 0.9)
+        true = plugged.reference["theta_c"]
+        inside = 100 * np.mean((low <= true) & (true <= high))
+        # a touch at the very end of its interval counts either way
+        assert rows["theta_c"]["plug_in"]["percent_inside"]["90"] == pytest.approx(inside, abs=101 / len(true))
+    assert all(row["propagated"]["posterior_sd"] > row["plug_in"]["posterior_sd"] for row in rows.values())
+    cells = Page((finger_report.path / "index.html").read_text("utf-8")).cells
+    assert {number(row[way]["posterior_sd"]) for row in rows.values() for way in ("plug_in", "propagated")} <= set(
+        cells
+    )
+
+
+def test_finger_report(tmp_path: Path) -> None:
+    dataset = small(FINGER).dataset
+    named = replace(dataset, sensor=replace(dataset.sensor, name=NAME, source={"origin": "<b>a lab</b>"}))
+    report = bayestouch.report(named, tmp_path / "out", draws=256, seed=3)
+    check_every_report(report, simulated=False)
+    check_names_are_escaped(report)
+    check_finger_numbers_are_those_of_the_posterior(report)
+    check_finger_page_shows_the_numbers(report)
+    check_finger_tables_have_the_papers_form(report)
+    check_plug_in_stands_beside_propagated(report, named)
+    assert report.numbers["paper"] is None
+    assert all(row["true_mean"] is None for row in report.numbers["calibration"]["parameters"])
+
+
+def test_default_report_has_truth_and_paper(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is reported without a data set, on a smaller finger than the embedded one to save time."""
+    monkeypatch.setattr(simulation, "embedded_dataset", lambda: small(FINGER))
+    default_report = bayestouch.report(None, tmp_path / "out", draws=256, diagnosis=False)
+    check_every_report(default_report, simulated=True)
+    numbers = default_report.numbers
+    assert [row["where"] for row in numbers["paper"]["table_3"]][:2] == ["Table 3, row 1", "Table 3, row 2"]
+    assert numbers["paper"]["table_4"][3] == {
+        "where": "Table 4, row 4",
+        "calibration": "empirical",
+        "part": "total",
+        "theta_c": 0.24,
+        "P": 11.7,
+        "R": 0.96,
+    }
+    text = "".join(Page((default_report.path / "index.html").read_text("utf-8")).text)
+    assert "the paper's measurements of its own finger, as printed" in text
+    truth = small(FINGER).truth
+    rows = {row["name"]: row for row in numbers["calibration"]["parameters"]}
+    assert rows["r_s"]["true_mean"] == pytest.approx(np.mean(truth["r_s"]))
+    assert rows["noise_sd"]["true_mean"] is None
+
+
+def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
+    output = tmp_path / "out"
+    with new_folder(output) as folder:
+        numbers = write_report(pad_evidence(LINE), folder)
+    pad_report = Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))
+    check_every_report(pad_report, simulated=True)
+    numbers = strict_json(pad_report.path / "report.json")
+    posteriors = bayestouch.load(pad_report.path / "posterior.nc")
+    error = posteriors.mean("x") - posteriors.reference["x"]
+    rows = {row["where"]: row for row in numbers["estimates"]["errors"]}
+    assert rows["all"]["distance"]["rms"] == pytest.approx(np.sqrt(np.mean(error**2)))
+    assert rows["all"]["distance"]["median_abs"] == pytest.approx(np.median(np.abs(error)))
+    assert rows["inside the array"]["touches"] + rows["outside the array"]["touches"] == 20 == rows["all"]["touches"]
+    assert rows["all"]["axes"]["x"]["bias"] == pytest.approx(error.mean())
+    assert {row["parameter"] for row in numbers["trust"]["coverage"]} == {"x", "P", "region"}
+    models = numbers["calibration"]["models"]
+    assert {"gaussian", "gaussian with map"} == {row["model"] for row in models}
+    assert [row["log_score"] for row in models] == sorted((row["log_score"] for row in models), reverse=True)
+    page = Page((pad_report.path / "index.html").read_text("utf-8"))
+    assert "radius" not in str(pad_report)
+    assert number(rows["all"]["distance"]["rms"], 2) in page.cells
+    assert {number(row["error_percent_peak"]) for row in models} <= set(page.cells)
+    names = [figure["name"] for figure in numbers["figures"]]
+    assert "location_bias" in names and "estimate_by_location" not in names
+
+
+def test_plane_numbers_and_pictures() -> None:
+    plane_evidence = pad_evidence(PLANE)
+    numbers = report_numbers(plane_evidence)
+    pictures = all_pictures(plane_evidence, numbers)
+    numbers["figures"] = [picture.described for picture in pictures]
+    posteriors = plane_evidence.posteriors
+    error = np.stack([posteriors.mean(axis) - posteriors.reference[axis] for axis in "xy"])
+    rows = {row["where"]: row for row in numbers["estimates"]["errors"]}
+    assert rows["all"]["distance"]["rms"] == pytest.approx(np.sqrt(np.mean((error**2).sum(axis=0))))
+    assert rows["all"]["axes"]["y"]["sd"] == pytest.approx(error[1].std(ddof=1))
+    reference = np.stack([posteriors.reference[axis] for axis in "xy"])
+    places = np.stack([plane_evidence.calibration.mode[f"{axis}_s"] for axis in "xy"])
+    within = (reference >= places.min(axis=1)[:, None]) & (reference <= places.max(axis=1)[:, None])
+    assert rows["inside the array"]["touches"] == within.all(axis=0).sum() > 0
+    assert "location_bias" in {picture.name for picture in pictures}
+    page = Page(render(numbers, pictures))
+    assert number(rows["inside the array"]["distance"]["median_abs"], 2) in page.cells
+
+
+def test_without_references_the_report_says_so() -> None:
+    """A finger whose touches to be read come without location, radius and load."""
+    dataset = small(FINGER).dataset
+    unknown = np.full(dataset.touches.n_rows, np.nan)
+    touches = dataset.touches.with_(angle_deg=None, indenter_radius_mm=unknown, load=unknown)
+    blind_evidence = gather(replace(dataset, touches=touches), seed=0, draws=128, plug_in=True)
+    numbers = report_numbers(blind_evidence)
+    pictures = all_pictures(blind_evidence, numbers)
+    numbers["figures"] = [picture.described for picture in pictures]
+    text = "".join(Page(render(numbers, pictures)).text)
+    assert {picture.name for picture in pictures}.isdisjoint({"coverage", "all_tips", "estimate_by_location"})
+    assert numbers["estimates"]["by_indenter"] == [] == numbers["trust"]["coverage"]
+    for row in numbers["trust"]["calibration_uncertainty"]:
+        assert row["touches"] == 0 and row["plug_in"]["percent_inside"] is None
+        assert row["plug_in"]["posterior_sd"] < row["propagated"]["posterior_sd"]
+    assert numbers["residuals"]["prediction"] is None
+    for sentence in (
+        "have no reference location",
+        "No load was measured",
+        "No indenter radius is stated",
+        "coverage cannot be checked",
+    ):
+        assert sentence in text
+    typical = numbers["estimates"]["posterior_sd"]["theta_c"]
+    assert f"{number(typical, 2)}°" in numbers["answer"]["sentences"][0]
+    json.dumps(numbers, allow_nan=False)
+    # The same evidence gives the same bytes: no dates, no random names inside the files.
+    contents = {picture.name: picture.content for picture in pictures}
+    for make in (trust_pictures, touch_corners):
+        for picture in make(blind_evidence):
+            assert contents[picture.name] == picture.content
+
+
+@pytest.mark.slow
+def test_practice_finger_within_two_minutes(shared_folder: Path, tmp_path: Path) -> None:
+    import time
+
+    start = time.perf_counter()
+    report = bayestouch.report(bayestouch.load_dataset(shared_folder / "practice" / "finger-a"), tmp_path / "report")
+    # Issue 2 asks for two minutes on two cores; it takes some fifteen seconds on one.
+    assert time.perf_counter() - start < 120
+    assert report.numbers["estimates"]["overall"]["theta_c"]["n"] == 451
