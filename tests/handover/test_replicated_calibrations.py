@@ -8,6 +8,7 @@ import numpy as np
 import pad_files as pads
 import pytest
 import written_out as w
+from pad_simulation import line
 from scipy import stats
 
 import bayestouch
@@ -63,7 +64,7 @@ def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
 
     `test_pad_density.py` holds the covariance against its information to 4 %; this knows nothing of any formula.
     """
-    truth = pads.line(**pads.SETTINGS).chain
+    truth = line(**pads.SETTINGS).chain
     flat = np.concatenate([truth.gain, truth.offset, truth.position.ravel(), truth.values])
     squares = []
     for seed in range(REPLICATES):
