@@ -2,8 +2,8 @@
 
 The criterion is that of `bayestouch.paper.simplex.fit_touch`, ``Σ (D_i/gain_i - ε̂_i)²`` over R, θ_c and P. At a fixed
 contact width (a fixed ``κ = P R/μ``) the strain is linear in P, so that P is solved for and two unknowns are left:
-damped Gauss-Newton on the projected residual, all touches in step. A contact sharper than an edge or blunter than a flat is
-held there.
+damped Gauss-Newton on the projected residual, all touches in step. A contact sharper than an edge or blunter
+than a flat is held there.
 """
 
 from __future__ import annotations
