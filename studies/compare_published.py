@@ -99,9 +99,9 @@ def page(comparison: PublishedComparison, fingers: int) -> str:
 Made by `python studies/compare_published.py --docs`. The paper's numbers are those of `bayestouch.paper.published`.
 Ours come from {fingers} simulated fingers with the printed sizes and noise. Their shear modulus is about
 {SHEAR_MODULUS:g} MPa: a draw each from what Table 3 implies, since the paper prints none. Errors of the elements and of
-the places touched are as large as Tables 1 and 2 leave over (`studies/_paper_run.py`). The interval is the 90 % range of
-single fingers, since the paper made one; in Figure 4 it is that of the modulus. "Put in" marks what the simulation was
-set to: its agreement shows nothing.
+the places touched are as large as Tables 1 and 2 leave over (`studies/_paper_run.py`). The interval is the 90 % range
+of single fingers, since the paper made one; in Figure 4 it is that of the modulus. "Put in" marks what the simulation
+was set to: its agreement shows nothing.
 
 {comparison.markdown()}"""
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger, Pad
+from bayestouch.data.sensor import Finger
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
 from bayestouch.priors.parameters import Prior
@@ -49,8 +49,8 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
-        Effects that a finger's chain has (`bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis); the
-        posterior is then the normal approximation about the mode.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. The posterior is
+        then the normal approximation about the mode. `contact`, where it is given, stands in for that of the model.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -70,42 +70,38 @@ def calibrate(
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
-    if model is not None:
-        if contact or e_map or kernel or priors:
-            raise InputError("contact, e_map, kernel and priors cannot be given beside a model")
-        if model.body != dataset.sensor.body.kind:
-            raise InputError(f"the model is that of a {model.body}, this sensor is a {dataset.sensor.body.kind}")
-        if not isinstance(dataset.sensor.body, Finger):
-            raise InputError("a model with effects is an option of fingers; this sensor is a pad")
-        from bayestouch.diagnosis.stated_fit import calibrate_with_effects
-
-        with about(dataset.path):
-            return calibrate_with_effects(dataset, model, draws=draws, seed=seed, progress=progress)
+    _check_options(dataset, contact, e_map, kernel, priors)
+    common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
+        if model is not None:
+            if model.body != dataset.sensor.body.kind:
+                raise InputError(f"the model is that of a {model.body}, this sensor is a {dataset.sensor.body.kind}")
+            if e_map == "empirical":
+                raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
+            from bayestouch.diagnosis.stated_fit import calibrate_with_effects
+
+            return calibrate_with_effects(dataset, model, contact=contact, kernel=kernel, priors=priors, **common)
         dataset = with_calibration(dataset)
+        if isinstance(dataset.sensor.body, Finger):
+            from bayestouch.finger.calibration import calibrate_finger
+
+            own: dict[str, Any] = {"contact": contact or "layer", "e_map": e_map or "model", "stated": priors}
+            return calibrate_finger(dataset, **own, **common)
+        from bayestouch.pad.calibration import calibrate_pad
+
+        return calibrate_pad(dataset, kernel=kernel or "auto", **common)
+
+
+def _check_options(
+    dataset: DataSet, contact: str | None, e_map: str | None, kernel: str | None, priors: Mapping[str, Prior] | None
+) -> None:
+    """Refuse options of the other body, and an E map that there is not."""
     if isinstance(dataset.sensor.body, Finger):
         if kernel is not None:
             raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
-        from bayestouch.finger.calibration import calibrate_finger
-
         if e_map not in (None, "model", "empirical"):
             raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
-        with about(dataset.path):
-            return calibrate_finger(
-                dataset,
-                contact=contact or "layer",
-                e_map=e_map or "model",
-                stated=priors,
-                draws=draws,
-                seed=seed,
-                progress=progress,
-            )
-    assert isinstance(dataset.sensor.body, Pad)
-    if contact is not None or e_map is not None or priors:
+    elif contact is not None or e_map is not None or priors:
         raise InputError(
             "contact, e_map and priors are options of fingers; this sensor is a pad (its option is the kernel)"
         )
-    from bayestouch.pad.calibration import calibrate_pad
-
-    with about(dataset.path):
-        return calibrate_pad(dataset, kernel=kernel or "auto", draws=draws, seed=seed, progress=progress)

@@ -31,7 +31,7 @@ from bayestouch.progress import progress_bar
     "--model",
     type=click.Path(path_type=Path),
     default=None,
-    help="Effects of a finger's chain: the model.toml of `bayestouch diagnose`.",
+    help="Effects of the sensor: the model.toml of `bayestouch diagnose`.",
 )
 @click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
 @seeded

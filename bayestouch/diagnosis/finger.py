@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from bayestouch.data.dataset import DataSet
+from bayestouch.diagnosis.beginning import Beginning
 from bayestouch.diagnosis.correction import table_of
 from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
@@ -16,6 +19,7 @@ from bayestouch.finger.start import base_fit
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.left_over import force_noise
+from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 
 
@@ -30,17 +34,39 @@ def trace_finger(
     scheduler: str | None,
 ) -> Traced:
     """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
-    data = DiagnosisData.of(dataset)
-    fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact)
+    begun = begin_finger(DiagnosisData.of(dataset), contact=contact, draws=draws, sample=sample, seed=seed)
+    return follow(begun.data, begun.fitted, begun.effects, begun.evaluate, progress, scheduler)
+
+
+def begin_finger(
+    data: DiagnosisData,
+    *,
+    contact: str,
+    draws: int,
+    seed: int,
+    sample: bool = False,
+    stated: Mapping[str, Prior] | None = None,
+) -> Beginning:
+    """Fit a finger without effects, with priors that may be stated."""
+    fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact, stated)
     setting = data.setting(contact, fitted.model.reference_load)
-    evaluate = _EvaluateFinger(data, setting, draws, sample, seed)
-    return follow(data, fitted, catalogue(setting), evaluate, progress, scheduler)
+    evaluate = _EvaluateFinger(data, setting, draws, sample, seed, stated)
+    return Beginning(data, fitted, setting, catalogue(setting), evaluate)
 
 
 class _EvaluateFinger:
-    """Makes a `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
+    """Makes an `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
 
-    def __init__(self, data: DiagnosisData, setting: Setting, draws: int, sample: bool, seed: int) -> None:
+    def __init__(
+        self,
+        data: DiagnosisData,
+        setting: Setting,
+        draws: int,
+        sample: bool,
+        seed: int,
+        stated: Mapping[str, Prior] | None,
+    ) -> None:
+        self.stated = stated
         self.data, self.setting, self.draws, self.sample, self.seed = data, setting, draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
@@ -55,6 +81,7 @@ class _EvaluateFinger:
             seed=self.seed,
             notes=self.data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
+            stated=self.stated,
         )
         held = self.held(fitted, correction)
         read: TouchReading | None = None

@@ -9,6 +9,7 @@ import numpy as np
 from bayestouch.chain.recording import Recording
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.as_stated import at_stated_references
+from bayestouch.diagnosis.beginning import Beginning
 from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.follow import follow
@@ -47,11 +48,17 @@ def trace_pad(
 ) -> Traced:
     """Fit, search, and compare before and after; see `bayestouch.diagnose`."""
     data = _thinned(DiagnosisData.of(dataset), seed)
+    begun = begin_pad(data, kernel=kernel, draws=draws, sample=sample, seed=seed)
+    return follow(data, begun.fitted, begun.effects, begun.evaluate, progress, scheduler)
+
+
+def begin_pad(data: DiagnosisData, *, kernel: str | None, draws: int, seed: int, sample: bool = False) -> Beginning:
+    """Fit a pad without effects, with its kernel and an empirical map."""
     observed, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
     evaluate = _EvaluatePad(data, setting, kernel, draws, sample, seed)
-    return follow(data, fitted, _not_of_place(setting), evaluate, progress, scheduler)
+    return Beginning(data, fitted, setting, _not_of_place(setting), evaluate)
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
@@ -82,7 +89,7 @@ def _thinned(data: DiagnosisData, seed: int) -> DiagnosisData:
 
 
 class _EvaluatePad:
-    """Makes a `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
+    """Makes an `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
 
     def __init__(
         self, data: DiagnosisData, setting: Setting, kernel: str | None, draws: int, sample: bool, seed: int

@@ -1,4 +1,4 @@
-"""Calibrations of fingers with effects that are stated, not searched for."""
+"""Calibrations with effects that are stated, not searched for."""
 
 from __future__ import annotations
 
@@ -7,40 +7,68 @@ from dataclasses import replace
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.candidates import refine_drift, score_effects
-from bayestouch.diagnosis.correction import corrected_fit, table_of
+from bayestouch.diagnosis.correction import corrected_fit
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
+from bayestouch.diagnosis.finger import begin_finger
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.noise_search import NoiseCandidate, score_noise
+from bayestouch.diagnosis.pad import begin_pad
 from bayestouch.diagnosis.search import settled
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
-from bayestouch.finger.calibration_with_effects import calibration_with_effects
-from bayestouch.finger.start import base_fit
 from bayestouch.model.added import added_effects, moved_to
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted, fit, fit_from_both
+from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
 
 def calibrate_with_effects(
-    dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None
+    dataset: DataSet,
+    model: StatedModel,
+    *,
+    contact: str | None = None,
+    kernel: str | None = None,
+    priors: Mapping[str, Prior] | None = None,
+    draws: int,
+    seed: int,
+    progress: Progress | None,
 ) -> Calibration:
-    """Calibrate a finger with the effects of a `StatedModel`, from its calibration touches.
+    """Calibrate a sensor with the effects of a `StatedModel`, from its calibration touches.
+
+    Parameters
+    ----------
+    dataset, kernel, priors, draws, seed, progress
+        As of `bayestouch.calibrate`.
+    model : StatedModel
+        Effects, with the values that fits start from.
+    contact : str, optional
+        Contact model of a finger; that of `model` by default.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this finger was touched.
+        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
     """
     advance = progress or (lambda fraction: None)
     data = DiagnosisData.of_calibration(dataset)
-    fitted = base_fit(data.observations(data.training), data.dataset.sensor, model.contact)
-    setting = data.setting(model.contact, fitted.model.reference_load)
-    effects = named_effects([name for name, _ in model.effects], setting)
+    if model.body == "finger":
+        if priors and "discrepancy_sd" in priors:
+            raise InputError(
+                "prior of discrepancy_sd: beside effects, what the model misses is found from the residuals"
+            )
+        begun = begin_finger(data, contact=contact or model.contact, stated=priors, draws=draws, seed=seed)
+    else:
+        begun = begin_pad(data, kernel=kernel, draws=draws, seed=seed)
+    fitted, known = begun.fitted, {effect.name for effect in begun.effects}
+    effects = named_effects([name for name, _ in model.effects], begun.setting)
+    for effect in effects:
+        if effect.name not in known:
+            raise InputError(f"effect {effect.name} goes with the place of the touch: the map of a pad has it already")
     noise: list[tuple[NoiseEffect, Values, Values]] = []
     for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
         advance((i + 1) / (len(effects) + 2))
@@ -51,25 +79,17 @@ def calibrate_with_effects(
     added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, tuple(noise))]
     order = [effect.name for effect in effects]
     added.sort(key=lambda each: order.index(each.effect.name))
-    extra, notes = None, data.notes
+    correction = None
+    notes: tuple[str, ...] = ()
     if model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes += ("a correction was asked for, but these touches show nothing to correct",)
+            notes = ("a correction was asked for, but these touches show nothing to correct",)
         else:
-            fitted, extra = corrected[0], table_of(*corrected).arrays()
+            fitted, correction = corrected
             added = list(moved_to(fitted, added))
-    return calibration_with_effects(
-        fitted,
-        added,
-        sensor=data.dataset.sensor,
-        setting=setting,
-        rest=data.rest,
-        draws=draws,
-        seed=seed,
-        notes=notes,
-        extra=extra,
-    )
+    calibration = begun.evaluate(fitted, tuple(added), correction).calibration
+    return replace(calibration, notes=(*calibration.notes, *notes))
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, NoiseCandidate | None]:

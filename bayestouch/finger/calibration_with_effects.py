@@ -18,6 +18,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import KEY, PEAK, EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.left_over import discrepancy, force_noise
+from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
@@ -36,6 +37,7 @@ def calibration_with_effects(
     seed: int,
     notes: tuple[str, ...] = (),
     extra: Mapping[str, FloatArray] | None = None,
+    stated: Mapping[str, Prior] | None = None,
 ) -> Calibration:
     """The calibration: draws from the normal approximation about the mode.
 
@@ -57,6 +59,8 @@ def calibration_with_effects(
         For the report.
     extra : mapping of arrays, optional
         Further arrays: a correction.
+    stated : mapping of str to Prior, optional
+        Priors that the user stated, as of `bayestouch.calibrate`.
     """
     model = finger_model(fitted.model)
     means = model.known.means
@@ -87,7 +91,7 @@ def calibration_with_effects(
         counts=counts,
     )
     mode, posterior = _public(fitted, added, vectors, missed, force_sd, rng)
-    priors, _ = FingerPriors.of(sensor)
+    priors = FingerPriors.of(sensor)[0].with_stated(stated or {}, model.finger)
     of_chain = [name for each in model.effects for name in _rows_of(each)]
     own = tuple(p for each in added for p in each.effect.public_parameters())
     readings = int((counts > 0).sum())

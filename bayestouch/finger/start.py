@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
 from bayestouch.array_types import FloatArray
@@ -13,6 +16,7 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
+from bayestouch.priors.parameters import Prior
 
 # Without repeats, readings predicted to be below this share of the peak stand for readings of nothing.
 FAR = 0.03
@@ -20,7 +24,7 @@ FAR = 0.03
 MAD = 0.6745
 
 
-def base_fit(observed: Observations, sensor: Sensor, contact: str) -> Fitted:
+def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None) -> Fitted:
     """Fit a finger without effects.
 
     Parameters
@@ -31,6 +35,8 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str) -> Fitted:
         A finger as built.
     contact : str
         Contact model.
+    stated : mapping of str to Prior, optional
+        Priors in place of the default ones, as of `bayestouch.calibrate`.
 
     Raises
     ------
@@ -39,7 +45,7 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str) -> Fitted:
     """
     finger = sensor.body
     assert isinstance(finger, Finger)
-    priors, _ = FingerPriors.of(sensor)
+    priors = FingerPriors.of(sensor)[0].with_stated(stated or {}, finger)
     base, used = fit_finger(observed.means, finger, priors, contact=contact)
     if not used.all():
         raise InputError("touches without a load above zero cannot be diagnosed with")
@@ -57,6 +63,8 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str) -> Fitted:
         largest_load=chain.largest_load,
     )
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
+    if priors.noise is not None:  # what is stated of the noise is in that of the fit, beside the repeats
+        noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))
     return fit(model, base.laplace.mode, noise)
 
 

@@ -1,0 +1,77 @@
+"""Calibrations with stated effects: with priors and another contact model, on fingers and on pads."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import bayestouch
+from bayestouch.effects.stated import StatedModel
+from bayestouch.priors.parameters import Normal
+
+SHARE, CREEP = 0.04, 0.2
+FINGER = bayestouch.FingerDesign(n_elements=8, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=8.0)
+CROSSTALK = StatedModel("finger", "layer", (("crosstalk", {}),))
+
+
+@pytest.fixture(scope="module")
+def finger() -> bayestouch.DataSet:
+    return bayestouch.simulate(FINGER, effects={"crosstalk": SHARE}, seed=4).dataset
+
+
+@pytest.fixture(scope="module")
+def pad() -> bayestouch.DataSet:
+    design = bayestouch.PadDesign(samples_per_touch=8, n_touches=60)
+    return bayestouch.simulate(design, effects={"creep": CREEP}, seed=4).dataset
+
+
+def test_a_stated_prior_counts_beside_effects(finger: bayestouch.DataSet) -> None:
+    """A prior of σ combines with what touches say of it as two normal densities do; the effect is found beside it."""
+    mean, sd = 0.4605, 1e-4
+    free = bayestouch.calibrate(finger, model=CROSSTALK, draws=2000, seed=1)
+    bound = bayestouch.calibrate(finger, model=CROSSTALK, priors={"sigma": Normal(mean, sd)}, draws=2000, seed=1)
+    own, spread = free.posterior["sigma"].mean(), free.posterior["sigma"].std()
+    assert spread > 4 * sd
+    precision = 1 / sd**2 + 1 / spread**2
+    # 2000 draws know a mean to 2 % of its sd and an sd to 1.6 %: four times that
+    expected = (mean / sd**2 + own / spread**2) / precision
+    assert bound.posterior["sigma"].mean() == pytest.approx(expected, abs=0.1 * sd)
+    assert bound.posterior["sigma"].std() == pytest.approx(precision**-0.5, rel=0.064)
+    (stated,) = [each.prior for each in bound.parameters if each.name == "sigma"]
+    assert isinstance(stated, Normal)
+    assert (stated.mean, stated.sd) == (mean, sd)  # cut off where σ cannot be
+    for calibration in (free, bound):
+        share = calibration.posterior["crosstalk_share"]
+        assert abs(share.mean() - SHARE) < 4 * share.std() < SHARE
+
+
+def test_the_contact_model_may_be_another_than_the_models(finger: bayestouch.DataSet) -> None:
+    by_hertz = bayestouch.calibrate(finger, model=CROSSTALK, contact="hertz", draws=64, seed=1)
+    assert by_hertz.settings["contact"] == "hertz"
+    layer = bayestouch.calibrate(finger, model=CROSSTALK, draws=64, seed=1)
+    assert layer.settings["contact"] == "layer"
+    # flats are wider by Hertz: another contact changes what the touches say of the modulus
+    assert by_hertz.mode["mu"] != pytest.approx(layer.mode["mu"], rel=0.01)
+
+
+def test_a_pad_is_calibrated_with_stated_effects(pad: bayestouch.DataSet) -> None:
+    model = StatedModel("pad", "", (("creep", {}),))
+    calibration = bayestouch.calibrate(pad, model=model, draws=400, seed=1)
+    share = calibration.posterior["creep_share"]
+    assert abs(share.mean() - CREEP) < 4 * share.std() < CREEP
+    read = bayestouch.infer(pad.touches, calibration, draws=256, seed=1)
+    error = np.hypot(*(read.mean(axis) - read.reference[axis] for axis in ("x", "y")))
+    spread = np.hypot(read.sd("x"), read.sd("y"))
+    # error over its stated size: its square is 1 in the mean of 60 touches of two coordinates, ± 0.13 × 4
+    assert np.mean((error / spread) ** 2) == pytest.approx(1, abs=0.52)
+
+
+def test_what_cannot_go_together_is_refused_in_a_line(finger: bayestouch.DataSet, pad: bayestouch.DataSet) -> None:
+    with pytest.raises(bayestouch.InputError, match="identified about a model without effects"):
+        bayestouch.calibrate(finger, model=CROSSTALK, e_map="empirical")
+    with pytest.raises(bayestouch.InputError, match="model is that of a finger, this sensor is a pad"):
+        bayestouch.calibrate(pad, model=CROSSTALK)
+    with pytest.raises(bayestouch.InputError, match="prior of discrepancy_sd"):
+        bayestouch.calibrate(finger, model=CROSSTALK, priors={"discrepancy_sd": Normal(1.0, 0.1)})
+    with pytest.raises(bayestouch.InputError, match="map of a pad has it already"):
+        bayestouch.calibrate(pad, model=StatedModel("pad", "", (("soft_spot", {}),)))
