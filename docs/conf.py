@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+from pathlib import Path
+
 import bayestouch
+
+# what serves the paper alone is documented, too
+sys.path.append(str(Path(__file__).parents[1] / "studies"))
 
 project = "bayestouch"
 author = "The bayestouch developers"
