@@ -112,7 +112,7 @@ def print_optimism(sensor: Sensor, known: KnownFinger) -> None:
             results = optimism(known, sensor.annulus, list(PLACES.values()), span_deg=span, samples=samples)
             for name, r in zip(PLACES, results, strict=True):
                 print(
-                    f"{reading:>18s} {samples:8d} {name:>18s} {r.paper_mm:10.2f} {100 * r.told_apart_there:6.1f}% "
+                    f"{reading:>18s} {samples:8d} {name:>18s} {r.paper_mm:10.2f} {100 * r.distinguished_there:6.1f}% "
                     f"{r.honest_mm:9.2f}   x {r.factor:.2f}"
                 )
 

@@ -200,7 +200,7 @@ class Optimism:
     ----------
     paper_mm : float
         Sharpest indenter that the paper's criterion tells from a knife edge.
-    told_apart_there : float
+    distinguished_there : float
         Probability with which one touch really tells it from an edge.
     honest_mm : float
         Sharpest indenter told apart with 95 %; NaN where not even the flat is.

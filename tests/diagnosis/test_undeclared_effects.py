@@ -79,7 +79,7 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     touch = composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), rows.load
     t, m = rows.observed.shape
     context = EffectContext(
-        affected=affected,
+        effects_chain=affected,
         scale=np.ones((t, m)),
         shift=np.zeros((t, m)),
         extra=np.zeros((t, m, m)),

@@ -35,7 +35,8 @@ def test_a_model_that_is_right_has_uniform_p_values_on_held_out_touches() -> Non
     from bayestouch.diagnosis.held_out import HeldOut
 
     rng, t, m = np.random.default_rng(1), 20, 5
-    design = rng.normal(size=(t * m, 3))
+    # what a fit of some fifty parameters to hundreds of touches leaves open: 6 % of the variance of the noise
+    design = 0.14 * rng.normal(size=(t * m, 3))
     present = np.ones((t, m), dtype=bool)
     empty = HeldOut(
         observed=None,  # type: ignore[arg-type]  # not looked at
@@ -44,10 +45,13 @@ def test_a_model_that_is_right_has_uniform_p_values_on_held_out_touches() -> Non
         present=present,
         design=design,
         reference={},
+        stated={},
         quantities=(),
+        noise_sd=np.ones((t, m)),
+        load_free=np.zeros(t),
     )
     means = SimpleNamespace(pure_error_dof=np.array([4.0, 4.0, 4.0]))
-    fitted = SimpleNamespace(model=SimpleNamespace(known=SimpleNamespace(means=means)))
+    fitted = SimpleNamespace(model=SimpleNamespace(known=SimpleNamespace(means=means)), drifts=())
     p = []
     for _ in range(3000):
         noise = np.sqrt(rng.chisquare(12) / 12)
