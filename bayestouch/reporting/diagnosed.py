@@ -10,7 +10,6 @@ from bayestouch.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
 from bayestouch.reporting.pictures import Format, Picture
-from bayestouch.sensor import Finger
 
 #: Figures of a diagnosis that a report shows; the others are in the diagnosis' own folder.
 _SHOWN = 3
@@ -39,9 +38,6 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import all_pictures
 
-    if not isinstance(dataset.sensor.body, Finger):
-        where = "bayestouch diagnose searches for effects of a pad, and a report takes its folder (--diagnosis)."
-        return Diagnosed({"missing": where})
     try:
         diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
     except InputError as error:

@@ -44,7 +44,7 @@ _SHAPE: dict[Any, Any] = {
         }
     ],
     "unexplained": {"fraction": _NUMBER, "where": _TEXT},
-    "correction": (None, {}),
+    "correction": (None, {"before": {...: _PERHAPS}}),
     "measure": (None, {"advice": _TEXT}),
     "figures": [_FIGURE],
 }
