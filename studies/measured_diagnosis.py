@@ -13,9 +13,11 @@ import argparse
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+from _page import write_between
 from _published import OUTPUT, figure, save
 
 import bayestouch
@@ -34,6 +36,9 @@ RUN, SMALL = 6, {"baro-line": 1, "fluid-oil-1.5": 4}
 FEWEST = 5
 #: The last step, which has no cause.
 CORRECTION = "correction"
+#: Prediction error of every sample, and of the mean readings of touches, percent of the peak.
+of_samples: Callable[[HeldOut], float] = attrgetter("error_percent_peak")
+of_touches: Callable[[HeldOut], float] = attrgetter("touch_error_percent_peak")
 
 
 def one_rest_reading(dataset: DataSet) -> DataSet:
@@ -96,18 +101,20 @@ def rest_wander(dataset: DataSet) -> float:
     return float(100 * np.max(np.ptp(rest, axis=0) / (pressed.max(axis=0) - np.median(rest, axis=0))))
 
 
-def of_samples(held: HeldOut) -> float:
-    """Prediction error of every sample, percent of the peak."""
-    return held.error_percent_peak
-
-
-def of_touches(held: HeldOut) -> float:
-    """Prediction error of touches' mean readings, percent of the peak."""
-    return held.touch_error_percent_peak
+def fall_while_held(dataset: DataSet) -> list[str]:
+    """Fall of readings between first and last sample of a touch, percent of the first: mean ± sd of each element."""
+    table = dataset.touches.baseline_corrected()
+    pressed = table.select(table.in_contact)
+    first = np.unique(pressed.touch, return_index=True)[1]
+    last = np.r_[first[1:], pressed.n_rows] - 1
+    one, two = pressed.readings[first], pressed.readings[last]
+    large = one > 0.3 * one.max(axis=0)
+    falls = [100 * (1 - b[some] / a[some]) for a, b, some in zip(one.T, two.T, large.T, strict=True)]
+    return [f"{fall.mean():.1f} ± {fall.std(ddof=1):.1f}" for fall in falls] if (last > first).any() else []
 
 
 def of_all_means(held: HeldOut) -> float:
-    """The same, rms over the readings of all elements together: elements that are read worst weigh most."""
+    """Error of touch means, rms over the readings of all elements together: those that are read worst weigh most."""
     return 100 * float(np.sqrt(np.nanmean(held.residual**2)))
 
 
@@ -196,7 +203,10 @@ def print_found(found: Found) -> None:
     for kind, error in (("samples", of_samples), ("touch means", of_touches)):
         steps = ", ".join(f"{name} {value:.2f}" for name, value in steps_percent(found, error))
         print(f"  error of {kind}, % of peak: {steps}")
-    wander = rest_wander(bayestouch.load_dataset(SHARED / "measured" / found.case.folder))
+    dataset = bayestouch.load_dataset(SHARED / "measured" / found.case.folder)
+    if falls := fall_while_held(dataset):
+        print(f"  readings above 30 % of the peak fall while they are held by {', '.join(falls)} %")
+    wander = rest_wander(dataset)
     if np.isfinite(wander):
         print(f"  rest readings of one element wander by up to {wander:.1f} % of its peak from touch to touch")
     print(f"  missed by the linear model: {where_it_is(traced.before.held_out)}")
@@ -269,10 +279,7 @@ def main(
     if folder is not None:
         draw(found, folder)
     if page is not None:
-        text = page.read_text(encoding="utf-8")
-        head, _, rest = text.partition(MARK)
-        tail = rest.partition(MARK)[2]
-        page.write_text(f"{head}{MARK}\n\n{tables}\n\n{MARK}{tail}", encoding="utf-8")
+        write_between(MARK, tables, page)
     return found
 
 

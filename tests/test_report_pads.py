@@ -51,7 +51,9 @@ def test_a_pad_without_an_effect_is_adequate(reports: tuple[Report, Report]) -> 
     assert found["data"]["held_out_touches"] == DESIGN.n_touches / 2
     assert len(found["candidates"]) > 5
     assert fix_of(report)["short"] == "Nothing that was looked for"
-    assert "Adequate: the model predicts held-out touches" in text_of(report)
+    text = text_of(report)
+    assert "Adequate: the model predicts held-out touches" in text
+    assert found["notes"] and all(note in text for note in found["notes"])
 
 
 def test_a_pad_with_an_effect_is_told_of_it(reports: tuple[Report, Report]) -> None:
