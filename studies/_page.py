@@ -10,6 +10,14 @@ DOCS = Path(__file__).parent.parent / "docs"
 PAGE, STATISTICS = DOCS / "robustness.md", DOCS / "statistics.md"
 
 
+def write_between(mark: str, text: str, page: Path) -> None:
+    """Put text between two equal comments of a page, in place of what is there."""
+    head, *parts = page.read_text("utf-8").split(mark)
+    if len(parts) != 2:
+        raise LookupError(f"{page.name}: expected {mark} twice")
+    page.write_text(f"{head}{mark}\n\n{text}\n\n{mark}{parts[1]}", "utf-8")
+
+
 def put_into_page(script: str, table: str, page: Path = PAGE) -> None:
     """Put a table between the comments of a script in a page, in place of what is there.
 

@@ -10,13 +10,14 @@ depends on where the touch is, in proportion to the load.
 from __future__ import annotations
 
 import argparse
-import json
 import os
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+from _page import write_between
 from _published import OUTPUT, figure, save
 
 import bayestouch
@@ -33,6 +34,11 @@ MARK = "<!-- made by studies/measured_diagnosis.py -->"
 RUN, SMALL = 6, {"baro-line": 1, "fluid-oil-1.5": 4}
 #: Readings of a bin of the picture, at least.
 FEWEST = 5
+#: The last step, which has no cause.
+CORRECTION = "correction"
+#: Prediction error of every sample, and of the mean readings of touches, percent of the peak.
+of_samples: Callable[[HeldOut], float] = attrgetter("error_percent_peak")
+of_touches: Callable[[HeldOut], float] = attrgetter("touch_error_percent_peak")
 
 
 def one_rest_reading(dataset: DataSet) -> DataSet:
@@ -62,11 +68,11 @@ CASES = (
 
 @dataclass(frozen=True)
 class Found:
-    """A diagnosis with the error of the kernel without a map, percent of peak."""
+    """A diagnosis with the held-out touches as the kernel without a map predicts them."""
 
     case: Case
     diagnosis: bayestouch.Diagnosis
-    kernel_alone: float
+    kernel_alone: HeldOut
 
 
 def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
@@ -83,7 +89,7 @@ def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     name = str(before.calibration.settings["kernel"])
     alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
     assert before.held_out is not None
-    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed).error_percent_peak)
+    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed))
 
 
 def rest_wander(dataset: DataSet) -> float:
@@ -95,26 +101,41 @@ def rest_wander(dataset: DataSet) -> float:
     return float(100 * np.max(np.ptp(rest, axis=0) / (pressed.max(axis=0) - np.median(rest, axis=0))))
 
 
-def steps_percent(found: Found) -> list[tuple[str, float]]:
-    """Held-out prediction error without effects, with each that was added, and with the correction."""
+def fall_while_held(dataset: DataSet) -> list[str]:
+    """Fall of readings between first and last sample of a touch, percent of the first: mean ± sd of each element."""
+    table = dataset.touches.baseline_corrected()
+    pressed = table.select(table.in_contact)
+    first = np.unique(pressed.touch, return_index=True)[1]
+    last = np.r_[first[1:], pressed.n_rows] - 1
+    one, two = pressed.readings[first], pressed.readings[last]
+    large = one > 0.3 * one.max(axis=0)
+    falls = [100 * (1 - b[some] / a[some]) for a, b, some in zip(one.T, two.T, large.T, strict=True)]
+    return [f"{fall.mean():.1f} ± {fall.std(ddof=1):.1f}" for fall in falls] if (last > first).any() else []
+
+
+def of_all_means(held: HeldOut) -> float:
+    """Error of touch means, rms over the readings of all elements together: those that are read worst weigh most."""
+    return 100 * float(np.sqrt(np.nanmean(held.residual**2)))
+
+
+def steps_percent(found: Found, error: Callable[[HeldOut], float] = of_samples) -> list[tuple[str, float]]:
+    """Held-out prediction error of the kernel, with a map, with each effect that was added, and with the correction."""
     traced = found.diagnosis.traced
     names = ["linear", *(each.added.effect.name for each in traced.rounds if each.added is not None)]
-    out = [(name, held.error_percent_peak) for name, held in zip(names, traced.steps, strict=False)]
+    held = [("kernel alone", found.kernel_alone), *zip(names, traced.steps, strict=False)]
     if traced.corrected is not None and traced.corrected.held_out is not None:
-        out.append(("correction", traced.corrected.held_out.error_percent_peak))
-    return out
+        held.append((CORRECTION, traced.corrected.held_out))
+    return [(name, error(each)) for name, each in held]
 
 
-def row(found: Found) -> list[str]:
-    """Cells of the table."""
+def found_row(found: Found) -> list[str]:
+    """What was found in one data set, and what touches are read to with it."""
     numbers = found.diagnosis.to_dict()
-    steps = steps_percent(found)
     traced = [
         each["name"] + (f" (or {', '.join(each['indistinguishable_from'])})" if each["indistinguishable_from"] else "")
         for each in numbers["effects"]
     ]
-    explained = [error for name, error in steps if name != "correction"][-1]
-    corrected = [f"{error:.2f}" for name, error in steps if name == "correction"]
+    left = found.diagnosis.traced.remaining
 
     def pair(key: str) -> str:
         before, after = (numbers[stand].get(key) for stand in ("before", "after"))
@@ -123,37 +144,55 @@ def row(found: Found) -> list[str]:
     return [
         found.case.name,
         f"{numbers['data']['held_out_touches']} of {numbers['data']['touches']}",
-        f"{found.kernel_alone:.2f}",
-        f"{steps[0][1]:.2f}",
         "; ".join(traced) or "nothing",
-        f"{explained:.2f}",
-        corrected[0] if corrected else "–",
+        f"{left.before.ratio:.2f} → {left.after.ratio:.2f} (up to {left.after.high:.2f})",
+        numbers["verdict"],
+        "yes" if numbers["correction"] is not None else "no",
         pair("location_rms_mm"),
         pair("P_rms_N"),
         pair("coverage_90"),
-        numbers["verdict"],
     ]
 
 
-HEAD = (
+def error_rows(found: Found) -> list[list[str]]:
+    """Prediction errors of one data set on held-out touches: of samples and of touch means."""
+    held = found.kernel_alone
+    kinds = (("samples", of_samples), ("touch means", of_touches), ("touch means, elements pooled", of_all_means))
+    if held.samples is None or len(held.samples) == len(held.residual):
+        kinds = (("samples = touch means (one sample a touch)", of_touches),)
+    rows = []
+    for kind, error in kinds:
+        steps = steps_percent(found, error)
+        explained = [value for name, value in steps if name != CORRECTION][-1]
+        corrected = [f"{value:.2f}" for name, value in steps if name == CORRECTION]
+        shown = [f"{value:.2f}" for value in (steps[0][1], steps[1][1], explained)]
+        rows.append([found.case.name, kind, *shown, *(corrected or ["–"])])
+    return rows
+
+
+FOUND = (
     "data",
     "held out",
-    "kernel alone, % of peak",
-    "linear, % of peak",
     "traced to",
-    "with it, % of peak",
-    "with a correction",
+    "mean square left, over the noise's (if nothing is missing)",
+    "verdict",
+    "correction",
     "location rms, mm",
     "load rms, N",
     "90 % regions hold",
-    "verdict",
 )
+ERRORS = ("data", "error of", "kernel alone", "linear", "with what was found", "and a correction")
 
 
-def as_table(rows: list[list[str]]) -> str:
-    """Markdown."""
-    lines = ["| " + " | ".join(cells) + " |" for cells in (HEAD, ["---"] * len(HEAD), *rows)]
-    return "\n".join(lines)
+def as_tables(all_found: list[Found]) -> str:
+    """Markdown: what was found, and prediction errors."""
+    errors = [row for each in all_found for row in error_rows(each)]
+    found = _table(FOUND, [found_row(each) for each in all_found])
+    return f"{found}\n\nPrediction error on held-out touches, % of each element's peak:\n\n{_table(ERRORS, errors)}"
+
+
+def _table(head: tuple[str, ...], rows: list[list[str]]) -> str:
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (head, ["---"] * len(head), *rows))
 
 
 def print_found(found: Found) -> None:
@@ -161,11 +200,13 @@ def print_found(found: Found) -> None:
     diagnosis = found.diagnosis
     traced, numbers = diagnosis.traced, diagnosis.to_dict()
     print(f"\n{found.case.name}: {traced.before.calibration.settings['kernel']} kernel")
-    print(
-        f"  kernel alone {found.kernel_alone:.2f} % of peak; "
-        + ", ".join(f"{n} {e:.2f}" for n, e in steps_percent(found))
-    )
-    wander = rest_wander(bayestouch.load_dataset(SHARED / "measured" / found.case.folder))
+    for kind, error in (("samples", of_samples), ("touch means", of_touches)):
+        steps = ", ".join(f"{name} {value:.2f}" for name, value in steps_percent(found, error))
+        print(f"  error of {kind}, % of peak: {steps}")
+    dataset = bayestouch.load_dataset(SHARED / "measured" / found.case.folder)
+    if falls := fall_while_held(dataset):
+        print(f"  readings above 30 % of the peak fall while they are held by {', '.join(falls)} %")
+    wander = rest_wander(dataset)
     if np.isfinite(wander):
         print(f"  rest readings of one element wander by up to {wander:.1f} % of its peak from touch to touch")
     print(f"  missed by the linear model: {where_it_is(traced.before.held_out)}")
@@ -233,16 +274,12 @@ def main(
         if folder is not None and not small:
             name = case.name.replace(", ", "_").replace(" ", "_")
             one.diagnosis.save(folder / name)
-            (folder / name / "row.json").write_text(json.dumps(row(one)), encoding="utf-8")
-    rows = [row(each) for each in found]
-    print("\n" + as_table(rows))
+    tables = as_tables(found)
+    print("\n" + tables)
     if folder is not None:
         draw(found, folder)
     if page is not None:
-        text = page.read_text(encoding="utf-8")
-        head, _, rest = text.partition(MARK)
-        tail = rest.partition(MARK)[2]
-        page.write_text(f"{head}{MARK}\n\n{as_table(rows)}\n\n{MARK}{tail}", encoding="utf-8")
+        write_between(MARK, tables, page)
     return found
 
 
@@ -254,4 +291,6 @@ if __name__ == "__main__":
     parser.add_argument("--page", type=Path, help="Markdown page whose table is to be made anew")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
     chosen = parser.parse_args()
+    if chosen.only and chosen.page:
+        parser.error("--page needs all data sets; leave --only out")
     main(chosen.small, chosen.folder, chosen.only, chosen.page, chosen.scheduler)

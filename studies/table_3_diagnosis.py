@@ -4,20 +4,34 @@ Tips are pressed by the exact contact on the bonded layer. The chain that is cal
 without end. `bayestouch.diagnose` is told nothing else. The paper calibrated with edges alone, which say nothing of the
 contact; here tips of every radius are among the touches that are fitted, so that the modulus takes up a part of the
 core before anything is traced, and the bias before is smaller than the printed one.
+
+    python studies/table_3_diagnosis.py [FOLDER] [--small] [--no-pictures] [--page PAGE]
 """
 
 from __future__ import annotations
 
+import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from _page import write_between
 from _paper import paper_design
-from _published import figure, options, plain_ticks, save
+from _published import OUTPUT, figure, plain_ticks, save
 
 import bayestouch
 from bayestouch.diagnosis.traced import EvaluatedModel
 from bayestouch.paper.published import TABLE_3
+
+MARK = "<!-- made by studies/table_3_diagnosis.py -->"
+#: Errors of the page: key, name, format, factor.
+SHOWN = (
+    ("prediction_error_percent_peak", "prediction error, % of peak", ".2f", 1),
+    ("lack_of_fit", "lack of fit (1: none)", ".2f", 1),
+    ("R_bias_mm", "bias of R, mm", "+.2f", 1),
+    ("R_rms_mm", "rms error of R, mm", ".2f", 1),
+    ("coverage_90", "90 % intervals that hold R, %", ".0f", 100),
+)
 
 
 @dataclass(frozen=True)
@@ -75,6 +89,37 @@ def print_found(found: Found) -> None:
         print(f"{row.r_c:8.2f}{row.hertz_model:12.2f}{row.frictionless_model:14.2f}{before:10.2f}{after:10.2f}")
 
 
+def as_tables(found: Found) -> str:
+    """Markdown: errors before and after, and the radii beside the printed ones."""
+    numbers = found.diagnosis.to_dict()
+    effects = [
+        f"`{effect['name']}` ("
+        + ", ".join(f"{name} {each['mean']:.2f} ± {each['sd']:.2g}" for name, each in effect["parameters"].items())
+        + ")"
+        for effect in numbers["effects"]
+    ]
+    said = (
+        f"Verdict: {numbers['verdict']}. Named: {', '.join(effects)}. Errors on {numbers['data']['held_out_touches']} "
+        "held-out touches:"
+    )
+    lines = [said, "", "| error | calibrated by Hertz | with what was found |", "|---|---|---|"]
+    for key, name, form, factor in SHOWN:
+        before, after = (format(factor * numbers[stand][key], form) for stand in ("before", "after"))
+        lines.append(f"| {name} | {before} | {after} |")
+    head = (
+        "r_c, mm",
+        "printed: Hertz",
+        "printed: frictionless on the core",
+        "calibrated by Hertz",
+        "with what was found",
+    )
+    lines += ["", f"| {' | '.join(head)} |", "|---|---|---|---|---|"]
+    for row, before, after in zip(TABLE_3, found.before_mm, found.after_mm, strict=True):
+        cells = (row.r_c, row.hertz_model, row.frictionless_model, before, after)
+        lines.append("| " + " | ".join(f"{cell:.2f}" for cell in cells) + " |")
+    return "\n".join(lines)
+
+
 def draw(found: Found, folder: Path) -> None:
     """Save estimates over radius, before and after, and as printed."""
     picture, axis = figure(figsize=(6.4, 4.4))
@@ -93,14 +138,22 @@ def draw(found: Found, folder: Path) -> None:
     save(picture, folder, "table_3_diagnosis")
 
 
-def main(small: bool = False, folder: Path | None = None) -> Found:
-    """Run, print, draw."""
+def main(small: bool = False, folder: Path | None = None, page: Path | None = None) -> Found:
+    """Run, print, draw, and write the tables into a page where one is given."""
     found = run(small)
     print_found(found)
     if folder is not None:
         draw(found, folder)
+    if page is not None:
+        write_between(MARK, as_tables(found), page)
     return found
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("folder", nargs="?", type=Path, default=OUTPUT, help="where pictures go")
+    parser.add_argument("--small", action="store_true", help="seconds in place of minutes")
+    parser.add_argument("--no-pictures", action="store_true")
+    parser.add_argument("--page", type=Path, help="Markdown page whose tables are to be made anew")
+    chosen = parser.parse_args()
+    main(chosen.small, None if chosen.no_pictures else chosen.folder, chosen.page)

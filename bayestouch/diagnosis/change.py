@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bayestouch.array_types import FloatArray
@@ -21,6 +23,9 @@ def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, 
     if before.held_out is not None and after.held_stated is not None:
         one, two = before.held_out, after.held_stated
         parts.append(("prediction_error_percent_peak", _of_error(one), _of_error(two)))
+        if one.samples is not None:
+            first, last = (_of_error(replace(held, samples=None)) for held in (one, two))
+            parts.append(("touch_error_percent_peak", first, last))
         parts.append(("lack_of_fit", _of_lack(one), _of_lack(two)))
     if before.read is not None and after.read is not None:
         for key, values in before.read.by_touch.items():

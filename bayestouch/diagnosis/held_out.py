@@ -77,6 +77,15 @@ class HeldOut:
         return rms_percent(self.errors)
 
     @property
+    def touch_error_percent_peak(self) -> float:
+        """Rms residual of touches' mean readings, percent of each element's peak, mean over elements.
+
+        Equal to `error_percent_peak` where that is of touches. Where that is of samples, it also has the change of
+        readings while a touch is held, and more noise, since a mean over samples has less.
+        """
+        return rms_percent(self.residual)
+
+    @property
     def floor_percent_peak(self) -> float:
         """Expected value of `error_percent_peak` if the model is right; NaN where a load was not measured."""
         here = np.isfinite(self.errors)
@@ -147,7 +156,7 @@ def held_out(
     element = np.asarray(model.finger.element_angles_deg)
     assert means.angle_deg is not None
     of_load = by_load * load_sd[:, None]
-    noise_sd = np.hypot(noise.sd / np.sqrt(np.maximum(means.counts, 1)), of_load) / peak
+    noise_sd = np.sqrt(noise.variance(predicted, np.maximum(means.counts, 1)) + of_load**2) / peak
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / peak,

@@ -71,6 +71,7 @@ def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
         of_touches = asdict(evaluated.read.against_stated if stated else evaluated.read.errors)
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
+        "touch_error_percent_peak": None if held is None else held.touch_error_percent_peak,
         "lack_of_fit": None if held is None else held.lack_of_fit,
         **of_touches,
     }
@@ -87,8 +88,11 @@ def _has_repeats(traced: Traced) -> bool:
 
 
 def _noise_floor(traced: Traced) -> float | None:
-    """Prediction error of a model that is right: noise of the readings, as repeats have it, and the load's error."""
-    held = traced.before.held_out
+    """Prediction error of a model that is right: noise of the readings, as repeats have it, and the load's error.
+
+    By the model with the effects that were found: what samples of a touch do one after the other is no noise.
+    """
+    held = traced.explained.held_out
     return held.floor_percent_peak if held is not None and _has_repeats(traced) else None
 
 

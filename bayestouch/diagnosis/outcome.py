@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,12 +16,15 @@ VERDICTS = {
 _BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
 # Limits of a lack of fit where a file of an earlier version states none, and a fit that leaves little open.
 _LIMITS, _LITTLE = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
+# Errors of samples and of touch means that differ by no more than this share are of touches with one sample each.
+_SAME = 1e-6
 # A change of an error by more than so many standard errors is one.
 _ERRORS = 2.0
 
 #: Errors in a sentence: key, what it is called, format, unit, factor.
 _SAID = (
     ("prediction_error_percent_peak", "prediction error", ".2f", " % of the peak", 1.0),
+    ("touch_error_percent_peak", "prediction error of touch means", ".2f", " % of the peak", 1.0),
     ("lack_of_fit", "lack of fit", ".2f", "", 1.0),
     ("R_rms_mm", "rms error of R", ".2f", " mm", 1.0),
     ("R_bias_mm", "bias of R", "+.2f", " mm", 1.0),
@@ -45,7 +49,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     if numbers["verdict"] in ("partly explained", "unattributed"):
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     if numbers["correction"] is not None:
-        out.append("A correction by element and location is in the calibration after; it is no cause.")
+        out.append("Errors after are with a correction by element and location, which is no cause.")
     if numbers["measure"] is not None:
         out.append(numbers["measure"]["advice"])
     return out + _before_and_after(numbers)
@@ -55,11 +59,15 @@ def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
     """Keys of the errors that are larger after than before, against stated references, beyond their standard error."""
     before, after = numbers["before"], numbers.get("after_against_stated", numbers["after"])
     spread = numbers.get("change_against_stated_se", {})
+    skipped = () if errors_of_samples(before, after) else ("touch_error_percent_peak",)
     out = []
-    for key, *_ in _SAID:
+    for key in (key for key, *_ in _SAID if key not in skipped):
         one, two = before.get(key), after.get(key)
         # Coverage is no error: larger is better, up to a point.
         if key == "coverage_90" or one is None or two is None:
+            continue
+        # Nor is a lack of fit that a model which misses nothing may have, such as 0.96 after 0.90.
+        if key == "lack_of_fit" and two <= (_limits(numbers)["high"] or 0.0):
             continue
         if abs(two) - abs(one) > max(_ERRORS * (spread.get(key) or 0.0), 1e-9 * abs(one)):
             out.append(key)
@@ -82,7 +90,7 @@ def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
     """What is said of the model after; it follows the lack of fit that is printed."""
     word, lack = numbers["verdict"], numbers["after"].get("lack_of_fit")
-    limits = numbers.get("lack_of_fit_limits", {}).get("after", _LIMITS)
+    limits = _limits(numbers)
     low, high = limits["low"], limits["high"]
     if lack is not None and high is not None and lack > high:
         word = _BEYOND_NOISE.get(word, word)
@@ -105,6 +113,20 @@ def verdict_sentence(numbers: Mapping[str, Any]) -> str:
     return f"{begin} predicts held-out touches as well as the noise allows."
 
 
+def errors_of_samples(*found: Mapping[str, Any]) -> bool:
+    """Whether prediction errors are of samples and differ from those of touch means, so that both are to be named."""
+    for each in found:
+        samples, means = each.get("prediction_error_percent_peak"), each.get("touch_error_percent_peak")
+        if samples is not None and means is not None and not math.isclose(samples, means, rel_tol=_SAME):
+            return True
+    return False
+
+
+def _limits(numbers: Mapping[str, Any]) -> Mapping[str, Any]:
+    limits: Mapping[str, Any] = numbers.get("lack_of_fit_limits", {}).get("after", _LIMITS)
+    return limits
+
+
 def _value(name: str, each: Mapping[str, Any]) -> str:
     spread = "" if each["sd"] is None else f" ± {each['sd']:.2g}"
     return f"{name} {each['mean']:.3g}{spread} {each['unit']}".rstrip()
@@ -113,8 +135,13 @@ def _value(name: str, each: Mapping[str, Any]) -> str:
 def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] | None = None) -> dict[str, str]:
     """Errors before and after in words, by key; once where nothing was changed."""
     found = (before,) if before == after else (before, after)
+    of_samples = errors_of_samples(*found)
     out = {}
     for key, name, form, unit, factor in _SAID:
+        if key == "touch_error_percent_peak" and not of_samples:
+            continue
+        if key == "prediction_error_percent_peak" and of_samples:
+            name = "prediction error of samples"
         known = [each[key] for each in found if each.get(key) is not None]
         if len(known) == len(found) and (keys is None or key in keys):
             out[key] = f"{name} {' → '.join(format(factor * value, form) for value in known)}{unit}"

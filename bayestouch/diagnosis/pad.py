@@ -163,7 +163,7 @@ def held_out_pad(
     by_sample = residual[rows] + observed.deviation - changing
     signal = (predicted - model.chain(shown.vector).offset) / model.peak
     of_load = by_load * noise.load_sd[:, None]
-    noise_sd = np.hypot(noise.sd / np.sqrt(observed.weight)[:, None], of_load[rows]) / model.peak
+    noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / model.peak
     return HeldOut(
         observed=observed,
         residual=np.where(present, residual, np.nan) / model.peak,

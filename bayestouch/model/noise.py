@@ -75,6 +75,11 @@ class NoiseModel:
     added: AddedNoise = field(default_factory=AddedNoise)
     effects: tuple[tuple[str, Values], ...] = ()
 
+    def variance(self, signal: FloatArray, reads: ArrayLike) -> FloatArray:
+        """Variance of means of so many samples (shape of `signal`, (..., m)) with what effects of the noise add."""
+        own = (self.sd**2 + self.added.variance(signal, self.peak)) / np.asarray(reads)
+        return np.asarray(own + self.added.shared_variance(reads) * self.added.together(self.peak) ** 2)
+
     @property
     def names(self) -> tuple[str, ...]:
         """Effects of the noise."""

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 from bayestouch.output.pictures import Format, Picture
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
@@ -39,9 +38,6 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import all_pictures
 
-    if not isinstance(dataset.sensor.body, Finger):
-        where = "bayestouch diagnose searches for effects of a pad, and a report takes its folder (--diagnosis)."
-        return Diagnosed({"missing": where})
     try:
         diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
     except InputError as error:

@@ -44,16 +44,17 @@ _SHAPE: dict[Any, Any] = {
         }
     ],
     "unexplained": {"fraction": _NUMBER, "where": _TEXT},
-    "correction": (None, {}),
+    "correction": (None, {"before": {...: _PERHAPS}}),
     "measure": (None, {"advice": _TEXT}),
     "figures": [_FIGURE],
 }
 _LIMITS = {"low": _PERHAPS, "high": _PERHAPS, "expected": _NUMBER}
-# The same of keys that files of version 0.1 do not have.
+# The same of keys that a file may do without.
 _LATER: dict[Any, Any] = {
     "after_against_stated": {...: _PERHAPS, "prediction_error_percent_peak": _PERHAPS},
     "change_against_stated_se": {...: _PERHAPS},
     "lack_of_fit_limits": {"before": _LIMITS, "after": _LIMITS},
+    "notes": [_TEXT],
 }
 
 

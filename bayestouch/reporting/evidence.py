@@ -123,7 +123,7 @@ def gather(
         simulated = embedded_dataset()
         dataset, truth = simulated.dataset, dict(simulated.truth)
     advance = progress or _ignore
-    dataset = with_calibration(dataset)
+    given, dataset = dataset, with_calibration(dataset)
     # Read before the work, so that a wrong folder is told at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
     calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
@@ -155,7 +155,8 @@ def gather(
         evidence = replace(evidence, counterpart=other)
     advance(_READ)
     if diagnosis is not False:
-        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(evidence.dataset, seed))
+        # The search parts the touches in its own way, as `bayestouch diagnose` does: a scan of a pad by blocks in time.
+        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed))
     return evidence
 
 

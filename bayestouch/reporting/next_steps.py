@@ -15,24 +15,26 @@ _MOST = 65.0
 
 def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Steps, the most useful first: what to do, and why."""
-    steps = _effects(numbers["diagnosis"])
+    steps = _effects(numbers["diagnosis"], numbers["places"]["body"])
     # Without repeats noise and what the model misses are one number, and their parts cannot be weighed.
     if numbers["calibration"]["lack_of_fit"] is not None:
         steps += _limit(numbers["places"])
     return [*steps, *_sampler(numbers["trust"]), *(_made_up_for(line) for line in lacking(evidence.dataset))]
 
 
-def _effects(found: dict[str, Any] | None) -> list[dict[str, str]]:
+def _effects(found: dict[str, Any] | None, body: str) -> list[dict[str, str]]:
     # A calibration that reads touches worse is nobody's next step.
     if not found or not found.get("effects") or worse_lines(found):
         return []
     names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
+    ways = {
+        "finger": "Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch calibrate "
+        "--model takes",
+        "pad": "Read touches with what was found: bayestouch diagnose writes calibration_after.nc, which bayestouch "
+        "infer takes",
+    }
     return [
-        {
-            "what": "Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch calibrate "
-            "--model takes",
-            "why": f"The model without {names} misses more than noise explains.",
-        }
+        {"what": ways[body], "why": f"With {names} the model predicts touches better that were held out of its fit."}
     ]
 
 

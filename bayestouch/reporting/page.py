@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bayestouch.diagnosis.outcome import errors_of_samples
 from bayestouch.output.pictures import Picture
 from bayestouch.output.text import exact, number, percent, plus_minus
 from bayestouch.reporting.live import Live
@@ -101,8 +102,10 @@ def _symbol(name: str) -> str:
 
 def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
     """Errors before and after, a row each, of those that the data give; after also against stated references."""
+    both = errors_of_samples(diagnosis["before"], diagnosis["after"])
     rows = (
-        ("prediction_error_percent_peak", "prediction error", "% of peak", 1),
+        ("prediction_error_percent_peak", f"prediction error{' of samples' if both else ''}", "% of peak", 1),
+        *([("touch_error_percent_peak", "prediction error of touch means", "% of peak", 1)] if both else []),
         ("lack_of_fit", "lack of fit (1: none)", "", 1),
         ("R_bias_mm", "bias of R", "mm", 1),
         ("R_rms_mm", "rms error of R", "mm", 1),

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from bayestouch.diagnosis.outcome import verdict_sentence, worse_lines
+from bayestouch.diagnosis.outcome import errors_of_samples, verdict_sentence, worse_lines
 from bayestouch.output.text import fixed, listed, number, percent
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
 
 _FIRST = "Can its readings be trusted?"
+#: Prediction errors of a diagnosis: of samples, or of touch means where these are all; and of touch means.
+_PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
 
 def verdict(numbers: dict[str, Any]) -> list[dict[str, str]]:
@@ -90,15 +92,28 @@ def _seen(limits: dict[str, Any]) -> str:
     return f" Of the tips tried, {radius:.4g} mm and blunter were."
 
 
+def _gain(found: dict[str, Any]) -> str:
+    """Prediction errors without and with effects but no correction; of samples and of touch means if they differ."""
+    stands = found["before"], (found["correction"] or {}).get("before", found["after"])
+    (before, after), means = ([stand.get(key) for stand in stands] for key in _PREDICTION)
+    if None in (before, after):
+        return ""
+    if not errors_of_samples(*stands):
+        return f" ({number(before, 2)} % of the peak falls to {number(after, 2)} %)"
+    return (
+        f" (of samples: {number(before, 2)} % of the peak falls to {number(after, 2)} %; of touch means: "
+        f"{number(means[0], 2)} % before, {number(means[1], 2)} % after)"
+    )
+
+
 def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     question, found = "What to fix?", numbers["diagnosis"]
     parts = []
     if found is not None and found.get("effects"):
         names = [effect["name"].replace("_", " ") for effect in found["effects"]]
-        before, after = (found[key]["prediction_error_percent_peak"] for key in ("before", "after"))
-        gain = "" if None in (before, after) else f" ({number(before, 2)} % of the peak falls to {number(after, 2)} %)"
-        lowers = f"Taking {listed(names)} into account lowers the prediction error on held-out touches{gain}."
-        parts += worse_lines(found) or [lowers]
+        parts += worse_lines(found) or [
+            f"Taking {listed(names)} into account lowers the prediction error on held-out touches{_gain(found)}."
+        ]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif found is not None and found.get("verdict") == "unattributed":
         parts.append("The model misses something that no known effect explains.")

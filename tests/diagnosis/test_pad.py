@@ -54,6 +54,13 @@ def test_creep_is_found_and_taken_out_of_readings() -> None:
     assert found.effects[0] == "creep"
     before, after = found.numbers["before"], found.numbers["after"]
     assert after["prediction_error_percent_peak"] < 0.5 * before["prediction_error_percent_peak"]
+    # Of touch means, written out: the mean of the samples' residuals of each touch.
+    held = found.traced.before.held_out
+    rows = held.observed.row_touch
+    means = np.stack([np.bincount(rows, weights=column) / np.bincount(rows) for column in held.samples.T], axis=1)
+    expected = 100 * np.mean(np.sqrt((means**2).mean(axis=0)))
+    assert before["touch_error_percent_peak"] == pytest.approx(expected, rel=1e-9)
+    assert expected < 0.5 * before["prediction_error_percent_peak"]
     # What is left is noise: 0.05 of peaks between 10 and 16.
     assert after["prediction_error_percent_peak"] < 1.1 * 100 * np.mean(0.05 / pad.chain.gain)
 

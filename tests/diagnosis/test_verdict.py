@@ -106,6 +106,31 @@ def test_worse_is_beyond_two_standard_errors(error: float, worse: bool) -> None:
     assert sentences(made)[0].startswith("Worse than before") == worse
 
 
+@pytest.mark.parametrize(("before", "after", "worse"), [(0.9, 0.96, False), (1.02, 1.09, False), (1.05, 1.3, True)])
+def test_a_lack_of_fit_within_its_limits_is_not_worse(before: float, after: float, worse: bool) -> None:
+    """0.90 to 1.10 if nothing is missing."""
+    lines = sentences(numbers(before={"lack_of_fit": before}, after={"lack_of_fit": after}))
+    assert any("lack of fit" in line for line in lines if line.startswith("Worse than before")) == worse
+
+
+def test_errors_of_samples_and_of_touch_means_are_named_where_they_differ() -> None:
+    one = numbers(before={"touch_error_percent_peak": 1.0}, after={"touch_error_percent_peak": 0.5})
+    assert "touch means" not in "".join(sentences(one)) and "of samples" not in "".join(sentences(one))
+    two = numbers(before={"touch_error_percent_peak": 0.6}, after={"touch_error_percent_peak": 0.7})
+    lines = sentences(two)
+    assert "prediction error of touch means 0.60 → 0.70 % of the peak" in lines[0] and "Worse" in lines[0]
+    assert "prediction error of samples 1.00 → 0.50 % of the peak" in lines[-1]
+    names = [row["quantity"] for row in before_after(two)]
+    assert names[:2] == ["prediction error of samples", "prediction error of touch means"]
+
+
+def test_a_correction_is_not_counted_as_what_the_effect_does() -> None:
+    """The effect lowers the error from 1.0 to 0.8 %; a correction without a cause on top of it to 0.5 %."""
+    corrected = {"before": ERRORS | {"prediction_error_percent_peak": 0.8}, "after": ERRORS}
+    found = numbers("partly explained", effects=[{"name": "crosstalk"}], correction=corrected)
+    assert "(1 % of the peak falls to 0.80 %)" in _fix({"diagnosis": found, "next": []})["reason"]
+
+
 def test_a_bias_is_worse_on_either_side() -> None:
     made = numbers(before={"R_bias_mm": 0.02}, after={"R_bias_mm": -0.1})
     assert "bias of R +0.02 → -0.10 mm" in sentences(made)[0]

@@ -10,11 +10,10 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, small
+from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, small, strict_json
 
 import bayestouch
 from bayestouch import simulation
@@ -32,15 +31,6 @@ from bayestouch.reporting.writing import write_report
 
 NAME = 'finger <script>alert("1")</script> & Söhne'
 NEEDED = {"index.html", "report.json", "calibration.nc", "posterior.nc"}
-
-
-def strict_json(path: Path) -> dict[str, Any]:
-    def refuse(name: str) -> None:
-        raise AssertionError(f"{name} in report.json")
-
-    loaded = json.loads(path.read_text("utf-8"), parse_constant=refuse)
-    assert isinstance(loaded, dict)
-    return loaded
 
 
 def check_files_are_complete(any_report: Report) -> None:

@@ -419,8 +419,13 @@ def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert line.diagnosis.effects[0] == "creep_by_element"
     # The load runs from 1 to 8 N, and the pressure of the channel flattens long before.
     assert fluid.diagnosis.effects[0] == "load_nonlinearity"
-    first, second = module.steps_percent(fluid)[:2]
-    assert second[1] < 0.5 * first[1]
+    steps = dict(module.steps_percent(fluid))
+    assert steps["load_nonlinearity"] < 0.5 * steps["linear"]
+    # Two samples of a touch differ by creep; the load's curve is one sample a touch.
+    assert [row[1] for row in module.error_rows(line)][:2] == ["samples", "touch means"]
+    assert len(module.error_rows(fluid)) == 1
+    samples, means = (dict(module.steps_percent(line, kind)) for kind in (module.of_samples, module.of_touches))
+    assert samples["creep_by_element"] < 0.5 * samples["linear"] and means["linear"] < 0.6 * samples["linear"]
     assert "verdict" in capsys.readouterr().out
     assert is_drawn(tmp_path / "measured_diagnosis.png")
 
