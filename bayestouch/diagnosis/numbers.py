@@ -69,10 +69,12 @@ def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
     of_touches: Numbers = dict.fromkeys(each.name for each in fields(TouchErrors))
     if evaluated.read is not None:
         of_touches = asdict(evaluated.read.against_stated if stated else evaluated.read.errors)
+    # Where the prediction error is of samples, which is so on pads; elsewhere it is of touch means itself.
+    means = {} if held is None or held.samples is None else {"touch_error_percent_peak": held.touch_error_percent_peak}
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
-        "touch_error_percent_peak": None if held is None else held.touch_error_percent_peak,
         "lack_of_fit": None if held is None else held.lack_of_fit,
+        **means,
         **of_touches,
     }
 

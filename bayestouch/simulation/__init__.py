@@ -14,6 +14,7 @@ from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation import finger, pad
+from bayestouch.simulation.catalogue import as_read, really_pressed, stated_effects
 from bayestouch.simulation.designs import FingerDesign, PadDesign
 from bayestouch.simulation.effects import SIMULATED_EFFECTS, SimulatedEffect, apply_effects, check_effects
 from bayestouch.simulation.finger import BuiltFinger
@@ -101,7 +102,8 @@ def simulate(
     design : FingerDesign or PadDesign, optional
         What to simulate; the paper's finger by default.
     effects : mapping of str to float, optional
-        Effects to add, by name; `SIMULATED_EFFECTS` says what each value means.
+        Effects to add, by name. `SIMULATED_EFFECTS` says what each value means; of any other effect of the catalogue,
+        one of another package too, it is the value of the first parameter.
     seed : int
         Seed of everything random, zero or larger.
 
@@ -125,15 +127,19 @@ def simulate(
         built, plan = BuiltFinger.of(design, of_sensor), finger.plan_touches(design, of_plan)
     else:
         built, plan = BuiltPad.of(design, of_sensor), pad.plan_touches(design, of_plan)
-    recording = apply_effects(plan.start(built), effects, seed, before_body=True)
-    recording = apply_effects(built.press(recording), effects, seed, before_body=False)
+    sensor = built.sensor({"note": f"simulated by bayestouch, seed {seed}; not a measurement"})
+    others = {name: value for name, value in effects.items() if name not in SIMULATED_EFFECTS}
+    stated = stated_effects(others, plan, sensor, built.reference_load)
+    recording = really_pressed(plan.start(built), stated, built.reference_load)
+    recording = apply_effects(recording, effects, seed, before_body=True)
+    recording = as_read(built.press(recording), stated, built.reference_load)
+    recording = apply_effects(recording, effects, seed, before_body=False)
     tactile_sd = design.noise_percent_peak / 100 * design.peak_reading
     recording = replace(
         recording,
         signal=recording.signal + tactile_sd * of_noise.standard_normal(recording.signal.shape),
         load_reading=recording.load_reading + design.force_noise_sd * of_noise.standard_normal(plan.n_rows),
     )
-    sensor = built.sensor({"note": f"simulated by bayestouch, seed {seed}; not a measurement"})
     calibration, touches = plan.tables(recording, sensor.body.location_columns)
     truth = {
         "seed": seed,

@@ -12,6 +12,7 @@ from typing import Literal
 
 import numpy as np
 
+from bayestouch.effects import effect_classes
 from bayestouch.errors import InputError
 from bayestouch.simulation.recording import SimulatedRecording
 
@@ -203,7 +204,11 @@ def check_effects(effects: Mapping[str, float], *, finger: bool) -> None:
     for name, value in effects.items():
         effect = SIMULATED_EFFECTS.get(name)
         if effect is None:
-            raise InputError(f"unknown effect {name!r}; the simulator knows {', '.join(SIMULATED_EFFECTS)}")
+            known = effect_classes()
+            if name in known:
+                continue  # `bayestouch.simulation.catalogue` looks at its value
+            names = dict.fromkeys((*SIMULATED_EFFECTS, *known))
+            raise InputError(f"unknown effect {name!r}; the simulator knows {', '.join(names)}")
         low, high = effect.support
         if not (low <= value <= high) or (np.isinf(value) and value != effect.null):
             raise InputError(f"effect {name}: expected a number from {low:g} to {high:g}, got {value:g}")
