@@ -57,8 +57,10 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
 
 def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
     """Keys of the errors that are larger after than before, against stated references, beyond their standard error."""
+    if "change_against_stated_se" not in numbers:
+        return []  # a file of version 0.1: no standard errors, and loads were read with the force sensor
     before, after = numbers["before"], numbers.get("after_against_stated", numbers["after"])
-    spread = numbers.get("change_against_stated_se", {})
+    spread = numbers["change_against_stated_se"]
     skipped = () if errors_of_samples(before, after) else ("touch_error_percent_peak",)
     out = []
     for key in (key for key, *_ in _SAID if key not in skipped):

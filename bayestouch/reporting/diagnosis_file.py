@@ -93,8 +93,8 @@ def read_figure(folder: Path, name: str, form: str) -> bytes:
     InputError
         It is missing or too large, or its name is none.
     """
-    if not re.fullmatch(r"\w{1,99}", name, re.ASCII):
-        raise InputError(f"expected a figure's name of letters, got {shown(name)}", file=folder)
+    if not re.fullmatch(r"[\w-]{1,99}", name, re.ASCII):  # such as effect-1-crosstalk
+        raise InputError(f"expected a figure's name of letters and hyphens, got {shown(name)}", file=folder)
     with reading(folder / "figures" / f"{name}.{form}") as file:
         if file.stat().st_size > MAX_FIGURE_BYTES:
             raise InputError(f"expected a figure of at most {MAX_FIGURE_BYTES} bytes", file=file)

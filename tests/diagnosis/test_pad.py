@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from pad_simulation import SimulatedPad, line
 
 import bayestouch
 from bayestouch.data.touches import Touches
@@ -19,7 +20,6 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.start import pad_fit
 from bayestouch.results.reading import load_calibration
-from tests.pad_simulation import SimulatedPad, line
 
 
 def pressed(pad: SimulatedPad, *, touches: int = 120, seed: int = 0, **how: object) -> Touches:

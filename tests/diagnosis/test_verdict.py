@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pad_simulation import SimulatedPad
 from scipy import stats
 
 import bayestouch
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.pad import PadChain
-from bayestouch.diagnosis.outcome import sentences
+from bayestouch.diagnosis.outcome import sentences, worse_quantities
 from bayestouch.diagnosis.verdict import LackOfFit, Remaining, null_moments, verdict
 from bayestouch.reporting.page import before_after
 from bayestouch.reporting.verdict import _fix
-from tests.pad_simulation import SimulatedPad
 
 WITHIN = "as well as the noise allows"
 ERRORS = {
@@ -221,3 +221,11 @@ def test_the_reports_page_tells_what_got_worse_and_both_references() -> None:
     assert "without the force sensor" in load["quantity"]
     adequate = numbers("adequate", after={"lack_of_fit": 0.2})
     assert WITHIN not in _fix({"diagnosis": adequate, "next": []})["reason"]
+
+
+def test_nothing_is_called_worse_in_a_file_of_version_0_1() -> None:
+    """It has no standard errors, and its loads were read with the force sensor's help."""
+    made = numbers(after={"R_rms_mm": 0.9})
+    assert worse_quantities(made)
+    del made["change_against_stated_se"]
+    assert not worse_quantities(made)
