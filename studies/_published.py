@@ -14,7 +14,7 @@ from bayestouch.reliability.comparison import Beside, shown_number
 
 OUTPUT = Path(__file__).parent / "figures_out"
 
-# One look for all pictures, told apart without colour vision; C0, C1 … are these colours in turn.
+# One look for all pictures, distinguished without colour vision; C0, C1 … are these colours in turn.
 LOOK: dict[str, Any] = {
     "axes.spines.right": False,
     "axes.spines.top": False,

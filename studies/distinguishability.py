@@ -140,7 +140,7 @@ def agreement(found: Trial, expected: np.ndarray) -> float:
 
 
 def compared(known: KnownFinger) -> list[Beside]:
-    """Section 4's sentence: small radii that differ by 1.5 mm are told apart at a 95 % level at a fixed location."""
+    """Section 4's sentence: small radii that differ by 1.5 mm are distinguished at a 95 % level at a fixed location."""
     outer = known.outer_radius_mm
     difference = published.number("radius_error.distinguishable").value
     # Halfway between an element and the middle of two: a location as good as most.

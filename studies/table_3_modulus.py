@@ -109,7 +109,7 @@ def predictions(posterior: ModulusPosterior, moduli: np.ndarray) -> tuple[list[B
         curves.append((f"table_4.model.noise.{name}", "", values, WHY_NOISE[name]))
     rows, needs = [], {}
     for key, suffix, values, why in curves:
-        finite = np.where(np.isfinite(values), values, 10.0)  # a tip that is never told apart
+        finite = np.where(np.isfinite(values), values, 10.0)  # a tip that is never distinguished
         rows.append(Beside(key, *posterior.implied(moduli, finite), why))
         if np.ptp(values[:2]) > 1e-3:
             needs[key + suffix] = wanted(moduli, finite, number(key).value)

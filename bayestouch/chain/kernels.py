@@ -108,7 +108,7 @@ class HalfSpaceKernel:
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        # a = z would start where z and a can hardly be told apart; a small contact can still grow.
+        # a = z would start where z and a can hardly be distinguished; a small contact can still grow.
         return tuple((share * self.pitch_mm, 0.2 * share * self.pitch_mm) for share in (0.4, 0.8, 1.6))
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:

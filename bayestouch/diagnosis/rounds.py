@@ -13,7 +13,7 @@ from bayestouch.model.fitting import Fitted
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A candidate as it stood in one round.
+    """A candidate as it was in one round.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Tried:
         What it does to mean readings.
     noise : NoiseCandidate or None
         Where it is an effect of the noise.
-    alike : tuple of str
+    indistinguishable : tuple of str
         Other candidates that cannot be told from it.
     """
 

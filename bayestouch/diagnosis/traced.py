@@ -65,7 +65,7 @@ class Traced(Summarised):
     remaining : Remaining
         What the effects leave unexplained.
     advice : Advice or None
-        What to measure, where two effects cannot be told apart.
+        What to measure, where two effects cannot be distinguished.
     """
 
     data: DiagnosisData

@@ -21,7 +21,7 @@ class SoftSpot(Effect):
     """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a bell.
 
     Bubbles, thickness and cure vary over a mould. The response depends on where the touch is, so that all elements that
-    read this touch are raised alike, which no gain can do.
+    read this touch are raised by the same share, which no gain can do.
 
     Reference: Nicolson and Fearing (1995), section 3.2, on errors that go with location rather than with elements.
     """

@@ -34,7 +34,7 @@ class ChainWithEffects:
         All effects.
     values : mapping of str to tuple of float
         Values of every effect by its name.
-    placed : PlacedTable or None
+    correction_table : CorrectionTable or None
         A correction by element and relative location, without a cause.
     """
 

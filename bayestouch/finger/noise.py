@@ -2,7 +2,7 @@
 
 A raw reading of element e has noise ``s_e``, one of the force sensor ``s_F``. The mean of n readings has variance
 ``s_e² (1/n + τ_e²/ñ)``: ``d_e = τ_e s_e/√ñ``, ñ a touch's typical number of readings, is the discrepancy, what the
-model misses of the element, which averaging does not shrink. Without repeats the two cannot be told apart and all of
+model misses of the element, which averaging does not shrink. Without repeats the two cannot be distinguished and all of
 it is called noise.
 
 Repeats enter by their sums of squares W about the touches' means, with ν degrees of freedom: the likelihood of the

@@ -32,7 +32,7 @@ class Predicted:
     touches : (t, m) array
         Mean reading of each touch.
     samples : (n, m) array or None
-        Sample minus mean of its touch; None where the samples of a touch are all alike.
+        Sample minus mean of its touch; None where the samples of a touch are all the same.
     """
 
     touches: FloatArray

@@ -31,7 +31,7 @@ class Fitted:
 
     Attributes
     ----------
-    model : AffectedModel
+    model : SensorModel
         Of a finger or a pad, with its effects.
     vector : (d,) array
         Parameters at the mode.
@@ -173,7 +173,7 @@ def fit(
 
     Parameters
     ----------
-    model : AffectedModel
+    model : SensorModel
         What is fitted.
     start : (d,) array
         Where to start.

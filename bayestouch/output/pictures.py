@@ -1,4 +1,4 @@
-"""How the report draws: one style, colours told apart by everyone, pictures that come out the same every time."""
+"""How the report draws: one style, colours distinguished by everyone, pictures that come out the same every time."""
 
 from __future__ import annotations
 

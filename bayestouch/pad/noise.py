@@ -62,7 +62,7 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
     """Noise of the elements, its share of the signal, and the spread of loads that were not measured.
 
     Repeats within touches give the noise of one raw reading; what remains at no signal is discrepancy. Without
-    repeats the two cannot be told apart and all is counted as discrepancy, which averaging does not lower.
+    repeats the two cannot be distinguished and all is counted as discrepancy, which averaging does not lower.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ def threshold_radii(
 ) -> FloatArray:
     """r_c (mm) of the sharpest round indenter that is told from `from_r_c` at each location, (n,).
 
-    NaN where not even the flat is told apart. See `RadiusScale.threshold`.
+    NaN where not even the flat is distinguished. See `RadiusScale.threshold`.
     """
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
     return scale.threshold(from_r_c, probability)
@@ -203,7 +203,7 @@ class Optimism:
     distinguished_there : float
         Probability with which one touch really tells it from an edge.
     honest_mm : float
-        Sharpest indenter told apart with 95 %; NaN where not even the flat is.
+        Sharpest indenter distinguished with 95 %; NaN where not even the flat is.
     """
 
     paper_mm: float

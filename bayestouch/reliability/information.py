@@ -119,7 +119,7 @@ class RadiusScale:
         Returns
         -------
         (n,) array
-            inf where only the flat itself is told apart; NaN where nothing is.
+            inf where only the flat itself is distinguished; NaN where nothing is.
         """
         from scipy.special import ndtri
 

@@ -19,7 +19,7 @@ from bayestouch.chain.response import modes_needed
 from bayestouch.contact import ContactModel, composite_radius, contact_model
 from bayestouch.errors import InputError
 
-#: The noise is exceeded by this factor where two indenters count as told apart.
+#: The noise is exceeded by this factor where two indenters count as distinguished.
 NOISE_FACTOR = 2.0
 #: Readings of "mean square": over the circumference, or the arcs of the standard errors of sections 3.2 and 3.1.
 SPANS_DEG = {"circumference": 360.0, "touched half": 180.0, "50 degrees": 50.0}
@@ -144,7 +144,7 @@ def tolerable_noise(finger: Annulus, *, indenter_radius_mm: float = np.inf, span
 def smallest_radius(finger: Annulus, noise: float, *, span_deg: float = 360.0) -> float:
     """Smallest r_c (mm) that the criterion tells from a knife edge at this noise (share of the peak strain).
 
-    The paper has ``0.16 r_b`` at 1 % and α = 0.70. inf where not even the flat is told apart.
+    The paper has ``0.16 r_b`` at 1 % and α = 0.70. inf where not even the flat is distinguished.
     """
     outer = finger.outer_radius_mm
     # Evenly in R, the scale on which strains change; the ends are edge and flat.

@@ -17,7 +17,7 @@ from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
 from bayestouch.reporting.trust import reference_ranks
 
-#: Two tips are told apart where the right answer is given at this share of touches, in %.
+#: Two tips are distinguished where the right answer is given at this share of touches, in %.
 DISTINGUISHED = 95.0
 
 
@@ -74,7 +74,7 @@ def _share(which: NDArray[np.bool_]) -> float:
 def radius_limits(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """Radii between which tips are told from a knife edge and from a flat, from the rows of `by_indenter`.
 
-    Only tips that were tried count, and a limit holds only if every tip beyond it is told apart as well.
+    Only tips that were tried count, and a limit holds only if every tip beyond it is distinguished as well.
     """
     tips = [row for row in rows if 0 < row["r_c_mm"] < np.inf]
     limits: dict[str, Any] = {"distinguished_percent": DISTINGUISHED, "tips": len(tips)}

@@ -49,36 +49,7 @@ class TouchRows(Summarised):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationData(Summarised):
-    """A calibrated sensor: every calibration parameter as a random variable.
-
-    Attributes
-    ----------
-    sensor : Sensor
-        The sensor as built.
-    parameters : tuple of Parameter
-        The unknowns with their priors. By element where `mode` holds an array.
-    mode : mapping
-        Maximum a posteriori, scalar () or by element (m,) arrays, in public units
-        (``r_s`` mm, ``theta_s`` degree, ``mu`` MPa, ``gain`` reading per strain, ``response`` reading per N/m …).
-    posterior : mapping
-        Draws, (chain, draw) or (chain, draw, m) arrays, by the same names.
-    covariance : (d, d) array
-        Laplace covariance of the parameters in the order and units of `layout`.
-    layout : tuple of str
-        Name of each row of `covariance`: ``"sigma"``, ``"r_s[3]"`` …
-    noise : Noise
-        Noise of readings and force sensor.
-    rows : TouchRows
-        The calibration touches with their fit.
-    settings : mapping
-        Whatever repeats the run: contact model or kernel, seed, version, options; text or numbers.
-    statistics : mapping of str to float
-        ``lack_of_fit``, ``error_percent_peak`` and the like.
-    extra : mapping of arrays
-        Arrays a body needs beside these (a pad's empirical map).
-    notes : tuple of str
-        What was handled or assumed, one sentence each, for the report.
-    """
+    """Fields of a calibration; `bayestouch.results.objects.Calibration` says what each holds."""
 
     sensor: Sensor
     parameters: tuple[Parameter, ...]
@@ -96,32 +67,7 @@ class CalibrationData(Summarised):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PosteriorsData(Summarised):
-    """Posteriors of touches.
-
-    Attributes
-    ----------
-    sensor : Sensor
-        The sensor that was touched.
-    parameters : tuple of Parameter
-        Touch parameters with their priors: ``R``, ``theta_c``, ``P`` on a finger (``r_c`` is derived from R);
-        ``x``, ``y``, ``P`` on a pad.
-    posterior : mapping of (chain, draw, t) arrays
-        Draws, in public units (mm, degree, N/m or N); of a large file they are read when asked for. Empty where only
-        summaries were kept.
-    sample_stats : mapping of (t,) arrays
-        ``ess_bulk`` and ``rhat`` (worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``: 1 where
-        the targets are met. They are those of all draws, however few were kept.
-    reference : mapping of (t,) arrays
-        Reference values by the same names as `posterior`, NaN unknown.
-    rows : TouchRows
-        The touches with the prediction at the posterior mean.
-    settings, notes
-        As in `Calibration`.
-    tips : TipProbabilities or None
-        How probable each tip is for each touch, where the prior over indenters has known tips.
-    summary : mapping of (5, t) arrays
-        Mean, sd and 5, 50 and 95 % quantiles of all draws, however few were kept; empty where all are.
-    """
+    """Fields of posteriors of touches; `bayestouch.results.objects.TouchPosteriors` says what each holds."""
 
     sensor: Sensor
     parameters: tuple[Parameter, ...]

@@ -26,7 +26,7 @@ class EffectContext:
 
     Attributes
     ----------
-    affected : AffectedChain
+    effects_chain : ChainWithEffects
         The finger with its effects.
     scale, shift : (t, m) arrays
         Factor and addition of each touch.

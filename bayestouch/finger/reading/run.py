@@ -51,7 +51,7 @@ class FingerBlocks:
         The calibrated sensor.
     task : DrawTask
         Sensor, priors and how to draw.
-    affected : AffectedChain or None
+    effects_chain : ChainWithEffects or None
         Effects of the calibration.
     settings, notes
         Of the result.

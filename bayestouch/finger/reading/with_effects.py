@@ -37,7 +37,7 @@ def touches_with_effects(
     ----------
     corrected : Touches
         The table, rest reading subtracted.
-    calibration, options, affected
+    calibration, options, effects_chain
         What reads them.
     chain, table, covariance, priors
         Made of the calibration.
