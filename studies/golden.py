@@ -48,6 +48,7 @@ def make(folder: Path, only: str | None = None) -> None:
         if only not in (None, name):
             continue
         _verbs(folder / name, bayestouch.simulate(design, effects=effects, seed=3).dataset)
+        print(f"{name}: {sum(path.is_file() for path in (folder / name).rglob('*'))} files")
 
 
 def _verbs(folder: Path, dataset: Any) -> None:

@@ -18,12 +18,13 @@ QUICK = ("noise_row", "figure_2", "figure_3", "figure_6", "figure_9", "figure_10
 #: Print alone, or write files that their options name.
 NO_FOLDER = {
     *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
-    "interruptions",
+    *("interruptions", "mutants", "sbc_power"),
 }
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
     "effects_gallery": ("{folder}",),
     "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),
+    "golden": ("-o", "{folder}", "--only", "pad_line"),
     "practice_diagnosis": ("-o", "{folder}", "finger-b"),
 }
 #: What they need of the folder of measured and practice data.
