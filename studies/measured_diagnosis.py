@@ -89,7 +89,7 @@ def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     name = str(before.calibration.settings["kernel"])
     alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
     assert before.held_out is not None
-    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed))
+    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed, before.fitted.model.peak))
 
 
 def rest_wander(dataset: DataSet) -> float:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.as_stated import at_stated_references
@@ -57,7 +58,7 @@ def begin_pad(data: DiagnosisData, *, kernel: str | None, draws: int, seed: int,
     observed, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(observed, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
-    evaluate = _EvaluatePad(data, setting, kernel, draws, sample, seed)
+    evaluate = _EvaluatePad(data, setting, kernel, draws, sample, seed, fitted.model.peak)
     return Beginning(data, fitted, setting, _not_of_place(setting), evaluate)
 
 
@@ -92,8 +93,17 @@ class _EvaluatePad:
     """Makes an `EvaluatedModel` of a fit: calibration, and errors on the held-out touches."""
 
     def __init__(
-        self, data: DiagnosisData, setting: Setting, kernel: str | None, draws: int, sample: bool, seed: int
+        self,
+        data: DiagnosisData,
+        setting: Setting,
+        kernel: str | None,
+        draws: int,
+        sample: bool,
+        seed: int,
+        peak: FloatArray,
     ) -> None:
+        # Errors before and after are shares of the same peaks: those of the fit without effects.
+        self.peak = peak
         self.data, self.setting, self.kernel = data, setting, kernel
         self.draws, self.sample, self.seed = draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
@@ -123,11 +133,13 @@ class _EvaluatePad:
 
     def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""
-        return None if self.observed is None else held_out_pad(fitted, correction, self.observed, stated=stated)
+        return (
+            None if self.observed is None else held_out_pad(fitted, correction, self.observed, self.peak, stated=stated)
+        )
 
 
 def held_out_pad(
-    fitted: Fitted, correction: Correction | None, observed: Observations, *, stated: bool = False
+    fitted: Fitted, correction: Correction | None, observed: Observations, peak: FloatArray, *, stated: bool = False
 ) -> HeldOut:
     """Residuals of a pad's model on touches that it was not fitted to.
 
@@ -139,6 +151,8 @@ def held_out_pad(
     ----------
     fitted, correction, observed, stated
         As `bayestouch.diagnosis.held_out.held_out`.
+    peak : (m,) array
+        Peak readings that errors are shares of; effects may give the model other ones.
     """
     shown = at_stated_references(fitted) if stated else fitted
     observed = without_wrong_readings(fitted, observed)
@@ -161,20 +175,20 @@ def held_out_pad(
     places = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
     changing = 0.0 if prediction.samples is None else prediction.samples
     by_sample = residual[rows] + observed.deviation - changing
-    signal = (predicted - model.chain(shown.vector).offset) / model.peak
+    signal = (predicted - model.chain(shown.vector).offset) / peak
     of_load = by_load * noise.load_sd[:, None]
-    noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / model.peak
+    noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / peak
     return HeldOut(
         observed=observed,
-        residual=np.where(present, residual, np.nan) / model.peak,
+        residual=np.where(present, residual, np.nan) / peak,
         whitened=np.where(present, whitening.touches(residual), 0.0),
         present=present,
         design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
         reference={**dict(zip(("x", "y"), recording.place, strict=False)), "P": observed.load},
         stated={**dict(zip(("x", "y"), places, strict=False)), "P": observed.load},
-        quantities=of_pad(observed, model.element_place, recording.place, observed.load, signal, model.peak),
+        quantities=of_pad(observed, model.element_place, recording.place, observed.load, signal, peak),
         noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),
-        samples=by_sample / model.peak,
+        samples=by_sample / peak,
         repeated=bool(reads.min(initial=ENOUGH_SAMPLES) >= ENOUGH_SAMPLES),
     )
