@@ -160,15 +160,15 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         if effects is not None:
             corrected = effects.corrected(corrected)
         readings = pad_readings(corrected, reader.map.dimensions, reader.samples)
-        readings = readings if options.use_load else readings.without_load()
-        return readings if check is None else corrected_readings(readings, check)
+        return readings if options.use_load else readings.without_load()
 
-    # What effects do may depend on the touches before: then the whole table is read at once.
-    whole = None if effects is None else source.whole()
+    # What effects do may depend on the touches before: then the whole table is read and corrected at once.
+    whole = None if effects is None else averaged(source.whole())
 
-    def pieces() -> Iterator[Touches]:
-        every = source.pieces() if whole is None else iter([whole])
-        return (piece for piece in every if piece.in_contact.any())
+    def parts() -> Iterator[PadReadings]:
+        pieces = (averaged(piece) for piece in source.pieces() if piece.in_contact.any())
+        every = pieces if whole is None else iter([whole])
+        return every if check is None else (corrected_readings(part, check) for part in every)
 
     notes = (*found.notes, baseline.note, *_notes(reader, found, options.use_load), *_effect_notes(effects))
     # A drift is not taken out of touches, and looks like a changed element: there is nothing to hold it against.
@@ -176,15 +176,14 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
     if options.check_sensor and drifts:
         notes = (*notes, "the elements are not checked: a drift looks like a fault")
     if options.check_sensor and not drifts:
-        looked_at = found.sample if whole is None else whole
-        check = check_pad(averaged(looked_at), reader)  # from here on `averaged` follows what it finds
+        check = check_pad(averaged(found.sample) if whole is None else whole, reader)
         reader = replace(reader, noise=widened(reader.noise, check.excess))
         settings |= fault_settings(check)
         notes = (*notes, *fault_notes(check, str(calibration.settings["load_unit"])))
     return TouchRun(
         PadBlocks(calibration, reader, draws, options.seed, settings, tuple(dict.fromkeys(notes)), effects),
         found.n_touches,
-        lambda size: in_blocks(map(averaged, pieces()), size),
+        lambda size: in_blocks(parts(), size),
     )
 
 
