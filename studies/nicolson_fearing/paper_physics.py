@@ -15,7 +15,7 @@ from bayestouch.contact import LayerContact, composite_radius
 from bayestouch.contact.compliance import SurfaceCompliance
 from bayestouch.paper.published import TABLE_1, number
 from bayestouch.simulation import FingerDesign
-from bayestouch.simulation.designs import REFERENCE_LOAD
+from bayestouch.simulation.finger import REFERENCE_LOAD
 
 FloatArray = NDArray[np.float64]
 
