@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -47,12 +46,12 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
         An effect or parameter is unknown or stated twice, an effect cannot occur here, no amplitude of it is stated,
         or a value is outside the bounds of its prior.
     """
-    known, by_effect = effect_classes(), dict[str, dict[str, Any]]()
+    known, by_effect = effect_classes(), dict[str, list[tuple[str | None, float]]]()
     for key, value in stated.items():
-        name, _, parameter = key.partition(".")
+        name, dot, parameter = key.partition(".")
         if name not in known:
             raise InputError(f"unknown effect {name!r}; known are {', '.join(known)}")
-        by_effect.setdefault(name, {})[parameter] = value
+        by_effect.setdefault(name, []).append((parameter if dot else None, value))
     out = []
     for name, given in by_effect.items():
         effect = known[name].suited(setting)
@@ -76,15 +75,16 @@ def _order(effect: Effect, known: Mapping[str, type[Effect]]) -> tuple[int, bool
     return STAGES.index(effect.stage), effect.needs_samples, list(known).index(effect.name)
 
 
-def _values(effect: Effect, given: dict[str, Any]) -> Values:
-    names = [each.name for each in effect.parameters]
-    if "" in given:
-        if names[0] in given:
-            raise InputError(f"effect {effect.name}: {names[0]} is given twice")
-        given = {names[0]: given[""]} | {key: value for key, value in given.items() if key}
-    for name in given:
+def _values(effect: Effect, stated: list[tuple[str | None, float]]) -> Values:
+    """Values of all parameters, of those that are stated by name; without a name it is the first."""
+    names, given = [each.name for each in effect.parameters], dict[str, float]()
+    for name, value in stated:
+        name = names[0] if name is None else name
         if name not in names:
             raise InputError(f"effect {effect.name} has no parameter {name!r}; it has {', '.join(names)}")
+        if name in given:
+            raise InputError(f"effect {effect.name}: {name} is given twice")
+        given[name] = value
     amplitudes = [names[i] for i in effect.amplitudes]
     if not set(amplitudes) & set(given):
         raise InputError(f"effect {effect.name}: expected a value of {' or '.join(amplitudes)} too")
