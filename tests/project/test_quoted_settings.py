@@ -38,8 +38,8 @@ QUOTED = {
         f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged, nor is the gain of an "
         f"element that none of {WORDS[fault_tests.FEWEST_SIGNALS]} touches presses with a "
         f"{share(fault_tests.SIGNAL_SHARE)} of its peak",
-        f"more than {hdf5_reading.LARGEST_RATIO} times the size of the file (and {hdf5_reading.FREE_BYTES // MEBI} MB) is "
-        "refused",
+        f"more than {hdf5_reading.LARGEST_RATIO} times the size of the file (and {hdf5_reading.FREE_BYTES // MEBI} MB) "
+        "is refused",
         f"more than {parquet.LARGEST_RATIO} times its file (and {parquet.FREE_BYTES // MEBI} MB) is refused",
         f"at most {tables.MAX_BYTES // 2**30} GB, {tables.MAX_COLUMNS:,} columns",
         f"at most {toml_text.MAX_BYTES // MEGA} MB, {toml_text.MAX_PARTS} parts to a key",
