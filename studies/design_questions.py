@@ -181,7 +181,7 @@ def for_the_page(found: Answers) -> str:
         ("1.6 mm deep", "depth_mm", 1.6),
         (f"1.6 mm deep, {strain}", "depth_mm, same strain noise", 1.6),
         (f"3.1 mm deep, {strain}", "depth_mm, same strain noise", 3.1),
-        ("half the noise and less: 0.4 %", "noise_percent", 0.4),
+        ("noise 0.4 % in place of 1.72 %", "noise_percent", 0.4),
         ("rubber 2.0 mm thick", "thickness_mm", 2.0),
         ("rubber 5.2 mm thick", "thickness_mm", 5.2),
     ]
@@ -195,7 +195,7 @@ def for_the_page(found: Answers) -> str:
     tips = [indenter(found.maps["spacing_mm"].spots[0].indenters_mm[tip]) for tip in DRAWN]
     head = ["", *(f"R, {tip}: above / between" for tip in tips), "θ_c (degree)", "P (N/m)"]
     enough = [
-        *((f"calibration touches, for touches of {name_of(n)}", each) for n, each in found.calibration.items()),
+        *((f"calibration touches, where {name_of(n)} is read", each) for n, each in found.calibration.items()),
         *((f"samples of a touch, {name}", each) for name, each in found.averaging.items()),
     ]
     counts = [[name, _count(each)] for name, each in enough]
