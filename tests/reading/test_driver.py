@@ -12,7 +12,7 @@ from known_fingers import dataset, known_touches
 from streamed_cases import DRAWS, blocks_of_seven, calibrated, saved
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.data import parquet, tables, touch_source
 from bayestouch.data import survey as survey_module
 from bayestouch.data.touch_source import joined_touches
