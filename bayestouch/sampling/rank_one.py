@@ -85,7 +85,7 @@ def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present
     return np.asarray(root * present[:, :, None])
 
 
-def log_density(root: FloatArray, rows: FloatArray) -> float:
+def normal_log_density(root: FloatArray, rows: FloatArray) -> float:
     """Log density of all rows (t, m) together, up to a constant, from their `inverse_root`; NaN where not present."""
     z = np.einsum("tij,tj->ti", root, np.nan_to_num(rows))
     diagonal = np.einsum("tii->ti", root)

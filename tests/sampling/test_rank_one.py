@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root, log_density, shared_error
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root, normal_log_density, shared_error
 
 RNG = np.random.default_rng(7)
 T, M = 5, 6
@@ -89,7 +89,7 @@ def test_log_density_is_that_of_the_normal_distribution() -> None:
         if here.any():
             matrix = dense(row, DIRECTION, OTHER)[np.ix_(here, here)]
             wanted += stats.multivariate_normal(np.zeros(here.sum()), matrix).logpdf(ROWS[row, here])
-    found = log_density(root, np.where(PRESENT, ROWS, np.nan))
+    found = normal_log_density(root, np.where(PRESENT, ROWS, np.nan))
     assert found - 0.5 * PRESENT.sum() * np.log(2 * np.pi) == pytest.approx(wanted, rel=1e-12)
 
 
