@@ -14,7 +14,7 @@ from bayestouch.reporting.sensor_pictures import sensor_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures
 
 
-def all_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
     """Every figure that the data give."""
     estimates = finger_pictures(evidence, numbers) if evidence.is_finger else pad_pictures(evidence)
     diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures

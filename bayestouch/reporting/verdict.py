@@ -13,7 +13,7 @@ _FIRST = "Can its readings be trusted?"
 _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
 
-def verdict(numbers: dict[str, Any]) -> list[dict[str, str]]:
+def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Question, short answer and the reason for it, four times (three on a pad, which has no radius)."""
     finger = numbers["data"]["body"] == "finger"
     out = [_trusted(numbers), _where(numbers["places"])]
