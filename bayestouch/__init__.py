@@ -14,7 +14,7 @@ from bayestouch.version import __version__ as __version__
 # Public name: module that defines it.
 _PUBLIC = {
     "Calibration": "results.objects",
-    "Comparison": "comparison",
+    "Comparison": "reporting.comparison",
     "DataCheck": "checking",
     "DataSet": "data.dataset",
     "Diagnosis": "diagnosis.result",
@@ -36,7 +36,7 @@ _PUBLIC = {
     "UniformCurvature": "priors.indenters",
     "UniformRadius": "priors.indenters",
     "calibrate": "calibration",
-    "compare": "comparison",
+    "compare": "reporting.comparison",
     "diagnose": "diagnosis",
     "check": "checking",
     "infer": "inference",
@@ -58,8 +58,6 @@ if TYPE_CHECKING:
     from bayestouch.checking import check as check
     from bayestouch.checks.ranks import RankStatistics as RankStatistics
     from bayestouch.checks.touches import sbc as sbc
-    from bayestouch.comparison import Comparison as Comparison
-    from bayestouch.comparison import compare as compare
     from bayestouch.data.dataset import DataSet as DataSet
     from bayestouch.data.dataset import load_dataset as load_dataset
     from bayestouch.data.dataset import save_dataset as save_dataset
@@ -80,6 +78,8 @@ if TYPE_CHECKING:
     from bayestouch.priors.indenters import UniformRadius as UniformRadius
     from bayestouch.reporting import Report as Report
     from bayestouch.reporting import report as report
+    from bayestouch.reporting.comparison import Comparison as Comparison
+    from bayestouch.reporting.comparison import compare as compare
     from bayestouch.results.objects import Calibration as Calibration
     from bayestouch.results.objects import TouchPosteriors as TouchPosteriors
     from bayestouch.results.probability_plot import pp_plot as pp_plot
