@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import finger_of
 from bayestouch.paper.published import TABLE_4
 from bayestouch.paper.simplex import TouchPredictor
 from bayestouch.reporting.differences import reference_composite_radius, turned
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.paper_fits import PaperFits
-from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
+from bayestouch.reporting.finger.paper_fits import PaperFits
+from bayestouch.reporting.finger.point_fits import PointFits, fit_points, model_finger
 
 NAMES = ("theta_c", "P", "R")
 PARTS = ("total", "location", "noise")
@@ -72,7 +73,7 @@ def _rows(
     *,
     use_load: bool,
 ) -> list[dict[str, Any]]:
-    outer = float(evidence.sensor.finger.outer_radius_mm)
+    outer = float(finger_of(evidence.sensor).outer_radius_mm)
     unknown = np.full(means.n_touches, np.nan)
     angle = unknown if means.angle_deg is None else means.angle_deg
     radius = reference_composite_radius(means.indenter_radius_mm, outer)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,8 @@ from bayestouch.output.pictures import (
 )
 from bayestouch.output.text import number
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.locations import (
+from bayestouch.reporting.pad.locations import (
+    axes_of,
     element_places,
     inside_array,
     location_errors,
@@ -32,12 +34,22 @@ from bayestouch.reporting.locations import (
 _ARROWS = 450
 
 
-def pad_pictures(evidence: Evidence) -> Iterator[Picture]:
+def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
     """Map of the location's bias; none where the touches have no reference."""
     error = location_errors(evidence)
     if not np.isfinite(error).all(axis=1).any():
         return
     yield _line(evidence, error[:, 0]) if error.shape[1] == 1 else _plane(evidence, error)
+
+
+def example_touches(evidence: Evidence) -> dict[str, int]:
+    """A touch of median uncertainty inside the array, and the most uncertain touch of all."""
+    posteriors = evidence.posteriors
+    spread = np.sqrt(sum(posteriors.sd(axis) ** 2 for axis in axes_of(posteriors)))
+    inside = inside_array(evidence)
+    inside = inside if inside.any() else np.ones(len(spread), dtype=bool)
+    typical = np.where(inside, np.abs(spread - np.median(spread[inside])), np.inf).argmin()
+    return {"typical": int(typical), "hardest": int(spread.argmax())}
 
 
 def _line(evidence: Evidence, error: FloatArray) -> Picture:

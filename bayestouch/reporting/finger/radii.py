@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
+from bayestouch.data.sensor import finger_of
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting.differences import error_summary, estimate_errors, load_errors, reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.paper_fits import PaperFits
-from bayestouch.reporting.point_fits import PointFits, fit_points, model_finger
+from bayestouch.reporting.finger.paper_fits import PaperFits
+from bayestouch.reporting.finger.point_fits import PointFits, fit_points, model_finger
 from bayestouch.reporting.trust import reference_ranks
 
 #: Two tips are distinguished where the right answer is given at this share of touches, in %.
@@ -148,4 +149,4 @@ def _r_c(composite_mm: float, outer_mm: float) -> float | None:
 
 
 def _outer_radius(evidence: Evidence) -> float:
-    return float(evidence.sensor.finger.outer_radius_mm)
+    return float(finger_of(evidence.sensor).outer_radius_mm)

@@ -1,4 +1,4 @@
-"""Where a touch is read to be, against where it was: pads, and fingers along their surface."""
+"""Where a touch on a pad is read to be, against where it was."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.reporting.differences import error_summary
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
@@ -32,9 +32,7 @@ def reference_locations(evidence: Evidence) -> FloatArray:
 
 def element_places(evidence: Evidence) -> FloatArray:
     """Where the elements of a pad lie, mm, (m, D): as calibrated where that is part of the calibration."""
-    body, mode = evidence.sensor.body, evidence.calibration.mode
-    assert isinstance(body, Pad)
-    nominal = {"x": body.element_x_mm, "y": body.element_y_mm}
+    nominal, mode = pad_of(evidence.sensor).places_mm, evidence.calibration.mode
     columns = []
     for axis in axes_of(evidence.posteriors):
         name = next((key for key in (f"{axis}_s", axis) if key in mode), None)

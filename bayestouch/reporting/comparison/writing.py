@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bayestouch.comparison.plots import by_parameter, draw_parameter
 from bayestouch.output.files import PAGE, write_numbers, write_pictures, write_text
 from bayestouch.output.pictures import Picture, canvas, drawing, element_ticks, rendered
+from bayestouch.reporting.comparison.plots import by_parameter, draw_parameter
 from bayestouch.reporting.page import new_environment
 
 NUMBERS = "comparison.json"

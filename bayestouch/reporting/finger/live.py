@@ -1,4 +1,4 @@
-"""The sensor to point into: the error to expect at every place, and the touches."""
+"""The finger to point into: the error to expect at every place, and the estimates of its touches."""
 
 from __future__ import annotations
 
@@ -7,20 +7,29 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.output.pictures import BLUE, GREY, ORANGE
-from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_hover
+from bayestouch.output.pictures import BLUE, GREY
+from bayestouch.reporting.live_common import (
+    as_numbers,
+    colour_bar,
+    coloured,
+    highest,
+    lowest,
+    new_figure,
+    touch_dots,
+    touch_to_choose,
+)
+
+#: What is said of a touch under the pointer.
+TIPS = [
+    ("touch", "@touch, @indenter"),
+    ("location θ", "@theta_c_reference{0.0}°, read @theta_c_mean{0.00}° ± @theta_c_sd{0.00}"),
+    ("R", "@R_reference{0.00} mm, read @R_mean{0.00} ± @R_sd{0.00} mm"),
+]
 
 
 def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """The sensor with the error to expect at every place, and the touches on it."""
-    places = numbers["places"]
-    if places["body"] == "finger":
-        return _finger(numbers, source)
-    return _plane(places, source) if "y_mm" in places["by_location"] else _line(places, source)
-
-
-def _finger(numbers: Mapping[str, Any], source: Any) -> Any:
-    from bokeh.models import ColumnDataSource, HoverTool, TapTool
+    """The finger with the error of R to expect at every place, and the touches on it."""
+    from bokeh.models import ColumnDataSource, HoverTool
 
     places = numbers["places"]
     columns = {name: as_numbers(values) for name, values in places["by_location"].items()}
@@ -63,7 +72,7 @@ def _finger(numbers: Mapping[str, Any], source: Any) -> Any:
             (1.22 * outer * np.cos(at)).tolist(),
         )
         dots = touch_dots(plot, "drawn_x", "drawn_y", source)
-        plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "finger"))
+        touch_to_choose(plot, dots, TIPS)
     return plot
 
 
@@ -75,42 +84,23 @@ def _sector(inner: float, outer: float, start: float, end: float, steps: int = 9
     return x.round(4).tolist(), y.round(4).tolist()
 
 
-def _plane(places: Mapping[str, Any], source: Any) -> Any:
-    from bokeh.models import HoverTool, TapTool
+def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
+    """R of every touch over its location."""
+    from bokeh.palettes import Cividis256
+    from bokeh.transform import factor_cmap
 
-    columns = {name: as_numbers(values) for name, values in places["by_location"].items()}
-    x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
-    plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
-    colour = coloured("error_mm", float(columns["error_mm"].max()), float(columns["error_mm"].min()))
-    cells = plot.rect(
-        "x_mm", "y_mm", float(np.diff(x).min()) * 1.02, float(np.diff(y).min()) * 1.02, fill_color=colour,
-        line_color=None, source={name: values.tolist() for name, values in columns.items()},
-    )  # fmt: skip
-    plot.add_tools(
-        HoverTool(
-            renderers=[cells],
-            tooltips=[("place", "@x_mm{0.0}, @y_mm{0.0} mm"), ("error to expect", "@error_mm{0.000} mm"),
-                      ("part of noise", "@noise_mm{0.000} mm"), ("part shared there", "@shared_mm{0.000} mm")],
-        )
-    )  # fmt: skip
-    colour_bar(plot, colour, "rms error (mm)")
-    elements = np.array(places["elements_mm"], dtype=float)
-    plot.scatter(
-        elements[:, 0], elements[:, 1], marker="triangle", size=12, fill_color=None, line_color="#ffffff", line_width=2
+    touches = numbers["touches"]
+    known = any(value is not None for value in touches["parameters"]["theta_c"]["reference"])
+    x, label = (
+        ("theta_c_reference", "reference location θ (degree)")
+        if known
+        else ("theta_c_mean", "location θ, as read (degree)")
     )
-    dots = touch_dots(plot, "x_reference", "y_reference", source, "#ffffff")
-    plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "plane"))
-    return plot
-
-
-def _line(places: Mapping[str, Any], source: Any) -> Any:
-    columns = {name: values for name, values in places["by_location"].items()}
-    plot = new_figure(
-        "location x (mm)", "rms error to expect (mm)", [("x", "@x_mm{0.0} mm"), ("error", "@error_mm{0.000} mm")]
-    )
-    for name, colour, dash, label in (
-        ("error_mm", BLUE, "solid", "error"), ("noise_mm", ORANGE, "dashed", "part of noise"),
-        ("shared_mm", GREY, "dotted", "part shared there"),
-    ):  # fmt: skip
-        plot.line("x_mm", name, source=columns, color=colour, line_dash=dash, line_width=2, legend_label=label)
+    plot = new_figure(label, "posterior mean of R (mm)", [])
+    tips = list(dict.fromkeys(touches["indenter"]))
+    palette = [Cividis256[int(step)] for step in np.linspace(0, 215, len(tips))]
+    dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips))
+    for reference in sorted({value for value in touches["parameters"]["R"]["reference"] if value is not None}):
+        plot.line([lowest(source, x), highest(source, x)], [reference] * 2, line_dash="dotted", color=GREY)
+    touch_to_choose(plot, dots, TIPS)
     return plot

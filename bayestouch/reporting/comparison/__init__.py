@@ -60,7 +60,7 @@ class Comparison(Summarised):
         InputError
             There is no parameter of this name that both have by element.
         """
-        from bayestouch.comparison.plots import plot_compared_parameter
+        from bayestouch.reporting.comparison.plots import plot_compared_parameter
 
         return plot_compared_parameter(self.numbers["parameters"], name, axes)
 
@@ -99,10 +99,10 @@ def compare(
     InputError
         The two are not of a kind, or as `bayestouch.report`.
     """
-    from bayestouch.comparison.numbers import compared
-    from bayestouch.comparison.writing import write_comparison
     from bayestouch.output.files import new_folder
     from bayestouch.reporting import report
+    from bayestouch.reporting.comparison.numbers import compared
+    from bayestouch.reporting.comparison.writing import write_comparison
 
     if isinstance(first, Calibration) is not isinstance(second, Calibration):
         raise InputError("expected two data sets or two calibrations, got one of each")

@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.contact import CONTACT_MODELS, indenter_radius
+from bayestouch.data.sensor import finger_of
 from bayestouch.output.pictures import (
     BLUE,
     GREY,
@@ -26,7 +27,7 @@ from bayestouch.output.pictures import (
 from bayestouch.output.text import number
 from bayestouch.reporting.differences import reference_composite_radius
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.point_fits import fit_points, model_finger
+from bayestouch.reporting.finger.point_fits import fit_points, model_finger
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 FIGURE_12_TIP = 12.3
 
 
-def finger_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
+def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
     """Figures of estimates; none where the touches have no reference."""
     rows = evidence.posteriors.rows
     if np.isfinite(rows.location["theta_c"]).any():
@@ -51,10 +52,20 @@ def finger_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Pic
         yield _radius_by_contact(evidence, table)
 
 
+def example_touches(evidence: Evidence) -> dict[str, int]:
+    """The touch nearest the middle by a tip near that of Figure 12."""
+    posteriors = evidence.posteriors
+    radius = posteriors.rows.radius_mm
+    tip = np.where((radius > 0) & np.isfinite(radius), np.abs(radius - FIGURE_12_TIP), np.inf)
+    near = tip == tip.min()
+    angle = posteriors.mean("theta_c")
+    return {"typical": int(np.where(near, np.abs(angle - np.median(angle)), np.inf).argmin())}
+
+
 def _by_location(evidence: Evidence, tip: float) -> Picture:
     """Figure 12's form: r_c of one tip against location."""
     posteriors = evidence.posteriors
-    outer = float(evidence.sensor.finger.outer_radius_mm)
+    outer = float(finger_of(evidence.sensor).outer_radius_mm)
     known = np.isfinite(posteriors.rows.location["theta_c"])
     these = np.flatnonzero((posteriors.rows.radius_mm == tip) & known)
     angle = posteriors.rows.location["theta_c"][these]
@@ -124,7 +135,7 @@ def _contact(evidence: Evidence) -> str:
 def _all_tips(evidence: Evidence) -> Picture:
     """Figure 13's form, in R: every tip against location."""
     posteriors = evidence.posteriors
-    outer = float(evidence.sensor.finger.outer_radius_mm)
+    outer = float(finger_of(evidence.sensor).outer_radius_mm)
     radius, angle = posteriors.rows.radius_mm, posteriors.rows.location["theta_c"]
     mean = posteriors.mean("R")
     tips = known_indenters(radius)
@@ -190,7 +201,7 @@ def _radius_by_contact(evidence: Evidence, table: list[dict[str, Any]]) -> Pictu
     with drawing():
         figure, axes = canvas(4.6)
         ax = axes[0, 0]
-        end = float(evidence.sensor.finger.outer_radius_mm)
+        end = float(finger_of(evidence.sensor).outer_radius_mm)
         ax.plot([0, end], [0, end], ":", color=RED, lw=1.8, label="actual")
         for contact, colour, marker in zip(CONTACT_MODELS, PALETTE[2:], "sD^", strict=False):
             estimate = [row["fits"][contact]["model"]["R_mm"] for row in table]
