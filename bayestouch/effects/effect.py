@@ -198,9 +198,3 @@ class Effect:
             )
             for each in self.parameters
         )
-
-
-def mean_place(setting: Setting) -> float:
-    """Middle of the first coordinate touched."""
-    low, high = setting.place_range[0]
-    return 0.5 * (low + high)

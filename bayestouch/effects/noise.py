@@ -14,6 +14,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,11 +95,9 @@ class CommonModeNoise(NoiseEffect):
         present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
         own = self.own(scatter, values)
-        u = np.where(present, size / np.sqrt(own), 0.0)
-        w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
-        length2 = (u * u).sum(axis=1)
-        squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
-        volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
+        covariance = DiagonalPlusRankOne(np.sqrt(own), np.where(present, size, 0.0))
+        squares = covariance.squared_distance(np.where(present, scatter.z, 0.0))
+        volume = covariance.shared_log_determinant + (np.log(own) * present).sum(axis=1)
         return np.asarray(-0.5 * (squares + volume))
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:

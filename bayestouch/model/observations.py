@@ -120,7 +120,7 @@ def history_of(touches: Touches, time_s: FloatArray) -> History:
 
 
 @dataclass(frozen=True, eq=False)
-class PlainRows:
+class UntimedTouches:
     """Touches of which only the number counts: for effects that are the same whenever a touch is made.
 
     Attributes

@@ -13,7 +13,7 @@ from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.priors.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
-from bayestouch.sampling.laplace import whiten_rank_one
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
@@ -93,7 +93,8 @@ def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, no
     sd = noise.mean_sd(np.full((n, m), samples), np.zeros((n, m)))
     # The load of a calibration touch is measured with an error that moves all elements together.
     by_load = chain.predict(touches.radius_mm, touches.angle, touches.load) / touches.load[:, None]
-    white = whiten_rank_one(rows, sd, by_load * design.force_noise_sd / np.sqrt(samples)).reshape(len(rows), -1)
+    covariance = DiagonalPlusRankOne(sd, by_load * design.force_noise_sd / np.sqrt(samples))
+    white = covariance.whiten(rows).reshape(len(rows), -1)
     information = white @ white.T + np.diag(_prior_precision(built, chain))
     scale = np.sqrt(np.diag(information))
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale))
