@@ -19,8 +19,8 @@ from typing import Any
 
 import numpy as np
 from _page import RELIABILITY, docs_of, markdown_table, put_into_page
-from _paper import indenter, paper_design
 from _published import figure, options, plain_ticks, save
+from nicolson_fearing.paper_design import indenter, paper_design
 from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 from bayestouch.reliability import (

@@ -36,6 +36,12 @@ PICTURES: dict[str, tuple[str, ...]] = {
 }
 
 
+def script(study: str) -> Path:
+    """The file of a study: here, or among those of the paper."""
+    here = STUDIES / f"{study}.py"
+    return here if here.exists() else STUDIES / "nicolson_fearing" / here.name
+
+
 def make(study: str, folder: Path = FOLDER) -> None:
     """Run a study and keep its pictures.
 
@@ -47,7 +53,7 @@ def make(study: str, folder: Path = FOLDER) -> None:
         It made another picture than it is listed with: its data are absent.
     """
     with TemporaryDirectory() as new:
-        subprocess.run([sys.executable, str(STUDIES / f"{study}.py"), new], check=True)
+        subprocess.run([sys.executable, str(script(study)), new], check=True)
         for name in PICTURES[study]:
             shutil.copy(Path(new) / f"{name}.png", folder)
 

@@ -8,12 +8,21 @@ from pathlib import Path
 from types import ModuleType
 
 STUDIES = Path(__file__).parents[1] / "studies"
+PAPER = STUDIES / "nicolson_fearing"
+#: Studies that can be run, by their paths below studies/ without the ending.
+SCRIPTS = sorted(
+    path.relative_to(STUDIES).with_suffix("").as_posix()
+    for folder in (STUDIES, PAPER)
+    for path in folder.glob("[!_]*.py")
+    if '__name__ == "__main__"' in path.read_text("utf-8")
+)
 
 
 def study(name: str) -> ModuleType:
     """A study as a module, by its path below studies/ without the ending."""
-    if str(STUDIES) not in sys.path:  # studies import each other and small modules of their own
-        sys.path.append(str(STUDIES))
+    for folder in (STUDIES, PAPER):  # studies import each other and small modules of their own
+        if str(folder) not in sys.path:
+            sys.path.append(str(folder))
     path = STUDIES / f"{name}.py"
     spec = importlib.util.spec_from_file_location(f"study_{name.replace('/', '_')}", path)
     assert spec is not None

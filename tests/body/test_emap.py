@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import runpy
-from pathlib import Path
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from study_modules import study
 
 from bayestouch.body.annulus import radial_strain_response
 from bayestouch.body.emap import (
@@ -25,7 +23,6 @@ from bayestouch.errors import InputError
 BODY = {"core_radius_mm": 9.4, "outer_radius_mm": 12.7}
 FINGER = BODY | {"sensing_radius_mm": 10.3, "poisson_ratio": 0.46}
 ELEMENTS = -66 + 8.8 * np.arange(16)
-STUDY = Path(__file__).parents[2] / "studies" / "condition_numbers.py"
 
 
 def _edge_touches(n_touches: int, n_coefficients: int) -> np.ndarray:
@@ -136,8 +133,8 @@ def test_what_lies_above_the_highest_coefficient_is_folded_down() -> None:
 
 def test_condition_numbers_of_the_paper() -> None:
     """Which settings give about 2.7 (model) and 3.3 (empirical): the study's main lines."""
-    study = runpy.run_path(str(STUDY))
-    model, empirical = study["model_condition"], study["empirical_condition"]
+    conditions = study("nicolson_fearing/condition_numbers")
+    model, empirical = conditions.model_condition, conditions.empirical_condition
     # All around and n_c = 15, with Table 1's spread of elements: 2.6.
     assert 2.5 < np.median([model("41 all around", 15, seed) for seed in range(20)]) < 2.75
     # The 16 elements of the arc need n_c of 20 or more to be well conditioned at all.

@@ -199,7 +199,7 @@ def test_floor_and_lack_of_fit_of_one_element_have_one_yardstick() -> None:
 def test_the_papers_finger_whose_maps_are_off_is_not_called_explained(monkeypatch: pytest.MonkeyPatch) -> None:
     """A drift follows it from touch to touch, and its lack of fit on held-out touches is 1.49."""
     monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "studies"), *sys.path])
-    from _paper import paper_design, with_map_errors
+    from nicolson_fearing.paper_design import paper_design, with_map_errors
 
     design = paper_design(touch_radii_mm=(1.59, 6.01, 12.3, 25.25), gain_spread=0.3, depth_spread_mm=0.2)
     data = with_map_errors(bayestouch.simulate(design, seed=1), 2.06, 1)

@@ -37,7 +37,7 @@ def is_drawn(path: Path) -> bool:
 
 def test_noise_row(tmp_path: Path) -> None:
     """The paper's location row wants a modulus near 0.15 MPa, its radius row one near 0.1; and the bound is a bound."""
-    results = study("noise_row").main(1, tmp_path)
+    results = study("nicolson_fearing/noise_row").main(1, tmp_path)
     bound, sds = results[0.15]
     assert bound[0] == pytest.approx(0.14, abs=0.01)
     assert results[0.1][0][2] == pytest.approx(0.79, abs=0.08)
@@ -78,7 +78,7 @@ def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[st
 
 def test_table_3_modulus() -> None:
     """One soft modulus explains the Hertz columns, and predicts the rest of the paper that depends on it."""
-    found = study("table_3_modulus").main(small=True)
+    found = study("nicolson_fearing/table_3_modulus").main(small=True)
     low, high = found.posterior.interval()
     assert 0.035 < low < 0.054 < high < 0.08
     # The first look of 0.5 mm; five simulated tables leave their mean uncertain by 0.05 mm.
@@ -93,7 +93,7 @@ def test_table_3_modulus() -> None:
 
 def test_table_3_residual(tmp_path: Path) -> None:
     """What the authors' model squeezes explains both ends of the frictionless columns; finite strain, Table 1 alone."""
-    module = study("table_3_residual")
+    module = study("nicolson_fearing/table_3_residual")
     found = module.main(small=True, folder=tmp_path)
     base, finite = found.effects[module.LINEAR_NAME], found.effects[module.FINITE]
     assert found.printed["hertz"] == pytest.approx(1.53, abs=0.005)  # of the printed numbers alone
@@ -117,7 +117,7 @@ def test_table_3_residual(tmp_path: Path) -> None:
 
 def test_figure_4(tmp_path: Path) -> None:
     """Both printed numbers of the figure want one modulus, if the square is averaged over the circumference."""
-    module = study("figure_4")
+    module = study("nicolson_fearing/figure_4")
     rows = {row.key: row for row in module.main(small=True, folder=tmp_path)}
     by_noise, by_radius = module.modulus_for(360.0, "layer")
     # 3.7 and 0.16 are rounded: to 1.4 % and 3 %, which is 0.001 and 0.002 MPa
@@ -134,7 +134,7 @@ def by_key(rows: list[Beside]) -> dict[str, Beside]:
 
 def test_table_1(tmp_path: Path) -> None:
     """Flats by Hertz fit worse by what the modulus of Table 3 implies; the errors that were put in come out."""
-    rows = by_key(study("table_1").main(small=True, folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/table_1").main(small=True, folder=tmp_path))
     # one finger: its errors of 16 elements, smooth over 9°, leave a mean uncertain by a tenth
     assert rows["table_1.error.avg"].ours == pytest.approx(2.16, rel=0.15)
     assert rows["flat_fit.hertz"].ours == pytest.approx(4.2, abs=0.5)
@@ -145,7 +145,7 @@ def test_table_1(tmp_path: Path) -> None:
 
 def test_table_2(tmp_path: Path) -> None:
     """The identified map keeps the errors of places, and its elements are as well conditioned as the fitted model's."""
-    rows = by_key(study("table_2").main(small=True, folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/table_2").main(small=True, folder=tmp_path))
     assert rows["table_2.error.avg"].ours == pytest.approx(1.41, abs=0.1)
     assert 1 < rows["condition_number.model"].ours < rows["condition_number.empirical"].ours < 6
     assert is_drawn(tmp_path / "table_2.png")
@@ -153,7 +153,7 @@ def test_table_2(tmp_path: Path) -> None:
 
 def test_table_3(tmp_path: Path) -> None:
     """Hertz reads blunt tips far too sharp, as printed; the approximate frictionless model does not."""
-    rows = by_key(study("table_3").main(small=True, folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/table_3").main(small=True, folder=tmp_path))
     for calibration in ("model", "empirical"):
         hertz = rows[f"table_3[12.30].hertz_{calibration}"]
         # errors of places leave a mean over 40° uncertain by 0.3 mm, the modulus by 0.3 mm
@@ -165,7 +165,7 @@ def test_table_3(tmp_path: Path) -> None:
 
 def test_table_4(tmp_path: Path) -> None:
     """Location and noise add up to the total; averages of the empirical calibration are nearly as good as printed."""
-    rows = by_key(study("table_4").main(small=True, folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/table_4").main(small=True, folder=tmp_path))
     for name in ("theta_c", "P", "R"):
         total, location, noise = (rows[f"table_4.model.{part}.{name}"].ours for part in ("total", "location", "noise"))
         # fits to samples are not linear near edge and flat
@@ -177,7 +177,7 @@ def test_table_4(tmp_path: Path) -> None:
 
 def test_figure_2(tmp_path: Path) -> None:
     """One depth of the elements gives both cut-offs as printed."""
-    rows = by_key(study("figure_2").main(folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/figure_2").main(folder=tmp_path))
     assert all(rows[key].agrees for key in ("cutoff.deep", "cutoff.shallow", "rolloff.displacement"))
     assert rows["rolloff.strain_at_least"].ours > 100
     assert is_drawn(tmp_path / "figure_2.png")
@@ -185,14 +185,14 @@ def test_figure_2(tmp_path: Path) -> None:
 
 def test_figure_3(tmp_path: Path) -> None:
     """All neighbours' strains differ by more than the noise up to the frequency that the paper names."""
-    rows = by_key(study("figure_3").main(folder=tmp_path))
+    rows = by_key(study("nicolson_fearing/figure_3").main(folder=tmp_path))
     assert rows["figure_3.distinct_at"].agrees
     assert is_drawn(tmp_path / "figure_3.png")
 
 
 def test_figure_6(tmp_path: Path) -> None:
     """The rigid core bears more load at the same width, and narrows the contact of the same load."""
-    module = study("figure_6")
+    module = study("nicolson_fearing/figure_6")
     module.main(folder=tmp_path)
     for contact in module.contacts().values():
         assert contact.load_share > 1
@@ -205,8 +205,8 @@ def test_figure_6(tmp_path: Path) -> None:
 
 def test_figures_9_and_10(tmp_path: Path) -> None:
     """The identified map fits the tails, where the elastic model is as wrong as near the element."""
-    model = study("figure_9").main(folder=tmp_path).errors_percent()
-    empirical = study("figure_10").main(folder=tmp_path).errors_percent()
+    model = study("nicolson_fearing/figure_9").main(folder=tmp_path).errors_percent()
+    empirical = study("nicolson_fearing/figure_10").main(folder=tmp_path).errors_percent()
     assert empirical[1] < 1.8 < model[1]
     for name in ("figure_9", "figure_10"):
         assert is_drawn(tmp_path / f"{name}.png")
@@ -214,7 +214,7 @@ def test_figures_9_and_10(tmp_path: Path) -> None:
 
 def test_figure_12(tmp_path: Path) -> None:
     """Samples scatter less than the bias at many locations, and more at some than at others."""
-    module = study("figure_12")
+    module = study("nicolson_fearing/figure_12")
     module.main(folder=tmp_path)
     found = module.ByLocation.of(module.paper_run(0), "model")
     assert 0.15 < found.within_bias() < 0.7
@@ -224,7 +224,7 @@ def test_figure_12(tmp_path: Path) -> None:
 
 def test_figure_13(tmp_path: Path) -> None:
     """Tips come out in order everywhere and err alike if errors belong to the place, and not if they do not repeat."""
-    module = study("figure_13")
+    module = study("nicolson_fearing/figure_13")
     module.main(small=True, folder=tmp_path)
     runs = {True: module.paper_run(0), False: module.PaperRun.of(0, repeats=False)}
     radii = {repeats: module.estimates(run, "empirical")[1] for repeats, run in runs.items()}
@@ -235,7 +235,7 @@ def test_figure_13(tmp_path: Path) -> None:
 
 def test_every_published_number_has_its_own(tmp_path: Path) -> None:
     """The comparison holds them all, and most differences are those that the paper's own notes explain."""
-    found = study("compare_published").main(small=True, folder=tmp_path)
+    found = study("nicolson_fearing/compare_published").main(small=True, folder=tmp_path)
     assert len(found.rows) == len(list(published.all_numbers()))
     assert all(np.isfinite(row.ours) or row.why for row in found.rows)
     assert all(row.why for row in found.predicted if not row.agrees)
@@ -256,7 +256,7 @@ def test_design_questions(tmp_path: Path) -> None:
 
 def test_distinguishability() -> None:
     """The noise of Table 1 allows finer distinctions than Table 4's noise in R, which the paper goes by."""
-    module = study("distinguishability")
+    module = study("nicolson_fearing/distinguishability")
     rows = {row.key: row for row in module.main(small=True)}
     assert 0.5 < rows["radius_error.distinguishable"].ours < 1.5
     assert rows["radius_error.level"].ours > 95
@@ -267,7 +267,7 @@ def test_distinguishability() -> None:
 
 def test_sweet_spots(tmp_path: Path) -> None:
     """Errors are as large as predicted, and where the model misses something their sign is predicted too."""
-    by_size, by_sign, _ = study("sweet_spots").main(small=True, folder=tmp_path)
+    by_size, by_sign, _ = study("nicolson_fearing/sweet_spots").main(small=True, folder=tmp_path)
     # 51 errors that neighbours and tips share: a root mean square is good to a quarter or so
     assert 0.6 < by_size[0].ratio < 1.5
     assert by_sign[0].score.r_squared > 0.2
@@ -278,7 +278,7 @@ def test_sweet_spots(tmp_path: Path) -> None:
 
 def test_sweet_spots_of_places(tmp_path: Path) -> None:
     """What edges leave over at a place foretells the bias of other tips there, and nothing where nothing is missing."""
-    found = study("sweet_spots_of_places").main(small=True, folder=tmp_path)
+    found = study("nicolson_fearing/sweet_spots_of_places").main(small=True, folder=tmp_path)
     both, none = found["of both"][0], found["none"][0]
     assert both.score.r_squared > 0.5
     assert both.seen.shared > 0.6
@@ -300,7 +300,7 @@ def test_sweet_spots_of_a_measured_pad() -> None:
 
 def test_ridge(tmp_path: Path) -> None:
     """Near the core the gain trades with depth and with σ; the response, which touches fix, does not."""
-    module = study("ridge")
+    module = study("nicolson_fearing/ridge")
     found = module.main(draws=1000, folder=tmp_path)["sparse, near the core"]
     gain, response = module.summary(found, "gain"), module.summary(found, "response")
     assert response[0] < gain[0] / 5
@@ -432,7 +432,7 @@ def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
 
 def test_table_3_diagnosis() -> None:
     """The rigid core is named first where Hertz was calibrated, and R is read without bias once it is there."""
-    found = study("table_3_diagnosis").main(small=True)
+    found = study("nicolson_fearing/table_3_diagnosis").main(small=True)
     assert found.diagnosis.effects[0] == "rigid_core"
     share = found.diagnosis.to_dict()["effects"][0]["parameters"]["rigid_core_share"]
     # One is the contact that the tips were pressed with; four sd of the normal approximation.

@@ -9,12 +9,14 @@ import sys
 from pathlib import Path
 
 import pytest
-from study_modules import STUDIES
+from study_modules import SCRIPTS, STUDIES
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", STUDIES.parents[1] / "shared"))
 
 #: Within some three seconds of processor time; the others are slow tests.
-QUICK = ("noise_row", "figure_2", "figure_3", "figure_6", "figure_9", "figure_10")
+QUICK = tuple(
+    f"nicolson_fearing/{name}" for name in ["noise_row", "figure_2", "figure_3", "figure_6", "figure_9", "figure_10"]
+)
 #: Print alone, or write files that their options name.
 NO_FOLDER = {
     *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
@@ -35,7 +37,7 @@ DATA = {
     "practice_diagnosis": "practice",
     "sweet_spots_measured": "measured",
 }
-NAMES = sorted(path.stem for path in STUDIES.glob("[!_]*.py") if path.stem not in NO_FOLDER)
+NAMES = [name for name in SCRIPTS if name not in NO_FOLDER]
 
 
 @pytest.mark.parametrize(

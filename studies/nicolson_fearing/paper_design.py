@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from nicolson_fearing.paper_finger import DESIGN
 from scipy.special import ndtri
 
 from bayestouch import Calibration, calibrate
@@ -16,6 +15,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.finger.fit import fit_finger
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.simulation import FingerDesign, SimulatedDataSet
+from nicolson_fearing.paper_finger import DESIGN
 
 #: MPa: posterior mean and 90 % interval that `table_3_modulus.py` prints; the paper prints no modulus.
 SHEAR_MODULUS = 0.054

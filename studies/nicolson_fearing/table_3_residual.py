@@ -6,7 +6,7 @@ elements at 10.3 mm on average that were designed at 9.9 mm. Here each effect th
 own, with the modulus and the squeeze of the authors' approximate model inferred anew, and compared by what it leaves of
 Table 3 (root mean square in R over nine tips and both calibrations) and by its evidence.
 
-    python studies/table_3_residual.py [folder for pictures] [--small]
+    python studies/nicolson_fearing/table_3_residual.py [folder for pictures] [--small]
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import _path  # noqa: F401
 import numpy as np
 from _published import figure, options, plain_ticks, save
+
+from bayestouch.paper.published import TABLE_1, number
 from nicolson_fearing.paper_finger import CALIBRATIONS, TIPS_MM
 from nicolson_fearing.simulated_fits import HERTZ, SimulatedFits, simulate_fits
 from nicolson_fearing.table_3_effects import (
@@ -35,8 +38,6 @@ from nicolson_fearing.table_3_effects import (
     rms_of,
     table_3,
 )
-
-from bayestouch.paper.published import TABLE_1, number
 
 LOAD_N_PER_MM = number("touches.load").value / 1000
 #: The modulus at which both numbers of Figure 4 come out as printed (`figure_4.py`): the one the authors had.

@@ -18,13 +18,10 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _foretold import Foretold
 from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
-from _paper import calibrated, indenter, paper_design, with_map_errors, with_place_errors
 from _published import figure, options, rms, save
-from nicolson_fearing.paper_finger import MISFIT_PERCENT
-from sweet_spots import CALIBRATORS, SHARED, as_model, interval, read
 
 from bayestouch import load_dataset, simulate
 from bayestouch.data.averages import average
@@ -36,6 +33,10 @@ from bayestouch.reliability import (
     shared_by_indenters,
 )
 from bayestouch.simulation import SimulatedDataSet
+from nicolson_fearing.foretold import Foretold
+from nicolson_fearing.paper_design import calibrated, indenter, paper_design, with_map_errors, with_place_errors
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
+from nicolson_fearing.sweet_spots import CALIBRATORS, SHARED, as_model, interval, read
 
 SEEDS = (0, 1, 2)
 
@@ -166,4 +167,4 @@ if __name__ == "__main__":
     docs, arguments = docs_of(sys.argv[1:])
     kinds = main(*options(__doc__, arguments))
     if docs:
-        put_into_page("sweet_spots_of_places.py", for_the_page(kinds), RELIABILITY)
+        put_into_page("nicolson_fearing/sweet_spots_of_places.py", for_the_page(kinds), RELIABILITY)

@@ -9,13 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import PaperRun, paper_run, put_in
 from _published import figure, options, print_beside, save
-from nicolson_fearing.paper_finger import CALIBRATIONS, PaperCalibration
 
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_finger import CALIBRATIONS, PaperCalibration
+from nicolson_fearing.paper_run import PaperRun, paper_run, put_in
 
 TIP = published.number("figure_12.r_c").value
 

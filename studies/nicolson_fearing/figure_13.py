@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import PaperRun, indenter_rows, paper_run, runs
 from _published import figure, options, print_beside, save
-from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 from bayestouch.contact import composite_radius
 from bayestouch.paper import published
 from bayestouch.reliability import Beside, shared_by_indenters
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
+from nicolson_fearing.paper_run import PaperRun, indenter_rows, paper_run, runs
 
 TIPS = tuple(n.value for n in published.all_numbers() if n.key.startswith("figure_13.r_c["))
 

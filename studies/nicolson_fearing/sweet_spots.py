@@ -25,12 +25,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import _path  # noqa: F401
 import numpy as np
-from _foretold import Foretold
 from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
-from _paper import calibrated, indenter, paper_design, with_map_errors
 from _published import figure, options, save
-from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 from bayestouch import infer, load_dataset, simulate
 from bayestouch.chain.noise import Noise
@@ -52,13 +50,16 @@ from bayestouch.reliability import (
     variance_split,
 )
 from bayestouch.results.objects import Calibration
+from nicolson_fearing.foretold import Foretold
+from nicolson_fearing.paper_design import calibrated, indenter, paper_design, with_map_errors
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 SEEDS = (0, 1, 2, 3, 4)
 CALIBRATORS = (0.0, np.inf)
 # Few calibration touches, so that what they leave open is not lost in the noise of a mean of 20.
 FEW = {"edge_step_deg": 12.0, "flat_step_deg": 24.0}
 MANY = {"edge_step_deg": 3.0, "flat_step_deg": 6.0}
-SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
+SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[3] / "shared"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -355,4 +356,4 @@ if __name__ == "__main__":
     docs, arguments = docs_of(sys.argv[1:])
     answers = main(*options(__doc__, arguments))
     if docs:
-        put_into_page("sweet_spots.py", for_the_page(*answers), RELIABILITY)
+        put_into_page("nicolson_fearing/sweet_spots.py", for_the_page(*answers), RELIABILITY)

@@ -10,14 +10,15 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import PaperRun, over_fingers, paper_run, put_in, runs
 from _published import figure, options, print_beside, save
 
 from bayestouch.paper import published
 from bayestouch.paper.simplex import table_1
 from bayestouch.paper.simplex.elements import WINDOW_DEG
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_run import PaperRun, over_fingers, paper_run, put_in, runs
 
 QUANTITIES = {
     "sigma": ("poisson_ratio", "σ"),

@@ -9,16 +9,17 @@ from __future__ import annotations
 from pathlib import Path
 from time import perf_counter
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, rms, save
-from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 from bayestouch.contact import composite_radius
 from bayestouch.paper import published
 from bayestouch.paper.published import TABLE_3
 from bayestouch.paper.simplex import fit_touch
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
+from nicolson_fearing.paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {

@@ -17,12 +17,11 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
 from _page import RELIABILITY, docs_of, markdown_table, put_into_page
-from _paper import SHEAR_MODULUS, indenter, paper_design
 from _published import Beside, figure, options, plain_ticks, print_beside, save
 from figure_4 import deep_finger
-from nicolson_fearing.paper_finger import MISFIT_PERCENT
 from scipy.special import ndtr, ndtri
 
 from bayestouch.contact import indenter_radius
@@ -40,6 +39,8 @@ from bayestouch.reliability import (
 )
 from bayestouch.reliability.paper_criterion import SPANS_DEG
 from bayestouch.simulation import FingerDesign
+from nicolson_fearing.paper_design import SHEAR_MODULUS, indenter, paper_design
+from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
 TIPS = (0.0, *(row.r_c for row in TABLE_3), np.inf)
 PLACES = {"between elements": 0.0, "quarter way": 2.2, "above an element": 4.4}
@@ -275,4 +276,4 @@ if __name__ == "__main__":
     docs, arguments = docs_of(sys.argv[1:])
     main(*options(__doc__, arguments))
     if docs:
-        put_into_page("distinguishability.py", for_the_page(), RELIABILITY)
+        put_into_page("nicolson_fearing/distinguishability.py", for_the_page(), RELIABILITY)

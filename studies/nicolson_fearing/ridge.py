@@ -7,7 +7,7 @@ touches, and one with its elements closer to the core, few touches and wide prio
 some two standard deviations away from the mode: the depths have a prior each, and the further out they lie the more
 room each has.
 
-    python studies/ridge.py [FOLDER] [--small] [--no-pictures]
+    python studies/nicolson_fearing/ridge.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
 from _published import figure, options, plain_ticks, save
 

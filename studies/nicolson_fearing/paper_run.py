@@ -17,9 +17,6 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
 import numpy as np
-from _paper import drawn_modulus, paper_design, with_map_errors, with_place_errors
-from nicolson_fearing.many_fits import ContactEstimates, fit_many_touches
-from nicolson_fearing.paper_finger import PaperCalibration, PaperFinger
 
 from bayestouch import simulate
 from bayestouch.contact import composite_radius
@@ -29,6 +26,9 @@ from bayestouch.paper import published
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reliability import Beside
 from bayestouch.simulation import SimulatedDataSet
+from nicolson_fearing.many_fits import ContactEstimates, fit_many_touches
+from nicolson_fearing.paper_design import drawn_modulus, paper_design, with_map_errors, with_place_errors
+from nicolson_fearing.paper_finger import PaperCalibration, PaperFinger
 
 #: % of the peak; see the module. Table 2 keeps the second, Table 1 both.
 MAP_ERROR, PLACE_ERROR = 2.9, 1.57

@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import put_in
 from _published import figure, options, plain_ticks, print_beside, save
-from nicolson_fearing.paper_finger import DESIGN
 from scipy.optimize import brentq
 
 from bayestouch.body.frequency import cut_off, frequency_response_db
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_finger import DESIGN
+from nicolson_fearing.paper_run import put_in
 
 OUTER = DESIGN.outer_radius_mm
 DEPTHS = ("deep", "shallow")

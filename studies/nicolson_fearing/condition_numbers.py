@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
 from _published import figure, options, plain_ticks, save
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, save
 
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_run import PaperRun, over_fingers, put_in, runs
 
 COLUMNS = ("min", "avg", "max")
 WHY = "the paper's elements differ more among themselves; here all have errors of one size"

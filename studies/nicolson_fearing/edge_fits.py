@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from _paper_run import PaperRun, paper_run
 from _published import figure, rms, save
-from nicolson_fearing.paper_finger import PaperCalibration
 
 from bayestouch.paper import published
 from bayestouch.paper.simplex.elements import WINDOW_DEG
+from nicolson_fearing.paper_finger import PaperCalibration
+from nicolson_fearing.paper_run import PaperRun, paper_run
 
 
 @dataclass(frozen=True)

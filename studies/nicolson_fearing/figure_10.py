@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from _edge_fits import EdgeFit, edge_figure
+import _path  # noqa: F401
 from _published import options
+
+from nicolson_fearing.edge_fits import EdgeFit, edge_figure
 
 ELEMENT = 2
 

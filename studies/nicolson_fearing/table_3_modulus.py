@@ -6,7 +6,7 @@ calibrate the finger in both of their ways, the layer's contact presses nine tip
 and the modulus inferred. The posterior then predicts the 4.2 % and 2.2 % of section 3.1, the two numbers read off
 Figure 4, and the noise row of Table 4.
 
-    python studies/table_3_modulus.py [folder for pictures] [--small]
+    python studies/nicolson_fearing/table_3_modulus.py [folder for pictures] [--small]
 """
 
 from __future__ import annotations
@@ -17,8 +17,12 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import _path  # noqa: F401
 import numpy as np
 from _published import Beside, figure, options, plain_ticks, print_beside, rms, save
+
+from bayestouch.contact import composite_radius, indenter_radius
+from bayestouch.paper.published import number
 from nicolson_fearing.modulus import ModulusPosterior
 from nicolson_fearing.paper_finger import CALIBRATIONS, TIPS_MM, PaperFinger, simulated
 from nicolson_fearing.published_fits import R_B, BiasCurves, bias_curves, infer_from_table_3, printed
@@ -29,9 +33,6 @@ from nicolson_fearing.published_predictions import (
     flat_from_edge_noise,
     noise_row,
 )
-
-from bayestouch.contact import composite_radius, indenter_radius
-from bayestouch.paper.published import number
 
 MODULI = np.array([0.03, 0.04, 0.05, 0.06, 0.08, 0.1, 0.15, 0.2])
 SMALL_MODULI = np.array([0.04, 0.07])

@@ -5,7 +5,7 @@ deviations of 0.14 degree, 9.6 N/m and 0.79 mm about each location's mean (model
 Cramér-Rao bound and the rms posterior standard deviation of the same design, over the shear modulus, which the paper
 does not print.
 
-    python studies/noise_row.py [FOLDER] [--small] [--no-pictures]
+    python studies/nicolson_fearing/noise_row.py [FOLDER] [--small] [--no-pictures]
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pathlib import Path
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import _path  # noqa: F401
 import numpy as np
 from _published import figure, options, plain_ticks, save
 

@@ -11,14 +11,15 @@ from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper import MODULUS_INTERVAL, SHEAR_MODULUS
 from _published import Beside, figure, options, plain_ticks, print_beside, save
 
 from bayestouch.body.frequency import sensing_radius_for_cut_off
 from bayestouch.paper import published
 from bayestouch.reliability import Annulus, smallest_radius, strain_difference, tolerable_noise
 from bayestouch.reliability.paper_criterion import SPANS_DEG
+from nicolson_fearing.paper_design import MODULUS_INTERVAL, SHEAR_MODULUS
 
 MODULI = (0.03, 0.045, 0.054, 0.065, 0.1, 0.15, 0.3)
 # The typical noise of the sensor, from Table 1: % of the peak.

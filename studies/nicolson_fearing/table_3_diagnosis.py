@@ -5,7 +5,7 @@ without end. `bayestouch.diagnose` is told nothing else. The paper calibrated wi
 contact; here tips of every radius are among the touches that are fitted, so that the modulus takes up a part of the
 core before anything is traced, and the bias before is smaller than the printed one.
 
-    python studies/table_3_diagnosis.py [FOLDER] [--small] [--no-pictures] [--page PAGE]
+    python studies/nicolson_fearing/table_3_diagnosis.py [FOLDER] [--small] [--no-pictures] [--page PAGE]
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ import argparse
 from dataclasses import dataclass
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
 from _page import write_between
-from _paper import paper_design
 from _published import OUTPUT, figure, plain_ticks, save
 
 import bayestouch
 from bayestouch.diagnosis.traced import EvaluatedModel
 from bayestouch.paper.published import TABLE_3
+from nicolson_fearing.paper_design import paper_design
 
-MARK = "<!-- made by studies/table_3_diagnosis.py -->"
+MARK = "<!-- made by studies/nicolson_fearing/table_3_diagnosis.py -->"
 #: Errors of the page: key, name, format, factor.
 SHOWN = (
     ("prediction_error_percent_peak", "prediction error, % of peak", ".2f", 1),

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper_run import TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 from _published import figure, options, print_beside, save
-from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
 
 from bayestouch.contact import indenter_radius
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, PaperCalibration
+from nicolson_fearing.paper_run import TABLE_4_TIPS, PaperRun, over_fingers, put_in, runs
 
 PARTS = ("total", "location", "noise")
 NAMES = {"theta_c": ("angle_deg", "θ_c (degree)"), "P": ("load", "P (N/m)"), "R": ("composite_radius_mm", "R (mm)")}

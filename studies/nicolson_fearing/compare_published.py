@@ -2,8 +2,8 @@
 
 Each row comes from the study of its table or figure, run on the same simulated fingers; nothing on our side is typed.
 
-    python studies/compare_published.py [FOLDER for pictures] [--small]      writes published_comparison.md there
-    python studies/compare_published.py --docs                               rewrites the page of the documentation
+    python studies/nicolson_fearing/compare_published.py [FOLDER] [--small]      writes published_comparison.md there
+    python studies/nicolson_fearing/compare_published.py --docs                  rewrites the page of the documentation
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+import _path  # noqa: F401
 import distinguishability
 import figure_2
 import figure_3
@@ -23,16 +24,16 @@ import table_1
 import table_2
 import table_3
 import table_4
-from _paper import SHEAR_MODULUS, paper_design
-from _paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs
 from _published import OUTPUT
 
 from bayestouch.paper import published
 from bayestouch.reliability import Beside, PublishedComparison
 from bayestouch.reliability.paper_criterion import NOISE_FACTOR
 from bayestouch.simulation import FingerDesign
+from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design
+from nicolson_fearing.paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs
 
-PAGE = Path(__file__).parents[1] / "docs" / "published_comparison.md"
+PAGE = Path(__file__).parents[2] / "docs" / "published_comparison.md"
 NO_COUNTERPART = {
     "dielectric_thickness": "an element is the strain at one radius; its thickness is not simulated",
     "tips.corner_angle": "the simulated edge is a knife edge; `bayestouch.contact.CornerContact` has the corner",
@@ -96,12 +97,12 @@ def page(comparison: PublishedComparison, fingers: int) -> str:
     """Markdown of the documentation's page."""
     return f"""# The paper and bayestouch, number by number
 
-Made by `python studies/compare_published.py --docs`. The paper's numbers are those of `bayestouch.paper.published`.
-Ours come from {fingers} simulated fingers with the printed sizes and noise. Their shear modulus is about
-{SHEAR_MODULUS:g} MPa: a draw each from what Table 3 implies, since the paper prints none. Errors of the elements and of
-the places touched are as large as Tables 1 and 2 leave over (`studies/_paper_run.py`). The interval is the 90 % range
-of single fingers, since the paper made one; in Figure 4 it is that of the modulus. "Put in" marks what the simulation
-was set to: its agreement shows nothing.
+Made by `python studies/nicolson_fearing/compare_published.py --docs`. The paper's numbers are those of
+`bayestouch.paper.published`. Ours come from {fingers} simulated fingers with the printed sizes and noise. Their shear
+modulus is about {SHEAR_MODULUS:g} MPa: a draw each from what Table 3 implies, since the paper prints none. Errors of
+the elements and of the places touched are as large as Tables 1 and 2 leave over
+(`studies/nicolson_fearing/paper_run.py`). The interval is the 90 % range of single fingers, since the paper made one;
+in Figure 4 it is that of the modulus. "Put in" marks what the simulation was set to: its agreement shows nothing.
 
 {comparison.markdown()}"""
 

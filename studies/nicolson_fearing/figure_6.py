@@ -8,15 +8,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
 from _published import figure, options, print_beside, save
-from nicolson_fearing.paper_finger import DESIGN
 from scipy.optimize import brentq
 
 from bayestouch.contact import HertzContact, LayerContact
 from bayestouch.contact.hertz import pressure as hertz_pressure
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_finger import DESIGN
 
 RADII = {"core_radius_mm": DESIGN.core_radius_mm, "outer_radius_mm": DESIGN.outer_radius_mm}
 WIDTHS = ("narrow_width", "wide_width")

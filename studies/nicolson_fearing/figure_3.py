@@ -9,17 +9,18 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import _path  # noqa: F401
 import numpy as np
-from _paper import SHEAR_MODULUS
-from _paper_run import CONTACT, indenter_rows
 from _published import figure, options, print_beside, save
 from figure_4 import deep_sensing_radius
-from nicolson_fearing.paper_finger import DESIGN
 
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.contact import composite_radius, contact_model
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
+from nicolson_fearing.paper_design import SHEAR_MODULUS
+from nicolson_fearing.paper_finger import DESIGN
+from nicolson_fearing.paper_run import CONTACT, indenter_rows
 
 RADII_MM = tuple(n.value for n in published.all_numbers() if n.key.startswith("figure_3.r_c["))
 LOAD = published.number("figure_3.load").value
