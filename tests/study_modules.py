@@ -16,13 +16,12 @@ SCRIPTS = sorted(
     for path in folder.glob("[!_]*.py")
     if '__name__ == "__main__"' in path.read_text("utf-8")
 )
+# Studies import each other and small modules of their own.
+sys.path += [str(folder) for folder in (STUDIES, PAPER) if str(folder) not in sys.path]
 
 
 def study(name: str) -> ModuleType:
     """A study as a module, by its path below studies/ without the ending."""
-    for folder in (STUDIES, PAPER):  # studies import each other and small modules of their own
-        if str(folder) not in sys.path:
-            sys.path.append(str(folder))
     path = STUDIES / f"{name}.py"
     spec = importlib.util.spec_from_file_location(f"study_{name.replace('/', '_')}", path)
     assert spec is not None

@@ -6,6 +6,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from nicolson_fearing.many_fits import fit_many_touches
 from nicolson_fearing.modulus import infer_modulus
 from nicolson_fearing.paper_finger import (
