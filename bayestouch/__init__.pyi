@@ -5,8 +5,6 @@ from .checking import DataCheck as DataCheck
 from .checking import check as check
 from .checks.ranks import RankStatistics as RankStatistics
 from .checks.touches import sbc as sbc
-from .comparison import Comparison as Comparison
-from .comparison import compare as compare
 from .data.dataset import DataSet as DataSet
 from .data.dataset import load_dataset as load_dataset
 from .data.dataset import save_dataset as save_dataset
@@ -27,6 +25,8 @@ from .priors.indenters import UniformCurvature as UniformCurvature
 from .priors.indenters import UniformRadius as UniformRadius
 from .reporting import Report as Report
 from .reporting import report as report
+from .reporting.comparison import Comparison as Comparison
+from .reporting.comparison import compare as compare
 from .results.objects import Calibration as Calibration
 from .results.objects import TouchPosteriors as TouchPosteriors
 from .results.probability_plot import pp_plot as pp_plot

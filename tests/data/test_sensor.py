@@ -178,7 +178,13 @@ PAD_NEEDS = "element_x_mm under [geometry]"
     ("text", "old", "new", "key", "message"),
     [
         (FINGER, "core_radius_mm", "core_radius", "core_radius_mm", f"a finger needs {FINGER_NEEDS}"),
-        (FINGER, 'name = "f"', 'body = "pad"', "element_x_mm", f"a pad needs {PAD_NEEDS}"),
+        (
+            FINGER,
+            'name = "f"',
+            'body = "pad"',
+            "element_x_mm",
+            f'a pad needs {PAD_NEEDS}, or body = "finger" at the top',
+        ),
         (PAD, "[geometry]", "[geometri]", "element_x_mm", f"a pad needs {PAD_NEEDS}"),
         (
             PAD,

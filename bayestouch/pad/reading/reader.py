@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import PadReadings
 from bayestouch.results.objects import Calibration
 
 
@@ -107,7 +107,7 @@ class PadReader:
             usable=np.asarray(calibration.extra["usable"]) > 0,
         )
 
-    def touches(self, readings: PadReadings) -> PadTouches:
+    def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the prior of their loads: the force sensor's reading, or what the calibration says."""
         here = np.isfinite(readings.load) & self.load_measured
         reads = np.maximum(readings.counts.max(axis=1), 1)
