@@ -20,6 +20,7 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -90,7 +91,7 @@ def calibrate_finger(
         settings={
             "body": "finger",
             "contact": contact,
-            "e_map": "model",
+            E_MAP: MODEL_MAP,
             "seed": float(seed),
             "version": __version__,
             "largest_load": fit.chain.largest_load,
@@ -102,7 +103,7 @@ def calibrate_finger(
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
-        extra={} if rest is None else {"rest_reading": rest},
+        extra={} if rest is None else {REST_READING: rest},
         notes=new_notes,
     )
     return calibration if e_map == "model" else _with_identified_map(calibration, fit)
@@ -125,7 +126,7 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
         calibration,
         noise=identified.calibration.noise,
         rows=replace(calibration.rows, predicted=identified.predicted, sd=identified.sd),
-        settings={**calibration.settings, "e_map": "empirical"},
+        settings={**calibration.settings, E_MAP: IDENTIFIED_MAP},
         statistics={**calibration.statistics, "lack_of_fit_empirical": lack_of_fit},
         extra={**calibration.extra, **identified.calibration.arrays()},
         notes=notes,

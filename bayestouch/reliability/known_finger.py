@@ -157,7 +157,7 @@ class KnownFinger:
             raise InputError("radii are read by fingers alone; this sensor is a pad")
         elastic = finger_chain(calibration)
         typical = float(calibration.settings["typical_load"])
-        if calibration.settings.get("e_map") == "empirical":
+        if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
             return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
         return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
