@@ -15,8 +15,7 @@ from bayestouch.priors.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
-from bayestouch.simulation.designs import REFERENCE_LOAD
-from bayestouch.simulation.finger import BuiltFinger, plan_touches
+from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
 # Central 68 % of a prior: its standard deviation where it is normal.
 _ONE_SD = np.array([0.15865525, 0.84134475])
@@ -78,7 +77,7 @@ def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
 def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, noise: Noise) -> FloatArray:
     """Covariance of responses, depths (mm), angles (rad), σ and log μ after the design's calibration touches."""
     m, samples = design.n_elements, design.samples_per_touch
-    plan = plan_touches(design, np.random.default_rng(0))
+    plan = design.plan(np.random.default_rng(0))
     n = plan.n_calibration
     touches = TouchPlaces(
         np.asarray(composite_radius(plan.indenter_radius_mm[:n], design.outer_radius_mm)),

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from known_fingers import ANGLES, SAMPLES, dataset, known_touches, sensor, true_chain
+from plain_sampler import sample_plain
 from scipy.special import logsumexp
 
 import bayestouch
@@ -20,7 +21,6 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 from bayestouch.priors.prior_text import priors_from_text
 from bayestouch.results.reading import load_calibration
-from bayestouch.sampling import sample_plain
 
 PLAIN_STEPS = 16_000
 

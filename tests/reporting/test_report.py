@@ -23,7 +23,7 @@ from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting import Report
 from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.corner_pictures import touch_corners
-from bayestouch.reporting.evidence import gather
+from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import report_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -163,7 +163,3 @@ class PadReader:
         noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
-
-    def with_load(self, load: float, load_sd: float) -> PadReader:
-        """The same reader with another prior of loads that are not measured."""
-        return replace(self, load=load, load_sd=load_sd)
