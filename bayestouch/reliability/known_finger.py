@@ -189,8 +189,8 @@ class KnownFinger:
 
     def load_sd(self, samples: int, use_load: bool) -> float:
         """Standard error of the measured load, N/m; inf where it is not used or there is no force sensor."""
-        sd = self.noise.force_sd / np.sqrt(samples)
-        return float(sd) if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
+        sd = float(self.noise.mean_load_sd(samples))
+        return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
         """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).

@@ -116,7 +116,7 @@ class PadReader:
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
-            load_sd=np.where(here, self.noise.force_sd / np.sqrt(reads), self.load_sd),
+            load_sd=np.where(here, self.noise.mean_load_sd(reads), self.load_sd),
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
