@@ -6,7 +6,7 @@ from typing import Any
 
 from bayestouch.data.json_values import strict
 from bayestouch.reporting.about import about_data
-from bayestouch.reporting.answer import whole_answer
+from bayestouch.reporting.answer import answer
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import about_calibration
 from bayestouch.reporting.evidence import Evidence
@@ -20,7 +20,7 @@ from bayestouch.reporting.trust import (
     convergence,
     coverage,
 )
-from bayestouch.reporting.verdict import all_short_answers
+from bayestouch.reporting.verdict import short_answers
 from bayestouch.version import __version__
 
 
@@ -54,5 +54,5 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
     numbers["touches"] = about_touches(evidence)
     numbers = strict(numbers)
     numbers["next"] = next_steps(evidence, numbers)
-    said = {**whole_answer(numbers), "verdict": all_short_answers(numbers)}
+    said = {**answer(numbers), "verdict": short_answers(numbers)}
     return {"answer": strict(said), **numbers}

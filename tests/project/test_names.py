@@ -20,8 +20,7 @@ def test_a_class_name_has_one_meaning() -> None:
 
 
 def test_a_function_name_has_one_meaning() -> None:
-    """What finger and pad do each in its own way has one name: in files of one name, in a folder of each body."""
-    twice = {name: files for name, files in _twice(ast.FunctionDef).items() if len(set(map(_of_a_body, files))) > 1}
+    twice = _twice(ast.FunctionDef)
     for verb in COMMANDS:
         places = twice.pop(verb, [])
         assert len(places) <= 2, places
@@ -36,9 +35,11 @@ def _twice(kind: type[ast.ClassDef] | type[ast.FunctionDef]) -> dict[str, list[s
         for node in ast.parse(path.read_text("utf-8")).body:
             if isinstance(node, kind) and not node.name.startswith("_"):
                 found[node.name].append(path.relative_to(ROOT).as_posix())
-    return {name: files for name, files in found.items() if len(files) > 1}
+    return {name: files for name, files in found.items() if len(set(map(_whatever_the_body, files))) > 1}
 
 
-def _of_a_body(file: str) -> str:
-    """The file with any body in place of finger or pad."""
-    return "/".join("BODY" if part in ("finger", "pad") else part for part in file.split("/"))
+def _whatever_the_body(file: str) -> str:
+    """The file that a finger and a pad have both: what each does in its own way has one name and one meaning."""
+    path = Path(file)
+    parts = ["body" if part in ("finger", "pad") else part for part in path.with_suffix("").parts]
+    return "/".join(parts)

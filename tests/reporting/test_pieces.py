@@ -22,7 +22,7 @@ from bayestouch.output.files import new_folder, write_numbers
 from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
-from bayestouch.reporting.answer import _verdict, whole_answer
+from bayestouch.reporting.answer import _verdict, answer
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
 from bayestouch.reporting.differences import error_summary, turned
 from bayestouch.reporting.evidence import Evidence
@@ -200,10 +200,10 @@ def minimal_pad_numbers(**changes: Any) -> dict[str, Any]:
 
 
 def test_answer_tells_what_went_wrong() -> None:
-    assert len(whole_answer(minimal_pad_numbers())["sentences"]) == 1
+    assert len(answer(minimal_pad_numbers())["sentences"]) == 1
     bent = {"load_exponent": 0.63, "error_percent_peak_linear": 7.7, "error_percent_peak_power": 4.2}
     text = " ".join(
-        whole_answer(
+        answer(
             minimal_pad_numbers(
                 calibration={"lack_of_fit": 4.2, "linearity": bent},
                 trust={
@@ -217,9 +217,7 @@ def test_answer_tells_what_went_wrong() -> None:
     for words in ("lack of fit 4.2", "power 0.63", "effective sample size 42", "at 2 of 3 touches"):
         assert words in text
     straight = {**bent, "load_exponent": 1.01}
-    assert "Linearity" not in str(
-        whole_answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": straight}))
-    )
+    assert "Linearity" not in str(answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": straight})))
 
 
 def test_models_are_told_apart_from_statistics() -> None:
