@@ -65,10 +65,11 @@ class Intake:
 
 def readings_of(means: TouchMeans, calibration: Calibration, use_load: bool) -> TouchReadings:
     """What is read of touches, with or without the force sensor."""
+    force_sd = calibration.noise.force_sd
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     reads = np.maximum(counts.max(axis=1), 1)
-    return TouchReadings(means.readings, counts, load, calibration.noise.mean_load_sd(reads))
+    return TouchReadings(means.readings, counts, load, force_sd / np.sqrt(reads))
 
 
 def load_notes(found: Survey, options: Options) -> tuple[str, ...]:
