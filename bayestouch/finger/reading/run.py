@@ -24,7 +24,6 @@ from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, T
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, Intake, load_notes
 from bayestouch.finger.reading.with_effects import touches_with_effects
-from bayestouch.model.effect_list import KEY
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.priors.radius import RadiusOfTips
@@ -88,10 +87,10 @@ def finger_run(source: TouchSource, found: Survey, calibration: Calibration, opt
 
     Effects of a calibration may depend on what was before a touch: they want the whole table in memory.
     """
-    baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
+    baseline = Baseline.of(found.rest, calibration.rest_reading)
     typical = float(calibration.settings["typical_load"])
     intake = Intake(calibration, baseline, options)
-    effects_chain = ChainWithEffects.of(calibration) if KEY in calibration.settings else None
+    effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
     chain, table, covariance = _model(calibration, typical, effects_chain)
     priors = IndenterPriors.of(chain, typical, options.indenter)
     noise, check = calibration.noise, None
@@ -151,7 +150,7 @@ def _model(
     """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
     elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
     ends = IndenterPriors.of(elastic, typical).location.support
-    if calibration.settings.get("e_map") == "empirical":
+    if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 

@@ -139,7 +139,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
         The rest reading of the calibration is not that of the table's elements.
     """
     reader = PadReader.from_calibration(calibration, plug_in=options.plug_in)
-    baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
+    baseline = Baseline.of(found.rest, calibration.rest_reading)
     effects = PadEffects.of(calibration)
     draws = options.kept.draws
     settings: dict[str, str | float] = {
