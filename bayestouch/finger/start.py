@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import fit_finger
 from bayestouch.finger.model import FingerModel
@@ -43,8 +43,7 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mappi
     InputError
         As `bayestouch.finger.fit.fit_finger`.
     """
-    finger = sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(sensor)
     priors = FingerPriors.of(sensor)[0].with_stated(stated or {}, finger)
     base, used = fit_finger(observed.means, finger, priors, contact=contact)
     if not used.all():
