@@ -11,7 +11,6 @@ from typing import Any
 
 import tomli_w
 
-from bayestouch.data.files import write_together
 from bayestouch.data.sensor import BODIES, Rubber, Sensor
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.errors import InputError, shown
@@ -75,11 +74,6 @@ def sensor_to_toml(sensor: Sensor) -> str:
         "source": dict(sensor.source),
     }
     return tomli_w.dumps(tables | kept | {name: values for name, values in named.items() if values})
-
-
-def write_sensor(sensor: Sensor, path: str | Path) -> None:
-    """Write `sensor.toml`, whole or not at all."""
-    write_together({Path(path): sensor_writer(sensor)})
 
 
 def sensor_writer(sensor: Sensor) -> Callable[[Path], None]:

@@ -20,7 +20,7 @@ from bayestouch.reporting.trust import (
     convergence,
     coverage,
 )
-from bayestouch.reporting.verdict import verdict
+from bayestouch.reporting.verdict import short_answers
 from bayestouch.version import __version__
 
 
@@ -54,5 +54,5 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
     numbers["touches"] = about_touches(evidence)
     numbers = strict(numbers)
     numbers["next"] = next_steps(evidence, numbers)
-    said = {**answer(numbers), "verdict": verdict(numbers)}
+    said = {**answer(numbers), "verdict": short_answers(numbers)}
     return {"answer": strict(said), **numbers}

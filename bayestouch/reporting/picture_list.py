@@ -12,7 +12,7 @@ from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.trust_pictures import trust_pictures
 
 
-def all_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
     """Every figure that the data give."""
     pages = PAGES[evidence.sensor.body.kind]
     diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures

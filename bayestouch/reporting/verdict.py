@@ -15,9 +15,9 @@ _FIRST = "Can its readings be trusted?"
 _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
 
-def verdict(numbers: dict[str, Any]) -> list[dict[str, str]]:
+def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Rows of question, short answer and the reason for it: trusted at all, those of the body, what to fix."""
-    own = PAGES[numbers["data"]["body"]].verdict(numbers)
+    own = PAGES[numbers["data"]["body"]].answers(numbers)
     return [_trusted(numbers), *own, _fix(numbers)]
 
 

@@ -60,9 +60,9 @@ class Comparison(Summarised):
         InputError
             There is no parameter of this name that both have by element.
         """
-        from bayestouch.reporting.comparison.plots import plot_parameter
+        from bayestouch.reporting.comparison.plots import plot_compared_parameter
 
-        return plot_parameter(self.numbers["parameters"], name, axes)
+        return plot_compared_parameter(self.numbers["parameters"], name, axes)
 
     def summary_lines(self) -> list[str]:
         """Lines of the ``repr``."""

@@ -28,7 +28,7 @@ def compared(first: Side, second: Side) -> dict[str, Any]:
         Each calibration, with the numbers of its report where there is one.
     """
     calibrations, reports = zip(first, second, strict=True)
-    rows = parameter_rows(*calibrations)
+    rows = compared_parameters(*calibrations)
     quantities = None if None in reports else _quantities(*reports)
     numbers: dict[str, Any] = {
         "names": [each.sensor.name for each in calibrations],
@@ -43,7 +43,7 @@ def compared(first: Side, second: Side) -> dict[str, Any]:
     return dict(strict(numbers))
 
 
-def parameter_rows(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
+def compared_parameters(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
     """A row for each parameter that both have, by element where they have as many elements."""
     units = {parameter.name: (parameter.symbol, parameter.unit) for parameter in first.parameters}
     rows = []

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _NINETY = 1.645
 
 
-def plot_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axes | None = None) -> Axes:
+def plot_compared_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axes | None = None) -> Axes:
     """Draw one parameter of a comparison's rows; see `bayestouch.Comparison.plot_parameter`."""
     by_element = by_parameter(rows)
     if name not in by_element:

@@ -11,7 +11,7 @@ import pytest
 from report_cases import FINGER, LINE, Page, small
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.errors import InputError
 from bayestouch.simulation import simulate
 

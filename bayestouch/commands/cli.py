@@ -1,4 +1,4 @@
-"""The command line: a verb each in `bayestouch.commands`, errors in one line, exit status 0, 1, 2 or 130."""
+"""The command line: a command in each file beside this one, errors in one line, exit status 0, 1, 2 or 130."""
 
 from __future__ import annotations
 
