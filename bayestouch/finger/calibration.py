@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
@@ -43,8 +43,8 @@ def calibrate_finger(
     of the chain's parameters and of all noise together, with proposals from that normal.
     """
     sensor, table = dataset.sensor, dataset.calibration
-    finger = sensor.body
-    assert isinstance(finger, Finger) and table is not None
+    finger = finger_of(sensor)
+    assert table is not None
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
     rest = table.rest_reading()
@@ -182,8 +182,7 @@ def layout(n_elements: int) -> tuple[str, ...]:
 
 def finger_chain(calibration: Calibration) -> FingerChain:
     """The finger at the mode of its calibration."""
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger
+from bayestouch.data.sensor import finger_of
 from bayestouch.effects import Values
 from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.layout import FlatLayout
@@ -51,8 +51,7 @@ class ChainWithEffects:
         """Rebuild it from a calibration."""
         from bayestouch.finger.calibration import finger_chain
 
-        finger = calibration.sensor.body
-        assert isinstance(finger, Finger)
+        finger = finger_of(calibration.sensor)
         listed = EffectList.of(calibration)
         assert listed is not None
         chain = finger_chain(calibration)

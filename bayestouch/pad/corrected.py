@@ -14,7 +14,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
 from bayestouch.model.effect_list import EffectList
@@ -179,15 +179,13 @@ class PadEffects:
             count = len(effect.parameters)
             values[effect.name] = tuple(map(float, flat[first : first + count]))
             first += count
-        pad = calibration.sensor.body
-        assert isinstance(pad, Pad)
-        columns = (pad.element_x_mm, pad.element_y_mm)
+        places = pad_of(calibration.sensor).places_mm.values()
         return cls(
             listed=listed,
             values=values,
             peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             zero=np.asarray(calibration.extra[EFFECT_ZERO]),
-            element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+            element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
         )
 
 
