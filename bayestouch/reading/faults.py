@@ -11,7 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
-from bayestouch.array_types import BoolArray, FloatArray, IndexArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray, IntArray
 from bayestouch.reading.fault_kinds import ColumnFault, named
 from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
 
@@ -78,6 +78,11 @@ class SensorCheck:
     def force_left_out(self) -> bool:
         """Whether to go on without the force sensor."""
         return any(fault.column == len(self.order) for fault in self.faults)
+
+    def corrected(self, readings: FloatArray, counts: IntArray) -> tuple[FloatArray, IntArray]:
+        """Readings and counts (t, m) with swapped wires put right, and without those of faulty elements."""
+        readings, counts = readings[:, self.order], counts[:, self.order]
+        return np.where(self.left_out, np.nan, readings), np.where(self.left_out, 0, counts)
 
     @property
     def sound(self) -> bool:
