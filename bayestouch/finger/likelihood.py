@@ -13,7 +13,8 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise import Errors, errors
 from bayestouch.finger.series import Reach, TouchSeries
-from bayestouch.sampling.laplace import LaplaceFit, least_squares_map, whiten_rank_one
+from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
 LOAD_REACH = 3.2
@@ -135,8 +136,11 @@ class FingerLikelihood:
 
     def whiten(self, rows: FloatArray, slope: FloatArray, spread: Errors) -> FloatArray:
         """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""
-        direction = np.where(self.missing, 0.0, slope) * spread.load_sd[..., None]
-        return whiten_rank_one(np.where(self.missing, 0.0, rows), spread.sd, direction)
+        return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
+
+    def covariance(self, slope: FloatArray, spread: Errors) -> DiagonalPlusRankOne:
+        """Covariance of the readings of each touch: their own errors, and the load's, which moves all elements."""
+        return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
 
     def maximum(self, spread: Errors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.

@@ -141,8 +141,7 @@ class FingerTouchReader:
         """A block, with the effects of each touch's own time, drifts estimated from all of it, and true loads."""
         means, use_load = touches.means, self.options.use_load
         if self.check is not None:
-            readings, counts = self.check.corrected(means.readings, means.counts)
-            means = replace(means, readings=readings, counts=counts)
+            means = self.check.corrected(means)
             use_load = use_load and not self.check.force_left_out
         unknown = readings_of(means, self.noise.force_sd, use_load)
         if touches.observed is not None and self.effects_chain is not None:

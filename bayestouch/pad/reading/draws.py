@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.chain.pad import COORDINATES
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice, lattice_for
 from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
@@ -108,7 +108,7 @@ class PadSampler:
         drawn = dict.fromkeys(coordinates(self.reader), (chains, draws))
         return {**drawn, **dict.fromkeys(PLACES, ()), **dict.fromkeys(PREDICTED, (m,))}
 
-    def groups(self, touches: PadReadings, rows: IndexArray) -> Iterator[PadGroup]:
+    def groups(self, touches: TouchMeans, rows: IndexArray) -> Iterator[PadGroup]:
         """Some of the touches, in groups of those whose proposals have about as many parts."""
         window = touches.select(rows)
         known = self.reader.touches(window)

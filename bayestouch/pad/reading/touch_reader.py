@@ -9,10 +9,11 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.pad.known_touches import PadReadings, pad_readings
+from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import as_loads_vary, loads_as_read
 from bayestouch.pad.reading.misfit import PadMisfit
@@ -101,21 +102,20 @@ class PadTouchReader:
         """Kernel, and which samples of a touch count."""
         return {"kernel": self.kernel, "samples": self.sampler.reader.samples}
 
-    def average(self, piece: Touches) -> PadReadings:
+    def average(self, piece: Touches) -> TouchMeans:
         """Touches of a piece of the table, the rest reading subtracted, corrected for effects."""
         corrected = piece if self.effects is None else self.effects.corrected(piece)
         readings = pad_readings(corrected, self.sampler.reader.map.dimensions, self.sampler.reader.samples)
         return readings if self.options.use_load else readings.without_load()
 
-    def ready(self, touches: PadReadings) -> PadReadings:
+    def ready(self, touches: TouchMeans) -> TouchMeans:
         """A block, without what the check left out."""
         if self.check is None:
             return touches
-        readings, counts = self.check.corrected(touches.readings, touches.counts)
-        corrected = replace(touches, readings=readings, counts=counts)
+        corrected = self.check.corrected(touches)
         return corrected.without_load() if self.check.force_left_out else corrected
 
-    def fitted(self, block: PadReadings) -> PadMisfit:
+    def fitted(self, block: TouchMeans) -> PadMisfit:
         """Fits of the touches for the check of the sensor."""
         return PadMisfit(self.sampler.reader, self.sampler.lattice, block)
 
@@ -127,11 +127,11 @@ class PadTouchReader:
         wider = replace(reader, noise=widened(reader.noise, check.excess))
         return replace(self, check=check, sampler=PadSampler.of(wider))
 
-    def unknown(self, block: PadReadings) -> PadReadings:
+    def unknown(self, block: TouchMeans) -> TouchMeans:
         """What was read; of the reference locations the sampler takes the level alone."""
         return block
 
-    def estimates(self, block: PadReadings, drawn: Drawn) -> Estimates:
+    def estimates(self, block: TouchMeans, drawn: Drawn) -> Estimates:
         """Draws of x, y and P; readings are predicted by their posterior means."""
         reader, effects = self.sampler.reader, self.effects
         posterior = {name: drawn.pop(name) for name in coordinates(reader)}
@@ -146,7 +146,7 @@ class PadTouchReader:
         rows = TouchRows(
             touch=block.touch,
             location=location,
-            radius_mm=block.radius_mm,
+            radius_mm=block.indenter_radius_mm,
             load=load,
             observed=block.readings,
             predicted=predicted,
@@ -155,7 +155,7 @@ class PadTouchReader:
         )
         return Estimates(posterior, stats, {**location, "P": load}, rows)
 
-    def notes(self, found: Survey, whole: PadReadings | None) -> tuple[str, ...]:
+    def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
         """How loads are used, and what readings are corrected for."""
         return (*self._load_notes(found), *self._effect_notes())
 
