@@ -150,7 +150,8 @@ def _index(read: TouchPosteriors, held: HeldOut) -> IntArray:
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
-    listed = EffectList.from_text(str(calibration.settings[KEY]))
-    if not listed.drifts and not any(effect.needs_samples for effect in listed.plain):
-        return data.table.select(data.held_out)
-    return data.table.select(np.isin(data.session, data.session[data.held_out]))
+    if KEY in calibration.settings:
+        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        if listed.drifts or any(effect.needs_samples for effect in listed.plain):
+            return data.table.select(np.isin(data.session, data.session[data.held_out]))
+    return data.table.select(data.held_out)

@@ -163,7 +163,7 @@ def seen_by_fit(module: object, name: str, dataset: DataSet, monkeypatch: pytest
 @pytest.mark.parametrize("layout", ["two tables", "two tables, few to be read", "one table"])
 def test_the_fit_of_a_diagnosed_finger_sees_no_held_out_reading(layout: str, monkeypatch: pytest.MonkeyPatch) -> None:
     dataset = LAYOUTS[layout][0]()
-    observed = seen_by_fit(diagnosis_of_finger, "base_fit", dataset, monkeypatch, contact="layer")[0]
+    observed = seen_by_fit(diagnosis_of_finger, "finger_start", dataset, monkeypatch, contact="layer")[0]
     held = DiagnosisData.of(dataset)
     seen = marks(observed.table, np.ones(observed.table.n_rows, bool))
     assert seen == marks(held.table, held.training) and not seen & marks(held.table, held.held_out)
