@@ -15,7 +15,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
-from bayestouch.pad.reading.effects import as_loads_vary, loads_as_read
+from bayestouch.pad.reading.effects import true_loads, with_true_loads
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
@@ -94,7 +94,7 @@ class PadTouchReader:
         about = "load" if reader.load_measured else "load over that of the calibration"
         prior = Normal(reader.load, reader.load_sd, 0.0)
         if self.effects is not None and reader.load_measured:
-            prior = Normal(*loads_as_read(self.effects, self.calibrated_load), 0.0)
+            prior = Normal(*true_loads(self.effects, self.calibrated_load), 0.0)
         return (*where, Parameter("P", "P", "P", "N" if self.load_unit == "N" else "", prior, about))
 
     @property
@@ -141,7 +141,7 @@ class PadTouchReader:
         load = block.load
         if effects is not None:
             load = effects.as_read(block.load)
-            posterior = as_loads_vary(posterior, effects, reader, self.calibrated_load, block.load, self.options.seed)
+            posterior = with_true_loads(posterior, effects, reader, self.calibrated_load, block.load, self.options.seed)
         location = {name: block.location[:, axis] for axis, name in enumerate(COORDINATES[: block.location.shape[1]])}
         rows = TouchRows(
             touch=block.touch,
