@@ -21,7 +21,7 @@ _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x"
 
 def answer(numbers: dict[str, Any]) -> dict[str, Any]:
     """Sentences and key numbers from everything else in `numbers`."""
-    errors, key_numbers = PAGES[numbers["data"]["body"]].answer(numbers)
+    errors, key_numbers = PAGES[numbers["data"]["body"]].errors_and_limits(numbers)
     sentences = [*errors, *_intervals(numbers), *_model(numbers)]
     if numbers["data"]["simulated"]:
         sentences.append("These touches are simulated: they say what such a sensor could do, not what one did.")

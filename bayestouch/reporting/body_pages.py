@@ -48,9 +48,9 @@ class BodyPages:
     ----------
     numbers : callable
         Its parts of ``report.json``.
-    answer : callable
+    errors_and_limits : callable
         Sentences on errors and limits, and key numbers, from the numbers of a report.
-    short_answers : callable
+    own_answers : callable
         Rows of question, short answer and reason, from the numbers of a report.
     plug_in_compared : tuple of str
         Parameters that are read with the calibration's uncertainty and without it, for comparison; none: touches are
@@ -74,8 +74,8 @@ class BodyPages:
     """
 
     numbers: Callable[[Evidence], BodyNumbers]
-    answer: Callable[[Numbers], tuple[list[str], list[Numbers]]]
-    short_answers: Callable[[Numbers], list[dict[str, str]]]
+    errors_and_limits: Callable[[Numbers], tuple[list[str], list[Numbers]]]
+    own_answers: Callable[[Numbers], list[dict[str, str]]]
     plug_in_compared: tuple[str, ...]
     read: str
     next_after_diagnosis: str

@@ -17,7 +17,7 @@ _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
 def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Rows of question, short answer and the reason for it: trusted at all, those of the body, what to fix."""
-    own = PAGES[numbers["data"]["body"]].short_answers(numbers)
+    own = PAGES[numbers["data"]["body"]].own_answers(numbers)
     return [_trusted(numbers), *own, _fix(numbers)]
 
 

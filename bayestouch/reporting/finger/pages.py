@@ -13,7 +13,7 @@ from bayestouch.reporting.finger.live import estimate_figure, sensor_figure
 from bayestouch.reporting.finger.numbers import finger_numbers
 from bayestouch.reporting.finger.pictures import estimate_pictures, example_touches
 from bayestouch.reporting.finger.sensor_picture import sensor_picture
-from bayestouch.reporting.finger.words import answer, short_answers
+from bayestouch.reporting.finger.words import errors_and_limits, own_answers
 
 
 def design(sensor: Sensor) -> Mapping[str, FloatArray]:
@@ -27,8 +27,8 @@ def design(sensor: Sensor) -> Mapping[str, FloatArray]:
 
 FINGER = BodyPages(
     numbers=finger_numbers,
-    answer=answer,
-    short_answers=short_answers,
+    errors_and_limits=errors_and_limits,
+    own_answers=own_answers,
     plug_in_compared=("theta_c", "R", "P"),
     read="radius",
     next_after_diagnosis="Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch "

@@ -8,7 +8,7 @@ from bayestouch.output.text import fixed, listed, number, percent, plural
 from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row
 
 
-def answer(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
+def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
     """Sentences on the errors of location, load and radius, and key numbers."""
     key: list[dict[str, Any]] = []
     estimates = numbers["estimates"]
@@ -85,7 +85,7 @@ def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
     return [f"At {share} % of touches {listed(parts)}."]
 
 
-def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
+def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Where the finger reads well, and down to which radius."""
     return [_where(numbers["places"]), _smallest(numbers)]
 

@@ -13,7 +13,7 @@ from bayestouch.reporting.pad.live import estimate_figure, sensor_figure
 from bayestouch.reporting.pad.numbers import pad_numbers
 from bayestouch.reporting.pad.pictures import estimate_pictures, example_touches
 from bayestouch.reporting.pad.sensor_picture import sensor_picture
-from bayestouch.reporting.pad.words import answer, short_answers
+from bayestouch.reporting.pad.words import errors_and_limits, own_answers
 
 
 def design(sensor: Sensor) -> Mapping[str, FloatArray]:
@@ -24,8 +24,8 @@ def design(sensor: Sensor) -> Mapping[str, FloatArray]:
 
 PAD = BodyPages(
     numbers=pad_numbers,
-    answer=answer,
-    short_answers=short_answers,
+    errors_and_limits=errors_and_limits,
+    own_answers=own_answers,
     plug_in_compared=(),
     read="location",
     next_after_diagnosis="Read touches with what was found: bayestouch diagnose writes calibration_after.nc, which "

@@ -8,7 +8,7 @@ from bayestouch.output.text import fixed, number, percent, plural
 from bayestouch.reporting.phrases import add_key, in_spacings, load_error, verdict_row
 
 
-def answer(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
+def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
     """Sentences on the errors of location and load, and key numbers."""
     key: list[dict[str, Any]] = []
     estimates = numbers["estimates"]
@@ -50,7 +50,7 @@ def answer(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str, Any]]]:
     return text, key
 
 
-def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
+def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Where the pad reads well."""
     best, worst = numbers["places"]["best"], numbers["places"]["worst"]
     reason = (
