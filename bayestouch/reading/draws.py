@@ -25,7 +25,7 @@ GRADES = ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")
 
 
 @dataclass(frozen=True)
-class Plan:
+class DrawPlan:
     """How touches are drawn.
 
     Attributes
@@ -59,7 +59,7 @@ class Plan:
 def draw(
     sampler: TouchSampler[Any],
     touches: Any,
-    plan: Plan,
+    plan: DrawPlan,
     *,
     workers: int | None = None,
     progress: Progress | None = None,
@@ -75,7 +75,7 @@ def draw(
         The calibrated sensor.
     touches : Block
         The touches as the sampler takes them.
-    plan : Plan
+    plan : DrawPlan
         How to draw.
     workers : int, optional
         How many processes draw; as many as there are cores by default. The result does not depend on it.
@@ -124,7 +124,7 @@ def draw(
 
 
 def draw_groups(
-    sampler: TouchSampler[Any], touches: Any, rows: IndexArray, plan: Plan, first: int, rounds: tuple[int, int]
+    sampler: TouchSampler[Any], touches: Any, rows: IndexArray, plan: DrawPlan, first: int, rounds: tuple[int, int]
 ) -> Iterator[tuple[IndexArray, Drawn]]:
     """Draw some touches, from the first to the last of `rounds`; yields the rows of each group, and what is kept."""
     for group in sampler.groups(touches, rows):
@@ -134,7 +134,7 @@ def draw_groups(
 
 
 def _sample(
-    group: TouchGroup, plan: Plan, numbers: IndexArray, rounds: tuple[int, int]
+    group: TouchGroup, plan: DrawPlan, numbers: IndexArray, rounds: tuple[int, int]
 ) -> BlockDraws | ImportanceDraws:
     """Draw coordinates of the touches of a group, which have these numbers."""
 

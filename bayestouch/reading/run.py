@@ -11,7 +11,7 @@ from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.progress import Progress
 from bayestouch.reading.check import check_sensor
-from bayestouch.reading.draws import Plan, draw
+from bayestouch.reading.draws import DrawPlan, draw
 from bayestouch.reading.driver import TouchRun, in_blocks
 from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
@@ -30,7 +30,7 @@ class ReadyReader:
         The calibrated sensor.
     reader : TouchReader
         Reads touches on this body, without what the check of the sensor left out.
-    plan : Plan
+    plan : DrawPlan
         How touches are drawn.
     settings, notes
         Of the result.
@@ -38,7 +38,7 @@ class ReadyReader:
 
     calibration: Calibration
     reader: TouchReader
-    plan: Plan
+    plan: DrawPlan
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
 
@@ -97,7 +97,7 @@ def touch_run(
             reader = reader.without(check)
             block = None if whole is None else reader.ready(whole)
     draws = options.kept.draws
-    plan = Plan(draws, options.seed, options.method, min(400.0, reader.least_share * draws))
+    plan = DrawPlan(draws, options.seed, options.method, min(400.0, reader.least_share * draws))
     settings: dict[str, str | float] = {
         "body": calibration.settings["body"],
         **reader.settings,

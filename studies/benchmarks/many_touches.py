@@ -25,13 +25,13 @@ from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.modes import find_modes
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.finger.reading.reading_table import ReadingTable
-from bayestouch.reading.draws import Plan, draw
+from bayestouch.reading.draws import DrawPlan, draw
 
 ELEMENTS, LOAD, NOISE_PERCENT, MODULUS = 16, 200.0, 1.72, 0.15
 ESS = 400.0
 # Draws that leave nearly every touch above that. Bulk ESS is itself uncertain by 8 % in such chains: 67 touches of
 # 4,800 come out below by chance and are drawn again. Weights are not: the least of 4,800 is 97 % of the points.
-CHAINS, IMPORTANCE = Plan(640, seed=1), Plan(416, seed=1, method="importance")
+CHAINS, IMPORTANCE = DrawPlan(640, seed=1), DrawPlan(416, seed=1, method="importance")
 # The shortest of so many runs counts: what else the machine does only adds.
 REPEATS = 3
 PLAIN_TOUCHES, PLAIN_WALKERS, PLAIN_STEPS = 4, 32, 1500
@@ -93,7 +93,7 @@ def plain_emcee(sampler: FingerSampler, touches: TouchReadings) -> float:
     return spent / PLAIN_TOUCHES * ESS / float(np.mean(least))
 
 
-def timed(sampler: FingerSampler, touches: TouchReadings, plan: Plan) -> tuple[float, float, dict[str, np.ndarray]]:
+def timed(sampler: FingerSampler, touches: TouchReadings, plan: DrawPlan) -> tuple[float, float, dict[str, np.ndarray]]:
     """Seconds for all touches on all cores, seconds of processor time, and the draws with their grades."""
     best, drawn = (np.inf, np.inf), {}
     for _ in range(REPEATS):

@@ -9,7 +9,7 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.reading.reader import PadReader
 
 
-def true_loads(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
+def true_load_prior(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
     """Mean and standard deviation of a calibration's true loads, from its loads as they act."""
     load = effects.pressing(acting[np.isfinite(acting)])
     return float(load.mean()), float(load.std())
@@ -45,7 +45,7 @@ def with_true_loads(
     out = {**posterior, "P": effects.pressing(acting)}
     if not reader.load_measured:
         return out
-    mean, sd = true_loads(effects, calibrated)
+    mean, sd = true_load_prior(effects, calibrated)
     log = np.log(np.maximum(effects.pressing_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
     log = log + 0.5 * ((acting - reader.load) / reader.load_sd) ** 2
     rng = np.random.default_rng([seed, 5])

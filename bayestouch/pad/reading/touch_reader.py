@@ -15,7 +15,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
-from bayestouch.pad.reading.effects import true_loads, with_true_loads
+from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
@@ -94,7 +94,7 @@ class PadTouchReader:
         about = "load" if reader.load_measured else "load over that of the calibration"
         prior = Normal(reader.load, reader.load_sd, 0.0)
         if self.effects is not None and reader.load_measured:
-            prior = Normal(*true_loads(self.effects, self.calibrated_load), 0.0)
+            prior = Normal(*true_load_prior(self.effects, self.calibrated_load), 0.0)
         return (*where, Parameter("P", "P", "P", "N" if self.load_unit == "N" else "", prior, about))
 
     @property
