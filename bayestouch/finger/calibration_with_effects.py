@@ -173,7 +173,7 @@ def _public(
     noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))
     response = model.sign * np.exp(vectors[:, at.response])
     sigma, depth, mu = vectors[:, at.sigma], vectors[:, at.depth], np.exp(vectors[:, at.log_mu])
-    peak = np.stack([peak_strain(chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    peak = peak_strain(chain, sigma, depth)
     draws: dict[str, FloatArray] = {
         "sigma": sigma,
         "mu": mu,

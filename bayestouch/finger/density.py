@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
+from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import log_likelihood_of_scatter
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
@@ -38,8 +39,10 @@ class FingerDensity:
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
         """The posterior of a fit."""
-        series = fit.likelihood.posterior_series(fit.laplace)
-        return cls(fit.likelihood, series, series.covers)
+        likelihood = fit.likelihood
+        series = likelihood.posterior_series(fit.laplace)
+        near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.errors(fit.vector).sd)
+        return cls(likelihood, near, series.covers)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
         """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""

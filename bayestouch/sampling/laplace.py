@@ -87,3 +87,26 @@ def whiten_rank_one(residual: FloatArray, sd: FloatArray, direction: FloatArray)
     root = np.sqrt(1 + length2)
     factor = 1 / (root * (1 + root))
     return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))
+
+
+def solve_lower(root: FloatArray, rows: FloatArray, *, transposed: bool = False) -> FloatArray:
+    """Solutions (n, k) of many small triangular systems at once, a row each.
+
+    Parameters
+    ----------
+    root : (n, k, k) array
+        Lower triangular matrices.
+    rows : (n, k) array
+        Right-hand sides.
+    transposed : bool
+        Solve with the transposed matrices.
+    """
+    out = rows.copy()
+    k = rows.shape[1]
+    for i in reversed(range(k)) if transposed else range(k):
+        if not transposed:
+            out[:, i] -= np.einsum("nj,nj->n", root[:, i, :i], out[:, :i])
+        out[:, i] /= root[:, i, i]
+        if transposed:
+            out[:, :i] -= root[:, i, :i] * out[:, i, None]
+    return out

@@ -1,0 +1,143 @@
+"""Readings of a finger's calibration touches near its fit: polynomials in place of sums over Fourier modes.
+
+A calibration knows an element's depth and angle to a hundredth of a millimetre and of a degree, σ and log μ to a few
+thousandths. Over so small a range the reading of an element over its response is a polynomial of degree four in these
+four, to 1e-7 of the peak, and an evaluation is one product of matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.series import TouchSeries
+
+# Polynomials hold for so many standard deviations either way. One proposal in three hundred goes beyond.
+REACH = 4.0
+# Total degree of the readings, and of their derivative over the load, which counts for the load's error alone. With
+# degree 4 an accepted proposal is the one that the series accepts; with 3 one decision in a thousand is another.
+DEGREE, SLOPE_DEGREE = 4, 2
+# The series is evaluated at so many nodes for each coefficient, and at so many more where the two are compared.
+NODES, COMPARED = 2, 8
+# Root of the sum of squares of what the polynomials are off by, over the noise: about the error of a log density.
+LARGEST_ERROR = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class LocalSeries:
+    """Polynomials in depth, angle, σ and log μ that stand for a series; t touches, m elements.
+
+    Attributes
+    ----------
+    series : TouchSeries
+        What they stand for; vectors beyond their range are evaluated with it.
+    centre, half_width : (4, m) arrays
+        Range of the four, for each element.
+    readings, slopes : (m, t, k) and (m, t, j) arrays
+        Coefficients of reading over response, and of its derivative with respect to the load.
+    """
+
+    series: TouchSeries
+    centre: FloatArray
+    half_width: FloatArray
+    readings: FloatArray
+    slopes: FloatArray
+
+    def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
+        place = (_coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
+        beyond = (np.abs(place) > 1).any(axis=(0, 2))
+        response = self.series.sign * np.exp(vectors[:, self.series.layout.response])
+        terms = (_monomials(place, DEGREE) * response).transpose(2, 0, 1)
+        readings, slopes = (
+            np.ascontiguousarray((coefficients @ terms[:, : coefficients.shape[2]]).transpose(2, 1, 0))
+            for coefficients in (self.readings, self.slopes)
+        )
+        if beyond.any():
+            readings[beyond], slopes[beyond] = self.series(vectors[beyond])
+        return readings, slopes
+
+
+def local_series(
+    series: TouchSeries, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray
+) -> LocalSeries | TouchSeries:
+    """Polynomials about a vector; the series itself where they would be too far off.
+
+    Parameters
+    ----------
+    series : TouchSeries
+        What they stand for.
+    centre, sd : (d,) arrays
+        Vector of the chain's coordinates, and their standard deviations.
+    noise_sd : (t, m) array
+        Of a mean reading; inf where it is missing.
+    """
+    at, reach = series.layout, series.reach
+    low, high = centre - REACH * sd, centre + REACH * sd
+    low[at.depth] = np.maximum(low[at.depth], series.finger.core_radius_mm)
+    high[at.depth] = np.minimum(high[at.depth], reach.depth)
+    for place, ends in ((at.sigma, reach.sigma), (at.log_mu, reach.log_mu)):
+        low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
+    middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
+    count = NODES * len(_powers(DEGREE)) + COMPARED
+    # They crowd at the ends, as those of Chebyshev do.
+    nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, 4)))
+    vectors = np.repeat(centre[None], count, axis=0)
+    places: tuple[slice | int, ...] = (at.depth, at.angle, at.sigma, at.log_mu)
+    for at_place, node in zip(places, nodes.T, strict=True):
+        vectors[:, at_place] = middle[at_place] + np.multiply.outer(node, half[at_place])
+    response = series.sign * np.exp(centre[at.response])
+    readings, slopes = series(vectors)
+    local = LocalSeries(
+        series,
+        _coordinates(at, middle),
+        _coordinates(at, half),
+        _coefficients(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE),
+        _coefficients(nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE),
+    )
+    off = (local(vectors[:COMPARED])[0] - readings[:COMPARED]) / noise_sd
+    return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
+
+
+def _coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
+    """Depth, angle, σ and log μ of each element, (4, ..., m), of vectors (..., d)."""
+    depth = vectors[..., at.depth]
+    shared = (np.broadcast_to(vectors[..., place, None], depth.shape) for place in (at.sigma, at.log_mu))
+    return np.stack([depth, vectors[..., at.angle], *shared])
+
+
+def _coefficients(nodes: FloatArray, values: FloatArray, degree: int) -> FloatArray:
+    """Coefficients (m, t, k) of least squares, of values (n, t, m) at nodes (n, 4)."""
+    found = np.linalg.lstsq(_monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
+    return np.ascontiguousarray(found.reshape(len(found), *values.shape[1:]).transpose(2, 1, 0))
+
+
+def _monomials(place: FloatArray, degree: int) -> FloatArray:
+    """Products of powers up to a total degree, (k, ...), of places (4, ...); low degrees first."""
+    out = np.empty((len(_powers(degree)), *place.shape[1:]))
+    out[0] = 1.0
+    for i, (less, factor) in enumerate(_factors(degree), start=1):
+        np.multiply(out[less], place[factor], out=out[i])
+    return out
+
+
+@lru_cache(maxsize=4)
+def _powers(degree: int) -> tuple[tuple[int, ...], ...]:
+    """Powers of four variables up to a total degree, low degrees first: those of a lower degree are the first ones."""
+    return tuple(sorted((p for p in product(range(degree + 1), repeat=4) if sum(p) <= degree), key=sum))
+
+
+@lru_cache(maxsize=4)
+def _factors(degree: int) -> tuple[tuple[int, int], ...]:
+    """Of each product but the first: which one has a factor less, and which factor that is."""
+    powers, out = _powers(degree), []
+    for one in powers[1:]:
+        factor = next(i for i, power in enumerate(one) if power)
+        less = tuple(power - (i == factor) for i, power in enumerate(one))
+        out.append((powers.index(less), factor))
+    return tuple(out)
