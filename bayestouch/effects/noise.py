@@ -13,6 +13,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
+# Log odds beyond which one and the odds are the odds, in double precision.
+CERTAIN = 40.0
+
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
@@ -41,9 +44,24 @@ class Scatter:
         return ~np.isnan(self.z)
 
     @cached_property
+    def clean(self) -> FloatArray:
+        """`z` with zeros where it is missing, (n, m)."""
+        return np.where(self.present, self.z, 0.0)
+
+    @cached_property
+    def squares(self) -> FloatArray:
+        """Squares of `clean`, (n, m)."""
+        return self.clean**2
+
+    @cached_property
+    def log_signal(self) -> FloatArray:
+        """Logarithm of the size of `signal`, (n, m)."""
+        return np.asarray(np.log(np.maximum(np.abs(self.signal), 1e-300)))
+
+    @cached_property
     def covariance(self) -> FloatArray:
         """Of `z`, (m, m)."""
-        clean, count = np.where(self.present, self.z, 0.0), self.present.astype(float)
+        clean, count = self.clean, self.present.astype(float)
         return np.asarray(clean.T @ clean / np.maximum(count.T @ count, 1))
 
 
@@ -82,14 +100,12 @@ class CommonModeNoise(NoiseEffect):
         return cls() if setting.n_elements > 2 else None
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
         own = self.own(scatter, values)
-        u = np.where(present, size / np.sqrt(own), 0.0)
-        w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
-        length2 = (u * u).sum(axis=1)
-        squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
-        volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
+        present = scatter.present.astype(float)
+        length2 = present @ (size**2 / own)
+        squares = scatter.squares @ (1 / own) - (scatter.clean @ (size / own)) ** 2 / (1 + length2)
+        volume = np.log1p(length2) + present @ np.log(own)
         return np.asarray(-0.5 * (squares + volume))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
@@ -137,13 +153,12 @@ class SignalDependentNoise(NoiseEffect):
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         share, power = values
-        present, z = scatter.present, scatter.z
-        squares = (share * np.abs(scatter.signal) ** power / scatter.sd) ** 2
+        present = scatter.present
+        added = np.exp(2 * power * scatter.log_signal) * (share / scatter.sd) ** 2
         # The pooled variance that `z` was scaled with holds the mean of the added part too.
-        with np.errstate(invalid="ignore"):
-            mean = np.where(present, squares, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
-        variance = np.maximum(1 - mean, 0.02) + squares
-        terms = np.where(present, z * z / variance + np.log(variance), 0.0)
+        mean = (added * present).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
+        variance = np.maximum(1 - mean, 0.02) + added
+        terms = (scatter.squares / variance + np.log(variance)) * present
         return np.asarray(-0.5 * terms.sum(axis=1))
 
 
@@ -174,10 +189,11 @@ class Outliers(NoiseEffect):
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         probability, size = values
-        present = scatter.present
-        z = np.where(present, scatter.z, 0.0)
         own = np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
         wide = own + (size / scatter.sd) ** 2
-        usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
-        wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
-        return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))
+        usual = np.log1p(-probability) - 0.5 * np.log(own) - 0.5 * scatter.squares / own
+        # Log odds of a wrong reading; far beyond the noise they are the whole of it.
+        odds = np.log(max(probability, 1e-300)) - np.log1p(-probability) + 0.5 * np.log(own / wide)
+        odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
+        either = usual + np.where(odds > CERTAIN, odds, np.log1p(np.exp(np.minimum(odds, CERTAIN))))
+        return np.asarray((either * scatter.present).sum(axis=1))

@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
-from bayestouch.finger.noise import log_likelihood_of_scatter
+from bayestouch.finger.noise import log_likelihood_of_scatter, precisions
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
 NUMBERS_HELD = 1 << 16
@@ -59,13 +59,14 @@ class FingerDensity:
     def _inside(self, vectors: FloatArray) -> FloatArray:
         likelihood, known = self.likelihood, self.likelihood.known
         predicted, slope = self.predict(vectors)
-        spread = likelihood.errors(vectors)
-        z = likelihood.whiten(known.readings - predicted, slope, spread)
+        spread = precisions(known, likelihood.layout, vectors)
+        left = np.where(likelihood.missing, 0.0, known.readings) - predicted
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
-        shared = np.where(likelihood.missing, 0.0, slope) * spread.load_sd[..., None] / spread.sd
-        determinant = np.log1p(np.einsum("ntm,ntm->nt", shared, shared)).sum(axis=1)
-        determinant += 2 * np.log(np.where(likelihood.missing, 1.0, spread.sd)).sum(axis=(1, 2))
-        data = -0.5 * (np.einsum("ntm,ntm->n", z, z) + determinant)
+        pulled = spread.weight * slope
+        shared = spread.load_sd**2 * np.einsum("ntm,ntm->nt", pulled, slope)
+        explained = (spread.load_sd * np.einsum("ntm,ntm->nt", pulled, left)) ** 2 / (1 + shared)
+        squares = np.einsum("ntm,ntm,ntm->n", spread.weight, left, left)
+        data = -0.5 * (squares - explained.sum(axis=1) + np.log1p(shared).sum(axis=1) - spread.log_weight)
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 

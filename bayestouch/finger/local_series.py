@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.series import TouchSeries
 
@@ -23,9 +23,40 @@ REACH = 4.0
 # degree 4 an accepted proposal is the one that the series accepts; with 3 one decision in a thousand is another.
 DEGREE, SLOPE_DEGREE = 4, 2
 # The series is evaluated at so many nodes for each coefficient, and at so many more where the two are compared.
-NODES, COMPARED = 2, 8
-# Root of the sum of squares of what the polynomials are off by, over the noise: about the error of a log density.
-LARGEST_ERROR = 0.02
+NODES, COMPARED = 1.6, 8
+# Root of the sum of squares of what the polynomials are off by, over the noise: about the error of a log density. Terms
+# that are this small together, which most of those of high degree are, are left out.
+LARGEST_ERROR, LEFT_OUT = 0.02, 3e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Polynomials:
+    """Polynomials in four variables, one for each touch and element.
+
+    Attributes
+    ----------
+    coefficients : (m, t, k) array
+        Of k terms.
+    kept : (k,) int array
+        Which of the products of powers these are.
+    """
+
+    coefficients: FloatArray
+    kept: IntArray
+
+    def __call__(self, terms: FloatArray) -> FloatArray:
+        """Values (n, t, m) from the products of powers (m, k, n)."""
+        return np.ascontiguousarray((self.coefficients @ terms[:, self.kept]).transpose(2, 1, 0))
+
+    @classmethod
+    def of(cls, nodes: FloatArray, values: FloatArray, degree: int, noise: FloatArray) -> Polynomials:
+        """By least squares from values (n, t, m) at nodes (n, 4); `noise` (t, m) is what they are to be good for."""
+        found = np.linalg.lstsq(_monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
+        found = found.reshape(len(found), *values.shape[1:])
+        squares = ((found / noise) ** 2).sum(axis=(1, 2))
+        order = np.argsort(squares)
+        kept = np.sort(order[np.cumsum(squares[order]) > LEFT_OUT**2])
+        return cls(np.ascontiguousarray(found[kept].transpose(2, 1, 0)), kept)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,15 +69,15 @@ class LocalSeries:
         What they stand for; vectors beyond their range are evaluated with it.
     centre, half_width : (4, m) arrays
         Range of the four, for each element.
-    readings, slopes : (m, t, k) and (m, t, j) arrays
-        Coefficients of reading over response, and of its derivative with respect to the load.
+    readings, slopes : Polynomials
+        Reading over response, and its derivative with respect to the load.
     """
 
     series: TouchSeries
     centre: FloatArray
     half_width: FloatArray
-    readings: FloatArray
-    slopes: FloatArray
+    readings: Polynomials
+    slopes: Polynomials
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
@@ -54,10 +85,7 @@ class LocalSeries:
         beyond = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.series.sign * np.exp(vectors[:, self.series.layout.response])
         terms = (_monomials(place, DEGREE) * response).transpose(2, 0, 1)
-        readings, slopes = (
-            np.ascontiguousarray((coefficients @ terms[:, : coefficients.shape[2]]).transpose(2, 1, 0))
-            for coefficients in (self.readings, self.slopes)
-        )
+        readings, slopes = self.readings(terms), self.slopes(terms)
         if beyond.any():
             readings[beyond], slopes[beyond] = self.series(vectors[beyond])
         return readings, slopes
@@ -84,7 +112,7 @@ def local_series(
     for place, ends in ((at.sigma, reach.sigma), (at.log_mu, reach.log_mu)):
         low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
-    count = NODES * len(_powers(DEGREE)) + COMPARED
+    count = int(NODES * len(_powers(DEGREE))) + COMPARED
     # They crowd at the ends, as those of Chebyshev do.
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, 4)))
     vectors = np.repeat(centre[None], count, axis=0)
@@ -93,12 +121,15 @@ def local_series(
         vectors[:, at_place] = middle[at_place] + np.multiply.outer(node, half[at_place])
     response = series.sign * np.exp(centre[at.response])
     readings, slopes = series(vectors)
+    noise = noise_sd / np.abs(response)
     local = LocalSeries(
         series,
         _coordinates(at, middle),
         _coordinates(at, half),
-        _coefficients(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE),
-        _coefficients(nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE),
+        Polynomials.of(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE, noise),
+        Polynomials.of(
+            nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE, noise / series.known.load[:, None]
+        ),
     )
     off = (local(vectors[:COMPARED])[0] - readings[:COMPARED]) / noise_sd
     return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
@@ -109,12 +140,6 @@ def _coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
     depth = vectors[..., at.depth]
     shared = (np.broadcast_to(vectors[..., place, None], depth.shape) for place in (at.sigma, at.log_mu))
     return np.stack([depth, vectors[..., at.angle], *shared])
-
-
-def _coefficients(nodes: FloatArray, values: FloatArray, degree: int) -> FloatArray:
-    """Coefficients (m, t, k) of least squares, of values (n, t, m) at nodes (n, 4)."""
-    found = np.linalg.lstsq(_monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
-    return np.ascontiguousarray(found.reshape(len(found), *values.shape[1:]).transpose(2, 1, 0))
 
 
 def _monomials(place: FloatArray, degree: int) -> FloatArray:

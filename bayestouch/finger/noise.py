@@ -48,11 +48,43 @@ class Errors:
 def errors(known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> Errors:
     """Errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
     noise = np.exp(vector[..., layout.noise])
-    counts = known.counts
-    share = np.divide(1.0, counts, out=np.full(counts.shape, np.inf), where=~known.missing)
+    share = known.shares
     if layout.discrepancy:
         share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
     return Errors(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
+
+
+@dataclass(frozen=True, eq=False)
+class Precisions:
+    """What n vectors say of the noise of known touches.
+
+    Attributes
+    ----------
+    weight : (n, t, m) array
+        Inverse variance of each mean reading; 0 where there is none.
+    log_weight : (n,) array
+        Sum of their logarithms.
+    load_sd : (n, t) array
+        As of `Errors`.
+    """
+
+    weight: FloatArray
+    log_weight: FloatArray
+    load_sd: FloatArray
+
+
+def precisions(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> Precisions:
+    """What `errors` gives, as inverse variances; the logarithms are taken once for each number of readings."""
+    log_noise = vectors[:, layout.noise]
+    more = np.zeros(log_noise.shape)
+    if layout.discrepancy:
+        more = np.exp(2 * vectors[:, layout.missed]) / known.typical_reads
+    share = known.shares + more[:, None]
+    weight = np.exp(-2 * log_noise)[:, None] / share
+    log_weight = -2 * log_noise @ known.share_counts.sum(axis=0)
+    for one, count in zip(known.share_values, known.share_counts, strict=True):
+        log_weight = log_weight - np.log(one + more) @ count
+    return Precisions(weight, log_weight, known.load_sd(np.exp(vectors[:, layout.force_noise])))
 
 
 def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> FloatArray:
