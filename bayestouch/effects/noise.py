@@ -195,5 +195,5 @@ class Outliers(NoiseEffect):
         # Log odds of a wrong reading; far beyond the noise they are the whole of it.
         odds = np.log(max(probability, 1e-300)) - np.log1p(-probability) + 0.5 * np.log(own / wide)
         odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
-        either = usual + np.where(odds > CERTAIN, odds, np.log1p(np.exp(np.minimum(odds, CERTAIN))))
+        either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))
         return np.asarray((either * scatter.present).sum(axis=1))

@@ -24,6 +24,8 @@ REACH = 4.0
 DEGREE, SLOPE_DEGREE = 4, 2
 # The series is evaluated at so many nodes for each coefficient, and at so many more where the two are compared.
 NODES, COMPARED = 1.6, 8
+# Vectors that the series is given at once: what it holds of more leaves the cache.
+TOGETHER = 6
 # Root of the sum of squares of what the polynomials are off by, over the noise: about the error of a log density. Terms
 # that are this small together, which most of those of high degree are, are left out.
 LARGEST_ERROR, LEFT_OUT = 0.02, 3e-4
@@ -120,7 +122,8 @@ def local_series(
     for at_place, node in zip(places, nodes.T, strict=True):
         vectors[:, at_place] = middle[at_place] + np.multiply.outer(node, half[at_place])
     response = series.sign * np.exp(centre[at.response])
-    readings, slopes = series(vectors)
+    parts = [series(vectors[first : first + TOGETHER]) for first in range(0, count, TOGETHER)]
+    readings, slopes = (np.concatenate(each) for each in zip(*parts, strict=True))
     noise = noise_sd / np.abs(response)
     local = LocalSeries(
         series,

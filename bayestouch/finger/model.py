@@ -191,7 +191,7 @@ class FingerModel(SensorModel):
             place=(angle,),
             load=load,
             time_s=observed.touch_time_s,
-            held_s=observed.of_touches(observed.held_s),
+            held_s=observed.touch_held_s,
             element_place=(np.asarray(self.finger.element_angles_deg),),
             peak=self.peak,
             reference_load=self.reference_load,
@@ -263,8 +263,8 @@ class FingerModel(SensorModel):
         return self._sharing(replace(self, pose=np.stack([radius_mm, angle, load]), evaluator=None))
 
     def _sharing(self, other: FingerModel) -> FingerModel:
-        """The other model, which need not solve again what was solved last."""
-        other._last.update(self._last)
+        """The other model; what one of the two has solved last, neither solves again."""
+        other.__dict__["_last"] = self._last
         return other
 
 

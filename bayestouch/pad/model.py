@@ -102,7 +102,7 @@ class PadModel(SensorModel):
             place=tuple(places[: len(self.element_place)]),
             load=self.load if load is None else load,
             time_s=observed.touch_time_s,
-            held_s=observed.of_touches(observed.held_s),
+            held_s=observed.touch_held_s,
             element_place=self.element_place,
             peak=self.peak,
             reference_load=self.reference_load,
