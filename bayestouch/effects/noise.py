@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 # Log odds beyond which one and the odds are the odds, in double precision.
@@ -72,6 +74,13 @@ class NoiseEffect(Effect):
         """Log density of each sample (n,) under the effect with its parameters, up to a constant."""
         raise NotImplementedError
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        """Errors (n, m) that a simulation adds to the signal: drawn as `log_density` says."""
+        raise InputError(f"effect {self.name} does not say how its errors are drawn: it cannot be simulated")
+
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        return np.asarray(recording.signal + self.errors(recording, values, rng))
+
 
 @dataclass(frozen=True)
 class CommonModeNoise(NoiseEffect):
@@ -107,6 +116,11 @@ class CommonModeNoise(NoiseEffect):
         squares = scatter.squares @ (1 / own) - (scatter.clean @ (size / own)) ** 2 / (1 + length2)
         volume = np.log1p(length2) + present @ np.log(own)
         return np.asarray(-0.5 * (squares + volume))
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        sd, shared = values
+        size = sd * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
+        return np.asarray(size * rng.standard_normal((recording.n_rows, 1)))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """Variance of each element's own noise over that of all its noise, (m,).
@@ -161,6 +175,11 @@ class SignalDependentNoise(NoiseEffect):
         terms = (scatter.squares / variance + np.log(variance)) * present
         return np.asarray(-0.5 * terms.sum(axis=1))
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        share, power = values
+        sd = share * recording.peak * np.abs(recording.signal / recording.peak) ** power
+        return np.asarray(sd * rng.standard_normal(recording.signal.shape))
+
 
 @dataclass(frozen=True)
 class Outliers(NoiseEffect):
@@ -197,3 +216,8 @@ class Outliers(NoiseEffect):
         odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
         either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))
         return np.asarray((either * scatter.present).sum(axis=1))
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        probability, size = values
+        wrong = rng.random(recording.signal.shape) < probability
+        return np.asarray(wrong * size * recording.peak * rng.standard_normal(recording.signal.shape))

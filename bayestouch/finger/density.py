@@ -13,6 +13,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import log_likelihood_of_scatter, precisions
+from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
 NUMBERS_HELD = 1 << 16
@@ -41,7 +42,7 @@ class FingerDensity:
         """The posterior of a fit."""
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
-        near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.errors(fit.vector).sd)
+        near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
         return cls(likelihood, near, series.covers)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
@@ -62,19 +63,15 @@ class FingerDensity:
         spread = precisions(known, likelihood.layout, vectors)
         left = np.where(likelihood.missing, 0.0, known.readings) - predicted
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
-        pulled = spread.weight * slope
-        shared = spread.load_sd**2 * np.einsum("ntm,ntm->nt", pulled, slope)
-        explained = (spread.load_sd * np.einsum("ntm,ntm->nt", pulled, left)) ** 2 / (1 + shared)
-        squares = np.einsum("ntm,ntm,ntm->n", spread.weight, left, left)
-        data = -0.5 * (squares - explained.sum(axis=1) + np.log1p(shared).sum(axis=1) - spread.log_weight)
+        data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
-        likelihood, spread = self.likelihood, self.likelihood.errors(vectors)
+        likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
-        weight = np.where(likelihood.missing, 0.0, 1 / spread.sd**2)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
-        variance = 1 / ((slope**2 * weight).sum(axis=-1) + spread.load_sd**-2.0)
-        return likelihood.known.load + variance * (slope * left * weight).sum(axis=-1), np.sqrt(variance)
+        pull, precision = shared_error(left, slope, spread.sd, spread.load_sd)
+        variance = 1 / precision
+        return likelihood.known.load + variance * pull, np.sqrt(variance)

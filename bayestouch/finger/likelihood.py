@@ -12,10 +12,11 @@ from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
-from bayestouch.finger.noise import Errors, errors
+from bayestouch.finger.noise import StandardErrors, standard_errors
 from bayestouch.finger.series import Reach, TouchSeries
-from bayestouch.model.observations import PlainRows
-from bayestouch.sampling.laplace import LaplaceFit, least_squares_map, whiten_rank_one
+from bayestouch.model.observations import UntimedTouches
+from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
 LOAD_REACH = 3.2
@@ -45,7 +46,7 @@ class FingerLikelihood:
         self.prior, self.known, self.start = model.flat_prior, known, start
         self.missing = known.missing
         pose = np.stack([known.radius_mm, known.angle, known.load])
-        self.model = replace(model, observed=PlainRows(len(known.load)), pose=pose)
+        self.model = replace(model, observed=UntimedTouches(len(known.load)), pose=pose)
         if model.evaluator is None:
             reach = self._reach(start, self.prior.spread[: self.layout.n_chain], PRIOR_REACH)
             self.model = replace(self.model, evaluator=self._series(reach))
@@ -104,16 +105,19 @@ class FingerLikelihood:
         """Derivative of the readings, (3 m + 2, t, m); an element's own parameters move that element alone."""
         return self.model.derivatives(vector)[0]
 
-    def errors(self, vector: FloatArray) -> Errors:
+    def standard_errors(self, vector: FloatArray) -> StandardErrors:
         """Standard deviations of readings and loads that a whole vector implies."""
-        return errors(self.known, self.layout, vector)
+        return standard_errors(self.known, self.layout, vector)
 
-    def whiten(self, rows: FloatArray, slope: FloatArray, spread: Errors) -> FloatArray:
+    def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
         """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""
-        direction = np.where(self.missing, 0.0, slope) * spread.load_sd[..., None]
-        return whiten_rank_one(np.where(self.missing, 0.0, rows), spread.sd, direction)
+        return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
-    def maximum(self, spread: Errors) -> LaplaceFit:
+    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne:
+        """Covariance of the readings of each touch: their own errors, and the load's, which moves all elements."""
+        return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
+
+    def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
 
         Contacts are solved anew where the posterior reaches beyond those there are.
@@ -127,7 +131,7 @@ class FingerLikelihood:
             reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH / 2)
         return fit
 
-    def _maximum(self, spread: Errors) -> LaplaceFit:
+    def _maximum(self, spread: StandardErrors) -> LaplaceFit:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
 

@@ -71,6 +71,6 @@ def test_beyond_its_range_the_series_is_evaluated(fit: FingerFit, near: LocalSer
 
 
 def test_a_wide_posterior_keeps_the_series(fit: FingerFit, near: LocalSeries) -> None:
-    noise_sd = fit.likelihood.errors(fit.vector).sd
+    noise_sd = fit.likelihood.standard_errors(fit.vector).sd
     found = local_series(fit.likelihood.series, fit.laplace.mode, 60 * fit.laplace.sd, noise_sd)
     assert isinstance(found, TouchSeries)
