@@ -16,7 +16,7 @@ from bayestouch.diagnosis.quantities import Quantity, of_finger
 from bayestouch.finger.model import finger_model
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
-from bayestouch.model.outliers import from_median, wrong_readings
+from bayestouch.model.outliers import from_median
 from bayestouch.model.predictive import precision_of_all
 from bayestouch.model.whitening import Whitening
 
@@ -183,9 +183,9 @@ def free_load(whitening: Whitening, of_load: FloatArray, measured: BoolArray) ->
 def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observations:
     """Touches without the readings that a model takes to be wrong."""
     noise = fitted.noise
-    for name, values in noise.effects:
-        if name == "outliers":
-            observed = observed.without(wrong_readings(from_median(observed.table), noise.sd, noise.peak, values))
+    for effect, values in noise.effects:
+        wrong = effect.wrong(from_median(observed.table), noise.sd, noise.peak, values)
+        observed = observed if wrong is None else observed.without(wrong)
     return observed
 
 

@@ -11,7 +11,6 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
-from bayestouch.effects.random import RandomEffect
 from bayestouch.finger.model import finger_model
 from bayestouch.model.base import SensorModel
 from bayestouch.model.fitting import Fitted
@@ -78,7 +77,7 @@ def _advice(before: Fitted, one: Tried, two: Tried) -> Advice:
     """
     assert one.fitted is not None and two.fitted is not None
     names = (one.effect.name, two.effect.name)
-    in_time = any(isinstance(tried.effect, RandomEffect) for tried in (one, two))
+    in_time = any(tried.effect.random for tried in (one, two))
     if in_time:
         apart, _ = separation(one.fitted, two.fitted, before.model.known)
         square = float((apart**2).sum(axis=1).mean())

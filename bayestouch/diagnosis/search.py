@@ -16,7 +16,6 @@ from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
-from bayestouch.effects.random import RandomEffect
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.peaks import fit_with_own_peaks
 from bayestouch.model.predictive import held_out_density
@@ -133,7 +132,7 @@ def _stands(rounds: tuple[SearchRound, ...]) -> bool:
     """Whether the first of these rounds stands, if nothing comes after the last."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
-    asked = TOGETHER_RANDOM if isinstance(added[0].effect, RandomEffect) else TOGETHER
+    asked = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
     return added[0].by_itself or explained >= asked * rounds[0].best_share
 
 
@@ -141,7 +140,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
     """The model without those earlier effects that stood in for what has now been found; and their names."""
     dropped: list[str] = []
     earlier: list[Effect] = [drift for drift, _ in last.before.drifts]
-    if last.added is None or not isinstance(last.added.effect, RandomEffect):
+    if last.added is None or not last.added.effect.random:
         # A random function of time may follow what a cause does: it does not take a cause's place.
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
@@ -236,7 +235,7 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
         return False
     # A random function of time can follow whatever the order of the touches goes with: it must do better than a
     # function of place, and be another thing than what the model has already (in a scan, time is place).
-    return not isinstance(tried.effect, RandomEffect) or (tried.gain > correction_gain and tried.seen > VISIBLE)
+    return not tried.effect.random or (tried.gain > correction_gain and tried.seen > VISIBLE)
 
 
 def is_near(tried: Tried) -> bool:
@@ -260,9 +259,9 @@ def _plainest(real: list[Tried]) -> Tried:
     best = real[0]
     if best.noise is not None:
         return best
-    plain = [each for each in real if each.noise is None and not isinstance(each.effect, RandomEffect)]
+    plain = [each for each in real if each.noise is None and not each.effect.random]
     as_good = [each for each in plain if each is best or _as_good(each, best)]
-    if not as_good and isinstance(best.effect, RandomEffect):
+    if not as_good and best.effect.random:
         # What a random function does beyond a cause that does nearly as much is for the next round. It is held against
         # what it explains: it gains density also by saying that it is uncertain.
         most = max(plain, key=lambda each: each.of_means, default=best)

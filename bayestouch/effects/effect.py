@@ -135,6 +135,8 @@ class Effect:
         What it does, in half a sentence.
     needs_samples : bool
         Whether it acts within a touch, so that the mean of a touch does not show it all.
+    random : bool
+        Whether it is a random function of time, which can follow what other effects do.
     mixes : bool
         Whether an element's reading depends on the signals of others.
     parameters : tuple of EffectParameter
@@ -145,6 +147,7 @@ class Effect:
     stage: ClassVar[Stage]
     summary: ClassVar[str]
     needs_samples: ClassVar[bool] = False
+    random: ClassVar[bool] = False
     mixes: ClassVar[bool] = True
     parameters: tuple[EffectParameter, ...]
 

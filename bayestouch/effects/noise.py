@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -81,6 +82,35 @@ class NoiseEffect(Effect):
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         return np.asarray(recording.signal + self.errors(recording, values, rng))
 
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance of each element's own noise over that of all its noise, (m,): what the effect leaves to it."""
+        return np.ones(len(scatter.sd))
+
+    def added(self, values: Values) -> Mapping[str, float]:
+        """What it adds to the noise, by the names of `bayestouch.model.noise.AddedNoise`.
+
+        An effect that adds nothing is found and reported, and predictions stay as uncertain as they are.
+        """
+        return {}
+
+    def wrong(
+        self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> NDArray[np.bool_] | None:
+        """Which readings (n, m) are more likely wrong than not, and are left out; None for an effect without such.
+
+        Parameters
+        ----------
+        deviation : (n, m) array
+            Reading minus median of its touch; NaN where that tells nothing.
+        sd : (m,) array
+            Noise of a reading that is not wrong.
+        peak : (m,) array
+            Size of the peak reading.
+        values : tuple of float
+            Values of the effect.
+        """
+        return None
+
 
 @dataclass(frozen=True)
 class CommonModeNoise(NoiseEffect):
@@ -122,8 +152,11 @@ class CommonModeNoise(NoiseEffect):
         size = sd * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
         return np.asarray(size * rng.standard_normal((recording.n_rows, 1)))
 
+    def added(self, values: Values) -> Mapping[str, float]:
+        return {"common": values[0], "common_shared": values[1]}
+
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Variance of each element's own noise over that of all its noise, (m,).
+        """See `NoiseEffect.own`.
 
         The sd that `z` was scaled with holds the shared part too. What is left of the variance is the element's own,
         but not less than what scatters about the shared error as all elements together show it: where the shared
@@ -166,14 +199,23 @@ class SignalDependentNoise(NoiseEffect):
         return cls()
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        share, power = values
-        present = scatter.present
-        added = np.exp(2 * power * scatter.log_signal) * (share / scatter.sd) ** 2
-        # The pooled variance that `z` was scaled with holds the mean of the added part too.
-        mean = (added * present).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
-        variance = np.maximum(1 - mean, 0.02) + added
-        terms = (scatter.squares / variance + np.log(variance)) * present
+        variance = self.own(scatter, values) + self._share(scatter, values)
+        terms = (scatter.squares / variance + np.log(variance)) * scatter.present
         return np.asarray(-0.5 * terms.sum(axis=1))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """See `NoiseEffect.own`: the pooled variance that `z` was scaled with holds the mean of the added part too."""
+        present = scatter.present
+        mean = (self._share(scatter, values) * present).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
+        return np.asarray(np.maximum(1 - mean, 0.02))
+
+    def added(self, values: Values) -> Mapping[str, float]:
+        return {"share": values[0], "power": values[1]}
+
+    def _share(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance that comes with the signal over that of all noise, (n, m)."""
+        share, power = values
+        return np.asarray(np.exp(2 * power * scatter.log_signal) * (share / scatter.sd) ** 2)
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         share, power = values
@@ -208,7 +250,7 @@ class Outliers(NoiseEffect):
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         probability, size = values
-        own = np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+        own = self.own(scatter, values)
         wide = own + (size / scatter.sd) ** 2
         usual = np.log1p(-probability) - 0.5 * np.log(own) - 0.5 * scatter.squares / own
         # Log odds of a wrong reading; far beyond the noise they are the whole of it.
@@ -216,6 +258,18 @@ class Outliers(NoiseEffect):
         odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
         either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))
         return np.asarray((either * scatter.present).sum(axis=1))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        probability, size = values
+        return np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+
+    def wrong(self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values) -> NDArray[np.bool_]:
+        probability, size = values
+        wide = sd**2 + (size * peak) ** 2
+        with np.errstate(invalid="ignore"):
+            usual = np.log1p(-probability) - 0.5 * (deviation**2 / sd**2 + np.log(sd**2))
+            wrong = np.log(max(probability, 1e-300)) - 0.5 * (deviation**2 / wide + np.log(wide))
+            return np.asarray(~np.isnan(deviation) & (wrong > usual))
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         probability, size = values

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting
+from bayestouch.effects import Effect, Setting
 from bayestouch.finger.calibration import layout, peak_strain
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.priors import FingerPriors
@@ -206,7 +206,8 @@ def _public(
         effect = each.effect
         for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
             mode[public.name] = np.asarray(each.values[i])
-            if isinstance(effect, RandomEffect | NoiseEffect):
+            if effect.name not in place:
+                # Of drifts and noise: no parameter of the chain.
                 sd = each.sd[i] if np.isfinite(each.sd[i]) else 0.0
                 low, high = own.prior.support
                 draws[public.name] = np.clip(each.values[i] + sd * rng.standard_normal(len(vectors)), low, high)
