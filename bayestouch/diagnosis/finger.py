@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.as_stated import at_stated_references
 from bayestouch.diagnosis.beginning import Beginning
@@ -17,6 +19,7 @@ from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.effects import Setting, catalogue
 from bayestouch.finger.calibration import finger_calibration
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
+from bayestouch.finger.model import finger_model
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted
@@ -71,6 +74,9 @@ class _EvaluateFinger:
         stated: Mapping[str, Prior] | None,
     ) -> None:
         self.start, self.stated = start, stated
+        # Errors before and after are shares of the same peaks: those of the fit without effects.
+        model = start.fitted.model
+        self.peak = np.exp(start.fitted.vector[finger_model(model).layout.response]) * model.reference_load
         self.data, self.setting, self.draws, self.sample, self.seed = data, setting, draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
@@ -117,4 +123,4 @@ class _EvaluateFinger:
         """Residuals of the held-out touches."""
         if self.observed is None:
             return None
-        return held_out(fitted, correction, self.observed, force_noise(fitted), stated=stated)
+        return held_out(fitted, correction, self.observed, force_noise(fitted), self.peak, stated=stated)

@@ -117,7 +117,13 @@ def rms_percent(residual: FloatArray) -> float:
 
 
 def held_out(
-    fitted: Fitted, correction: Correction | None, observed: Observations, force_sd: float, *, stated: bool = False
+    fitted: Fitted,
+    correction: Correction | None,
+    observed: Observations,
+    force_sd: float,
+    peak: FloatArray,
+    *,
+    stated: bool = False,
 ) -> HeldOut:
     """Residuals of a finger's model on touches that it was not fitted to.
 
@@ -131,6 +137,8 @@ def held_out(
         Held-out touches.
     force_sd : float
         Noise of one reading of the load.
+    peak : (m,) array
+        Peak readings that errors are shares of: those of the fit without effects, before and after.
     stated : bool
         Predict touches at the references that the data set states, see `at_stated_references`.
     """
@@ -148,7 +156,6 @@ def held_out(
     whitening = Whitening.of(observed, noise, predicted, by_load)
     residual = means.readings - predicted
     present = whitening.present
-    peak = np.abs(model.chain(shown.vector).response) * model.reference_load
     recording = model.poses(shown.vector)
     angle, load = recording.place[0], np.where(measured, recording.load, np.nan)
     outer = model.finger.outer_radius_mm
