@@ -6,7 +6,7 @@ for the signal, touch by touch. Effects that depend on where the touch is are le
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -135,25 +135,39 @@ class PadEffects:
             signal = signal + (read - self._readings(recording, signal)) / slope
         return np.asarray(signal)
 
-    def acting(self, load: FloatArray) -> FloatArray:
-        """Load (n,) as it acts, of loads as read; NaN stays."""
+    def acting(self, read: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of loads as the force sensor reads them; NaN stays."""
+        return self._posed(read, self._corrected)
+
+    def pressed(self, read: FloatArray) -> FloatArray:
+        """True load (n,), of loads as the force sensor reads them; NaN stays."""
+        return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
+
+    def as_read(self, acting: FloatArray) -> FloatArray:
+        """Load as the force sensor reads it, of loads as they act, any shape: inverse of `acting`, where that rises."""
+        return self._inverse(acting, self._corrected)
+
+    def pressing(self, acting: FloatArray) -> FloatArray:
+        """True load, of loads as they act, any shape: the load that effects of the contact take to these."""
+        return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
+    def pressing_slope(self, acting: FloatArray) -> FloatArray:
+        """Derivative of `pressing`, any shape; zero where no load that is tabulated acts like that."""
+        step = 1e-4 * self.reference_load
+        return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
+
+    def _posed(self, load: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         recording = self._recording(
             load, np.zeros((len(load), len(self.peak))), tuple(np.full(len(load), np.nan) for _ in self.element_place)
         )
-        for effect, values in self._corrected:
+        for effect, values in effects:
             recording = effect.pose(recording, values)
         return recording.load
 
-    def as_read(self, acting: FloatArray) -> FloatArray:
-        """Load as it would be read, of loads as they act, any shape: the inverse of `acting`, where that rises."""
+    def _inverse(self, acting: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
-        there = np.maximum.accumulate(self.acting(grid))
+        there = np.maximum.accumulate(self._posed(grid, effects))
         return np.asarray(np.interp(acting, there, grid))
-
-    def as_read_slope(self, acting: FloatArray) -> FloatArray:
-        """Derivative of `as_read`, any shape; zero where no load that is tabulated acts like that."""
-        step = 1e-4 * self.reference_load
-        return np.asarray((self.as_read(acting + step) - self.as_read(acting - step)) / (2 * step))
 
     @property
     def load_slope(self) -> float:

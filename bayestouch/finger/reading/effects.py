@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,6 +14,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.model import FingerModel
+from bayestouch.finger.reading.reader import TouchContext
 from bayestouch.model.observations import Observations, UntimedTouches
 
 
@@ -57,6 +59,18 @@ class EffectContext:
             extra=self.extra[index],
             reads=self.reads[index],
             slopes=self.slopes[:, :, index],
+        )
+
+    def joined(self, parts: Sequence[TouchContext]) -> EffectContext:
+        """The same effects on the touches of several contexts, of which this is one."""
+        contexts = [part for part in parts if isinstance(part, EffectContext)]
+        return replace(
+            self,
+            scale=np.concatenate([part.scale for part in contexts]),
+            shift=np.concatenate([part.shift for part in contexts]),
+            extra=np.concatenate([part.extra for part in contexts]),
+            reads=np.concatenate([part.reads for part in contexts]),
+            slopes=np.concatenate([part.slopes for part in contexts], axis=2),
         )
 
     def readings(
