@@ -10,8 +10,8 @@ from bayestouch.data import parquet, tables, toml_text, touch_source
 from bayestouch.diagnosis import comparison, search
 from bayestouch.diagnosis import data as parted
 from bayestouch.finger import priors
-from bayestouch.finger.reading import alternatives, check, profile
-from bayestouch.reading import driver, fault_tests, faults
+from bayestouch.finger.reading import alternatives, profile
+from bayestouch.reading import check, driver, fault_tests, faults
 from bayestouch.reporting import diagnosis_file, touch_list
 from bayestouch.results import hdf5_reading
 
