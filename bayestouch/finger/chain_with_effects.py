@@ -13,8 +13,9 @@ from bayestouch.effects import Values
 from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
-from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import UntimedTouches
+from bayestouch.results.keys import EFFECT_PEAK
 from bayestouch.results.objects import Calibration
 
 
@@ -51,7 +52,8 @@ class ChainWithEffects:
         from bayestouch.finger.calibration import finger_chain
 
         finger = finger_of(calibration.sensor)
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        listed = EffectList.of(calibration)
+        assert listed is not None
         chain = finger_chain(calibration)
         sign = np.where(chain.response < 0, -1.0, 1.0)
         model = FingerModel(
@@ -61,7 +63,7 @@ class ChainWithEffects:
             flat_prior=None,
             sign=sign,
             contact=chain.contact,
-            peak=np.asarray(calibration.extra[PEAK]),
+            peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             reference_load=listed.setting.reference_load,
             largest_load=chain.largest_load,
             effects=listed.plain,
