@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
 from bayestouch.inference import infer
-from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -44,7 +44,7 @@ def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldO
     of that sensor. Where effects depend on what came before, the touches in between are read too.
     """
     # The table has had its rest reading subtracted.
-    plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
+    plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
     read = infer(table, plain, draws=DRAWS, seed=seed)
     place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
@@ -79,8 +79,7 @@ def _loads(table: Touches, calibration: Calibration, held: HeldOut, index: NDArr
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
-    if KEY in calibration.settings:
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
-        if any(effect.needs_samples for effect in listed.plain):
-            return data.table
+    listed = EffectList.of(calibration)
+    if listed is not None and any(effect.needs_samples for effect in listed.plain):
+        return data.table
     return data.table.select(data.held_out)

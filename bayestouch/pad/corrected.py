@@ -14,16 +14,15 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
-from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.timing import Timing
+from bayestouch.results.keys import EFFECT_PEAK, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-#: Arrays of a calibration that hold the elements' zeros, which effects do not act on, and the effects' values.
-ZERO, VALUES = "effect_zero", "effect_values"
 # Newton steps of the signal behind a reading: each takes at least half of the error.
 STEPS = 25
 # Central difference of a reading over its signal, as a share of the peak; least slope that a step is taken with.
@@ -180,29 +179,27 @@ class PadEffects:
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for a calibration's file."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
-        return {PEAK: self.peak, ZERO: self.zero, VALUES: np.array(flat, dtype=np.float64)}
+        return {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
         """Effects of a calibration; None where it has none."""
-        if KEY not in calibration.settings:
+        listed = EffectList.of(calibration)
+        if listed is None:
             return None
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
-        flat = np.asarray(calibration.extra[VALUES], dtype=np.float64)
+        flat = np.asarray(calibration.extra[EFFECT_VALUES], dtype=np.float64)
         values, first = {}, 0
         for effect in listed.effects:
             count = len(effect.parameters)
             values[effect.name] = tuple(map(float, flat[first : first + count]))
             first += count
-        pad = calibration.sensor.body
-        assert isinstance(pad, Pad)
-        columns = (pad.element_x_mm, pad.element_y_mm)
+        places = pad_of(calibration.sensor).places_mm.values()
         return cls(
             listed=listed,
             values=values,
-            peak=np.asarray(calibration.extra[PEAK]),
-            zero=np.asarray(calibration.extra[ZERO]),
-            element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+            peak=np.asarray(calibration.extra[EFFECT_PEAK]),
+            zero=np.asarray(calibration.extra[EFFECT_ZERO]),
+            element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
         )
 
 

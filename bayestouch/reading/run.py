@@ -80,7 +80,7 @@ def touch_run(
     InputError
         The rest reading of the calibration is not that of the table's elements.
     """
-    baseline = Baseline.of(found.rest, calibration.extra.get("rest_reading"))
+    baseline = Baseline.of(found.rest, calibration.rest_reading)
     # What is read of a touch may depend on other touches: then the table is in memory, and made ready at once.
     whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
     block = None if whole is None else reader.ready(whole)

@@ -104,7 +104,7 @@ class EffectContext:
         model = self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
         vector = self.effects_chain.vector[self._static_rows]
         signal = model.predict(vector).touches
-        total = self.extra + self._noise(signal)
+        total = self.extra + self.effects_chain.listed.noise.covariance(signal, model.peak, self.reads)
         correction_table = self.effects_chain.correction_table
         if correction_table is not None:
             sd = correction_table.sd_at(np.degrees(angle))
@@ -121,15 +121,6 @@ class EffectContext:
         )
         spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
         return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
-
-    def _noise(self, signal: FloatArray) -> FloatArray:
-        """What effects of the noise add."""
-        noise, peak = self.effects_chain.listed.noise, self.effects_chain.model.peak
-        m = signal.shape[1]
-        together = noise.together(peak)
-        own = noise.variance(signal, peak) / self.reads[:, None]
-        common = noise.shared_variance(self.reads)[:, None, None] * np.outer(together, together)
-        return np.asarray(common + own[:, :, None] * np.eye(m))
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

@@ -23,7 +23,6 @@ from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, T
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
 from bayestouch.finger.reading.touches_with_effects import changes_load, observe, prepare
-from bayestouch.model.effect_list import KEY
 from bayestouch.model.observations import Observations
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
@@ -86,7 +85,7 @@ class FingerTouchReader:
     def from_calibration(cls, calibration: Calibration, options: Options) -> FingerTouchReader:
         """Reader from a calibration, as made or as loaded from a file."""
         typical = float(calibration.settings["typical_load"])
-        effects_chain = ChainWithEffects.of(calibration) if KEY in calibration.settings else None
+        effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
         chain, table, covariance = _model(calibration, typical, effects_chain)
         priors = IndenterPriors.of(chain, typical, options.indenter)
         noise = calibration.noise
@@ -220,7 +219,7 @@ def _model(
     """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
     elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
     ends = IndenterPriors.of(elastic, typical).location.support
-    if calibration.settings.get("e_map") == "empirical":
+    if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 
