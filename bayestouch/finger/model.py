@@ -16,8 +16,10 @@ from bayestouch.contact import composite_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
+from bayestouch.finger.correction_basis import FingerCorrectionBasis
 from bayestouch.finger.layout import FlatLayout, FlatPrior
-from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, Predicted, SensorModel, difference
+from bayestouch.finger.possible_touches import possible_touches
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Predicted, SensorModel, difference
 from bayestouch.model.observations import Observations
 
 # Central difference of a signal through the effects, as a share of the peak.
@@ -234,6 +236,21 @@ class FingerModel(SensorModel):
         step = LOAD_STEP * load
         up, down = (self.predict(vector, load + sign * step).touches for sign in (1, -1))
         return np.asarray((up - down) / (2 * step[:, None]))
+
+    def correction_basis(self, vector: FloatArray) -> FingerCorrectionBasis:
+        """Basis of a correction without a cause, over the angles that the touches cover."""
+        element, outer = np.degrees(vector[self.layout.angle]), self.finger.outer_radius_mm
+        return FingerCorrectionBasis.of(element, self.peak, self.reference_load, outer, self.poses(vector))
+
+    def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
+        """Composite radius (mm), location (degree) and load (N/m) of the touches, all (t,)."""
+        recording = self.poses(vector)
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        return radius, recording.place[0], recording.load
+
+    def possible_touches(self) -> PossibleTouches:
+        """Touches that could decide between two models: the tips, locations and loads that were used."""
+        return possible_touches(self.known, self.load)
 
     def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
         """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""

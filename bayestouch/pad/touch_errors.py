@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.touches import Touches
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
-from bayestouch.inference import infer
 from bayestouch.model.effect_list import KEY, EffectList
-from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.touch_errors import (
+    COVERAGE,
+    DRAWS,
+    Infer,
+    TouchErrors,
+    TouchReading,
+    rows_of_held_out,
+    summarised,
+    without_rest,
+)
+from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True)
@@ -35,25 +42,23 @@ class PadTouchErrors(TouchErrors):
     P_rms_N: float
 
 
-def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int) -> TouchReading:
-    """Read the held-out touches with a calibration and compare with their references.
+def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
+    """Read the held-out touches with a calibration, by `infer`, and compare with their references.
 
     No effect on a pad moves a location, and a load is what the force sensor reads: references are those stated. Where
     effects depend on what came before, the touches in between are read too.
     """
-    # The table has had its rest reading subtracted.
-    plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
+    plain = without_rest(calibration)
     table = _to_be_read(calibration, data)
     read = infer(table, plain, draws=DRAWS, seed=seed)
-    place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
-    index = np.array([place[int(touch)] for touch in held.observed.means.touch])
+    index = rows_of_held_out(read, held)
     axes = [name for name in ("x", "y") if name in held.stated]
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
     by_touch = {
         "location_rms_mm": np.sqrt(squares),
-        "P_rms_N": _load_error(table, plain, held, index, seed),
+        "P_rms_N": _load_error(infer, table, plain, held, index, seed),
         "coverage_90": (level <= COVERAGE).astype(float),
     }
     of_a_finger = dict.fromkeys(("R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m"), float("nan"))
@@ -62,16 +67,16 @@ def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldO
 
 
 def _load_error(
-    table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int
+    infer: Infer, table: Touches, calibration: Calibration, held: HeldOut, index: IntArray, seed: int
 ) -> FloatArray:
     """Load read without the force sensor less its reading, (t,); NaN where it was not read."""
     if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
         return np.full(len(index), np.nan)
-    read: TouchPosteriors = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
+    read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
     return np.asarray(read.mean("P")[index] - held.stated["P"])
 
 
-def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
+def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
     if KEY in calibration.settings:
         listed = EffectList.from_text(str(calibration.settings[KEY]))
         if any(effect.needs_samples for effect in listed.plain):
