@@ -35,8 +35,8 @@ from bayestouch.chain.kernels import LayerKernel
 from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.data.splits import with_calibration
 from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.candidates import PadCandidate, fit_kernel
 from bayestouch.pad.known_touches import PadReadings, pad_readings
-from bayestouch.pad.models import PadCandidate, fit_kernel
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.pad.reading.run import infer_pad
