@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import bayestouch
-from bayestouch import cli
+from bayestouch.commands import cli
 from bayestouch.data.touch_table import write_touches
 from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError

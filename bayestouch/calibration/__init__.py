@@ -49,8 +49,9 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. The posterior is
-        then the normal approximation about the mode. `contact`, where it is given, stands in for that of the model.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
+        the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
+        `contact`, where it is given, stands in for that of the model.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -75,13 +76,14 @@ def calibrate(
     own = body.own(given)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
-        if model is None:
+        if model is not None:
+            if model.body != body.kind:
+                raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
+            own = body.own({**given, "contact": contact or model.contact or None})
+        if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
-        if model.body != body.kind:
-            raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
-        if given.pop("e_map") == "empirical":
+        if own.pop("e_map", None) == "empirical":
             raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
-        own = body.own({**given, "contact": contact or model.contact or None})
         return calibrate_with_effects(dataset, model, **own, **common)

@@ -18,7 +18,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.checks.ranks import BINS, RankStatistics, rank_statistics
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
+from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.inference import infer
@@ -100,8 +100,7 @@ def sbc(
         return check_calibration(design, simulations, progress, scheduler)
     if priors or contact != "layer" or scheduler is not None:
         raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
-    if not isinstance(of.sensor.body, Finger):
-        raise InputError("simulation-based calibration is offered for fingers")
+    finger_of(of.sensor, "simulation-based calibration")
     if KEY in of.settings or of.settings.get("e_map") == "empirical":
         raise InputError(
             "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
@@ -158,8 +157,7 @@ def simulate_touches(
     Touches
         ``simulations * samples`` rows.
     """
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     place = np.asarray(calibration.mode["theta_s"])
     outer, largest = finger.outer_radius_mm, LARGEST_LOAD * float(np.nanmean(calibration.rows.load))
     radius = rng.uniform(0.0, outer, simulations)
@@ -189,8 +187,7 @@ def simulate_touches(
 
 def _chain(calibration: Calibration, drawn: Mapping[str, FloatArray]) -> FingerChain:
     """The finger with the parameters of one draw."""
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,
         outer_radius_mm=finger.outer_radius_mm,

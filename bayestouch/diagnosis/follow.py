@@ -9,7 +9,7 @@ from typing import Any
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.measure import advice
-from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
@@ -64,7 +64,7 @@ def trace(
     advance(SEARCHED)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
-    added = in_order(rounds, final, spreads)
+    added = effects_as_added(rounds, final, spreads)
     evaluate = partial(_evaluated, begun.evaluation, sample)
     before = evaluate(fitted, (), None)
     advance(READ)
@@ -106,7 +106,9 @@ def _evaluated(
     return EvaluatedModel(fitted, correction, calibration, held, stated, read)
 
 
-def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Values]) -> tuple[AddedEffect, ...]:
+def effects_as_added(
+    rounds: tuple[SearchRound, ...], fitted: Fitted, spreads: Mapping[str, Values]
+) -> tuple[AddedEffect, ...]:
     """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
     noise = tuple(
@@ -122,7 +124,7 @@ def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Va
 
 
 def _steps(
-    rounds: tuple[Round, ...], evaluation: Evaluation, before: EvaluatedModel, explained: EvaluatedModel
+    rounds: tuple[SearchRound, ...], evaluation: Evaluation, before: EvaluatedModel, explained: EvaluatedModel
 ) -> tuple[HeldOut, ...]:
     """Held-out residuals at the beginning of each round; empty where none could be held out."""
     between = [evaluation.held_out(each.before, None) for each in rounds[1:-1]]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.rounds import Round, Tried
+from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.base import PossibleTouches, SensorModel
@@ -47,7 +47,7 @@ class Advice:
         return f"To decide between {one} and {two}: about {self.number} more touches {self.touches}."
 
 
-def advice(rounds: tuple[Round, ...]) -> Advice | None:
+def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
     """Advice where an effect was added that another equals, or where none was added though some came near.
 
     None on a body of which no touches that could decide are known.
@@ -60,7 +60,7 @@ def advice(rounds: tuple[Round, ...]) -> Advice | None:
     return None
 
 
-def _undecided(each: Round) -> tuple[Tried, Tried] | None:
+def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
     refitted = [tried for tried in each.tried if tried.fitted is not None and tried.noise is None]
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]

@@ -63,7 +63,7 @@ class Tried:
 
 
 @dataclass(frozen=True, eq=False)
-class Round:
+class SearchRound:
     """One round of the search.
 
     Attributes

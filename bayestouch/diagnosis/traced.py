@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bayestouch.diagnosis.measure import Advice
-from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.correction import Correction
@@ -52,7 +52,7 @@ class Traced(Summarised):
     ----------
     data : SplitData
         Touches, parted.
-    rounds : tuple of Round
+    rounds : tuple of SearchRound
         Rounds of the search.
     steps : tuple of HeldOut
         Held-out residuals at the beginning of each round; empty where none could be held out.
@@ -69,7 +69,7 @@ class Traced(Summarised):
     """
 
     data: SplitData
-    rounds: tuple[Round, ...]
+    rounds: tuple[SearchRound, ...]
     steps: tuple[HeldOut, ...]
     added: tuple[AddedEffect, ...]
     before: EvaluatedModel

@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +57,13 @@ class NoiseEffect(Effect):
         """Log density of each sample (n,) under the effect with its parameters, up to a constant."""
         raise NotImplementedError
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        """Errors (n, m) that a simulation adds to the signal: drawn as `log_density` says."""
+        raise InputError(f"effect {self.name} does not say how its errors are drawn: it cannot be simulated")
+
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        return np.asarray(recording.signal + self.errors(recording, values, rng))
+
 
 @dataclass(frozen=True)
 class CommonModeNoise(NoiseEffect):
@@ -85,12 +95,15 @@ class CommonModeNoise(NoiseEffect):
         present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
         own = self.own(scatter, values)
-        u = np.where(present, size / np.sqrt(own), 0.0)
-        w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
-        length2 = (u * u).sum(axis=1)
-        squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
-        volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
+        covariance = DiagonalPlusRankOne(np.sqrt(own), np.where(present, size, 0.0))
+        squares = covariance.squared_distance(np.where(present, scatter.z, 0.0))
+        volume = covariance.shared_log_determinant + (np.log(own) * present).sum(axis=1)
         return np.asarray(-0.5 * (squares + volume))
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        sd, shared = values
+        size = sd * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
+        return np.asarray(size * rng.standard_normal((recording.n_rows, 1)))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """Variance of each element's own noise over that of all its noise, (m,).
@@ -146,6 +159,11 @@ class SignalDependentNoise(NoiseEffect):
         terms = np.where(present, z * z / variance + np.log(variance), 0.0)
         return np.asarray(-0.5 * terms.sum(axis=1))
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        share, power = values
+        sd = share * recording.peak * np.abs(recording.signal / recording.peak) ** power
+        return np.asarray(sd * rng.standard_normal(recording.signal.shape))
+
 
 @dataclass(frozen=True)
 class Outliers(NoiseEffect):
@@ -181,3 +199,8 @@ class Outliers(NoiseEffect):
         usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
         wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
         return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        probability, size = values
+        wrong = rng.random(recording.signal.shape) < probability
+        return np.asarray(wrong * size * recording.peak * rng.standard_normal(recording.signal.shape))

@@ -18,7 +18,8 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 class RandomEffect(Effect):
     """An effect that is a smooth random function of time; its values are the function's sd and correlation time.
 
-    Further values are of kinds that are tried one by one, at the probes of their parameters.
+    Further values are of kinds that are tried one by one, at the probes of their parameters. A simulation draws the
+    weights of the `basis`, which are standard normal.
     """
 
     def own(self, values: Values) -> bool:
@@ -38,6 +39,12 @@ class RandomEffect(Effect):
     def scale(self, recording: Recording) -> FloatArray:
         """What the function is multiplied by in each reading, (n, m)."""
         raise NotImplementedError
+
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        time, m = recording.time_s, recording.signal.shape[1]
+        basis = self.basis(time, values, float(time.min()), float(time.max()))
+        course = basis @ rng.standard_normal((basis.shape[1], m if self.own(values) else 1))
+        return np.asarray(recording.signal + self.scale(recording) * course)
 
 
 def _parameters(setting: Setting, what: str, sd: float) -> tuple[EffectParameter, ...]:

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 from bayestouch.effects import Setting, catalogue
 from bayestouch.errors import InputError
+from bayestouch.finger.calibration import finger_calibration
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
 from bayestouch.finger.held_out import held_out
-from bayestouch.finger.start import base_fit
+from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.beginning import Beginning
@@ -32,16 +33,15 @@ def begin(
     Raises
     ------
     InputError
-        As `bayestouch.finger.start.base_fit`; or a prior is stated that a fit with effects does not have.
+        As `bayestouch.finger.start.finger_start`; or a prior is stated that a fit with effects does not have.
     """
     if priors and "discrepancy_sd" in priors:
         raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
-    fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact, priors)
-    setting = data.setting(contact, fitted.model.reference_load)
+    start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
+    setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    return Beginning(
-        fitted, setting, catalogue(setting), FingerEvaluation(data, setting, observed, draws, seed, priors)
-    )
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors)
+    return Beginning(start.fitted, setting, catalogue(setting), evaluation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +56,8 @@ class FingerEvaluation:
         What the effects suited themselves to.
     observed : Observations or None
         Held-out touches.
+    start : FingerStart
+        The fits without effects.
     draws, seed : int
         Of the calibrations.
     priors : mapping of str to Prior, or None
@@ -65,21 +67,35 @@ class FingerEvaluation:
     data: SplitData
     setting: Setting
     observed: Observations | None
+    start: FingerStart
     draws: int
     seed: int
     priors: Mapping[str, Prior] | None
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """The fit as a posterior that `bayestouch.infer` uses."""
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate` for the same touches."""
+        data = self.data
+        if not added and correction is None:
+            return finger_calibration(
+                self.start.calibrated,
+                self.start.fitted.model.known.means,
+                self.start.used,
+                sensor=data.dataset.sensor,
+                priors=self.start.priors,
+                rest=data.rest,
+                draws=self.draws,
+                seed=self.seed,
+                notes=(*data.notes, *self.start.notes),
+            )
         return calibration_with_effects(
             fitted,
             added,
-            sensor=self.data.dataset.sensor,
+            sensor=data.dataset.sensor,
             setting=self.setting,
-            rest=self.data.rest,
+            rest=data.rest,
             draws=self.draws,
             seed=self.seed,
-            notes=self.data.notes,
+            notes=data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
             stated=self.priors,
         )

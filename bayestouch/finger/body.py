@@ -9,9 +9,10 @@ import numpy as np
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from bayestouch.array_types import FloatArray
+    from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Finger
     from bayestouch.data.survey import Survey
@@ -55,6 +56,12 @@ def _reader(source: TouchSource, found: Survey, calibration: Calibration, option
     return finger_run(source, found, calibration, options)
 
 
+def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    from bayestouch.finger.lacking import lacking_to_calibrate
+
+    return lacking_to_calibrate(dataset, known)
+
+
 BODY = Body(
     kind="finger",
     options={
@@ -72,4 +79,5 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    lacking=_lacking,
 )

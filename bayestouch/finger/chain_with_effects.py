@@ -14,7 +14,7 @@ from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.effect_list import KEY, PEAK, EffectList
-from bayestouch.model.observations import PlainRows
+from bayestouch.model.observations import UntimedTouches
 from bayestouch.results.objects import Calibration
 
 
@@ -56,7 +56,7 @@ class ChainWithEffects:
         chain = finger_chain(calibration)
         sign = np.where(chain.response < 0, -1.0, 1.0)
         model = FingerModel(
-            observed=PlainRows(0),
+            observed=UntimedTouches(0),
             finger=finger,
             layout=FlatLayout(finger.n_elements, discrepancy=False),
             flat_prior=None,

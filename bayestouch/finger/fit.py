@@ -14,9 +14,11 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.likelihood import FingerLikelihood
+from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
+from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit
 
 # Fits of the chain, each with the noise that the one before leaves; two serve unless loads are unknown.
@@ -97,7 +99,18 @@ def fit_finger(
     prior = priors.flat(finger, known)
     start = prior.mean[: prior.layout.n_chain].copy()
     start[prior.layout.response] = np.log(np.abs(apparent))
-    likelihood = FingerLikelihood(known, finger, prior, start, np.sign(apparent), contact)
+    model = FingerModel(
+        observed=UntimedTouches(len(known.load)),
+        peak=np.abs(apparent) * known.typical_load,
+        reference_load=known.typical_load,
+        finger=finger,
+        layout=prior.layout,
+        flat_prior=prior,
+        sign=np.sign(apparent),
+        contact=contact,
+        largest_load=LOAD_REACH * float(known.load.max()),
+    )
+    likelihood = FingerLikelihood(model, known, start)
     vector = np.concatenate([start, first_guess(known, prior)])
     unmeasured = known.load_reads == 0
     spread = likelihood.errors(vector)

@@ -16,7 +16,7 @@ def moves_reference(effect: Effect, stages: Sequence[str]) -> bool:
 
     `stages` are those of `bayestouch.model.base.SensorModel.reference_stages`.
     """
-    return type(effect).pose is not Effect.pose and effect.stage in stages
+    return effect.changes_pose and effect.stage in stages
 
 
 def at_stated_references(fitted: Fitted) -> Fitted:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 from bayestouch.errors import InputError
 
 if TYPE_CHECKING:
+    from bayestouch.data.averages import TouchMeans
+    from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
     from bayestouch.model.beginning import Beginning
     from bayestouch.results.objects import Calibration
@@ -66,6 +68,9 @@ class Body:
         ``(data, *, draws, seed, **options)`` to the `Beginning` of a fit with effects.
     reader : callable
         ``(source, found, calibration, options)`` to a `bayestouch.reading.driver.TouchRun`.
+    lacking : callable
+        ``(dataset, known)`` to a line for each kind of touch that a calibration needs or would gain by; `known` has the
+        means of the touches with references.
     """
 
     kind: str
@@ -77,6 +82,7 @@ class Body:
     calibrate: Callable[..., Calibration]
     begin: Callable[..., Beginning]
     reader: Callable[..., Any]  # a package beside this one has its type
+    lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)
 

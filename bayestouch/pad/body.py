@@ -9,7 +9,10 @@ import numpy as np
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from bayestouch.array_types import FloatArray
+    from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
     from bayestouch.data.survey import Survey
@@ -55,6 +58,12 @@ def _reader(source: TouchSource, found: Survey, calibration: Calibration, option
     return pad_run(source, found, calibration, options)
 
 
+def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    from bayestouch.pad.lacking import lacking_to_calibrate
+
+    return lacking_to_calibrate(dataset, known)
+
+
 BODY = Body(
     kind="pad",
     options={"kernel": Option()},
@@ -65,6 +74,7 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    lacking=_lacking,
     most_touches=MOST_TOUCHES,
     instead={
         "each_sample": "a pad is read touch by touch with emcee",

@@ -106,7 +106,7 @@ def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
     return TouchRows(
         touch=known.touch,
         location={name: known.location[:, axis] for axis, name in enumerate(COORDINATES[: known.location.shape[1]])},
-        radius_mm=known.radius_mm,
+        radius_mm=known.indenter_radius_mm,
         load=known.load if problem.load_measured else np.full(known.n_touches, np.nan),
         observed=known.readings,
         predicted=known.readings - left_out.residual,

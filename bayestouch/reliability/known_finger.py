@@ -13,8 +13,7 @@ from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import Neighbours
 from bayestouch.chain.noise import Noise
-from bayestouch.data.sensor import Finger
-from bayestouch.errors import InputError
+from bayestouch.data.sensor import finger_of
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.reading.covariance import reading_covariance
@@ -153,8 +152,7 @@ class KnownFinger:
         InputError
             If the sensor is a pad.
         """
-        if not isinstance(calibration.sensor.body, Finger):
-            raise InputError("radii are read by fingers alone; this sensor is a pad")
+        finger_of(calibration.sensor, "reading a radius")
         elastic = finger_chain(calibration)
         typical = float(calibration.settings["typical_load"])
         if calibration.settings.get("e_map") == "empirical":

@@ -61,29 +61,3 @@ def least_squares_map(
     scale[scale == 0] = 1.0
     inverse = np.linalg.inv((jac / scale).T @ (jac / scale))
     return LaplaceFit(solution.x, inverse / np.outer(scale, scale), float(solution.cost))
-
-
-def whiten_rank_one(residual: FloatArray, sd: FloatArray, direction: FloatArray) -> FloatArray:
-    """Whiten rows whose covariance is ``diag(sd²) + v vᵀ``.
-
-    Parameters
-    ----------
-    residual : (..., m) array
-        Residuals; rows beyond the last axis are independent.
-    sd : (..., m) array
-        Independent part; ``inf`` drops an entry (its whitened residual is zero).
-    direction : (..., m) array
-        ``v``: what one standard deviation of the shared error does to each entry.
-
-    Returns
-    -------
-    (..., m) array
-        ``Σ^(-1/2) residual`` with the symmetric root, so that its sum of squares is the Mahalanobis distance.
-    """
-    z = residual / sd
-    u = direction / sd
-    length2 = (u * u).sum(axis=-1, keepdims=True)
-    # (I + u uᵀ)^(-1/2) = I - c u uᵀ with c = (1 - 1/sqrt(1 + |u|²)) / |u|², finite as |u| goes to 0.
-    root = np.sqrt(1 + length2)
-    factor = 1 / (root * (1 + root))
-    return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))

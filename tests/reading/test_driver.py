@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from known_fingers import dataset, known_touches
+from same_touches import same_touches
 from streamed_cases import DRAWS, blocks_of_seven, calibrated, saved
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.data import parquet, tables, touch_source
 from bayestouch.data import survey as survey_module
 from bayestouch.data.touch_source import joined_touches
@@ -262,8 +263,8 @@ def test_a_file_is_read_once_where_there_is_room(
     first, again = list(source.pieces()), list(source.pieces())
     assert len(times) == (1 if room else 2)
     assert len(first) == len(again) > 5
-    assert all(one.same_as(other) and one.notes == other.notes for one, other in zip(first, again, strict=True))
-    assert source.whole().same_as(_several_samples())
+    assert all(same_touches(one, other) and one.notes == other.notes for one, other in zip(first, again, strict=True))
+    assert same_touches(source.whole(), _several_samples())
 
 
 def test_the_command_says_how_many_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.model import FingerModel
-from bayestouch.model.observations import Observations, PlainRows
+from bayestouch.model.observations import Observations, UntimedTouches
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class EffectContext:
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
-        model = self._static.observing(PlainRows(len(load))).at(radius_mm, angle, load)
+        model = self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
         vector = self.effects_chain.vector[self._static_rows]
         signal = model.predict(vector).touches
         total = self.extra + self._noise(signal)

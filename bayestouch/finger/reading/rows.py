@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,15 +34,14 @@ class FingerTouches:
 
     def select(self, index: NDArray[np.int64]) -> FingerTouches:
         """Some of the touches."""
-        columns: dict[str, Any] = {name: values[index] for name, values in _columns(self.means).items()}
-        return FingerTouches(replace(self.means, **columns), self.readings.select(index))
+        return FingerTouches(self.means.select(index), self.readings.select(index))
 
     @classmethod
     def joined(cls, parts: Sequence[FingerTouches]) -> FingerTouches:
         """All touches of several blocks that no effects act on."""
         if len(parts) == 1:
             return parts[0]
-        return cls(_joined([part.means for part in parts]), _joined([part.readings for part in parts]))
+        return cls(TouchMeans.joined([part.means for part in parts]), _joined([part.readings for part in parts]))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +87,8 @@ def rows_as_touches(touches: Touches) -> TouchMeans:
     return replace(means, touch=contact.touch)
 
 
-AnyColumns = TypeVar("AnyColumns", TouchMeans, TouchReadings)
-
-
-def _joined(parts: Sequence[AnyColumns]) -> AnyColumns:
-    """Columns of several blocks one after the other; the pure error is that of the first."""
-    columns: dict[str, Any] = {
-        name: np.concatenate([getattr(part, name) for part in parts]) for name in _columns(parts[0])
-    }
+def _joined(parts: Sequence[TouchReadings]) -> TouchReadings:
+    """Readings of several blocks one after the other."""
+    names = ("readings", "counts", "load", "load_sd")
+    columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return replace(parts[0], **columns)
-
-
-def _columns(table: TouchMeans | TouchReadings) -> dict[str, NDArray[Any]]:
-    """What has a row for each touch."""
-    values = {each.name: getattr(table, each.name) for each in fields(table) if not each.name.startswith("pure_error")}
-    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.lattice import lattice_for
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
@@ -17,12 +17,12 @@ from bayestouch.reading.faults import SensorCheck, find_faults
 MOST = 256
 
 
-def check_pad(readings: PadReadings, reader: PadReader) -> SensorCheck:
+def check_pad(readings: TouchMeans, reader: PadReader) -> SensorCheck:
     """Check elements and force sensor on touches that are to be read.
 
     Parameters
     ----------
-    readings : PadReadings
+    readings : TouchMeans
         The touches; fewer than `FEWEST` tell nothing.
     reader : PadReader
         The calibrated pad.
@@ -34,7 +34,7 @@ def check_pad(readings: PadReadings, reader: PadReader) -> SensorCheck:
     return find_faults(PadMisfit(reader, lattice_for(reader), readings.select(some)))
 
 
-def corrected_readings(readings: PadReadings, check: SensorCheck) -> PadReadings:
+def corrected_readings(readings: TouchMeans, check: SensorCheck) -> TouchMeans:
     """Touches with swapped wires put right and readings of faulty elements, or of the force sensor, missing."""
     order, out = check.order, check.left_out
     return replace(

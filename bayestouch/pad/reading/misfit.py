@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
@@ -29,13 +29,13 @@ class PadMisfit:
         The calibrated pad.
     lattice : Lattice
         Places where the search for a touch begins.
-    readings : PadReadings
+    readings : TouchMeans
         The touches.
     """
 
     reader: PadReader
     lattice: Lattice
-    readings: PadReadings
+    readings: TouchMeans
 
     @property
     def columns(self) -> FloatArray:

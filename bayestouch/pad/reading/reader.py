@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import PadReadings
 from bayestouch.results.objects import Calibration
 
 
@@ -107,7 +107,7 @@ class PadReader:
             usable=np.asarray(calibration.extra["usable"]) > 0,
         )
 
-    def touches(self, readings: PadReadings) -> PadTouches:
+    def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the prior of their loads: the force sensor's reading, or what the calibration says."""
         here = np.isfinite(readings.load) & self.load_measured
         reads = np.maximum(readings.counts.max(axis=1), 1)
@@ -162,7 +162,3 @@ class PadReader:
         noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
-
-    def with_load(self, load: float, load_sd: float) -> PadReader:
-        """The same reader with another prior of loads that are not measured."""
-        return replace(self, load=load, load_sd=load_sd)

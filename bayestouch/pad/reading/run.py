@@ -10,12 +10,13 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey, survey
 from bayestouch.data.touch_source import InMemory, TouchSource
 from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.pad.known_touches import PadReadings, pad_readings
+from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.check import check_pad, corrected_readings
 from bayestouch.pad.reading.draws import CHAINS, demands, draw_pad
 from bayestouch.pad.reading.effects import as_loads_vary, loads_as_read
@@ -64,7 +65,7 @@ class PadBlocks:
         """Places that are tried for every touch."""
         return lattice_for(self.reader)
 
-    def read(self, block: PadReadings, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+    def read(self, block: TouchMeans, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
         """Posteriors of touches that are numbered from `first`, by so many processes."""
         reader, readings = self.reader, block
         known = reader.touches(readings)
@@ -94,7 +95,7 @@ class PadBlocks:
             rows=TouchRows(
                 touch=readings.touch,
                 location=_by_axis(readings.location),
-                radius_mm=readings.radius_mm,
+                radius_mm=readings.indenter_radius_mm,
                 load=load,
                 observed=readings.readings,
                 predicted=drawn.predicted,
@@ -155,7 +156,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
 
     check: SensorCheck | None = None
 
-    def averaged(piece: Touches) -> PadReadings:
+    def averaged(piece: Touches) -> TouchMeans:
         corrected = baseline.subtracted(piece)
         if effects is not None:
             corrected = effects.corrected(corrected)
@@ -165,7 +166,7 @@ def pad_run(source: TouchSource, found: Survey, calibration: Calibration, option
     # What effects do may depend on the touches before: then the whole table is read and corrected at once.
     whole = None if effects is None else averaged(source.whole())
 
-    def parts() -> Iterator[PadReadings]:
+    def parts() -> Iterator[TouchMeans]:
         pieces = (averaged(piece) for piece in source.pieces() if piece.in_contact.any())
         every = pieces if whole is None else iter([whole])
         return every if check is None else (corrected_readings(part, check) for part in every)
