@@ -58,9 +58,9 @@ class Traced(Summarised):
         Held-out residuals at the beginning of each round; empty where none could be held out.
     added : tuple of AddedEffect
         Effects with their values, in the order in which they were added.
-    before, explained : Stand
+    before, explained : EvaluatedModel
         Without effects, and with those that were found; the same object where none was.
-    corrected : Stand or None
+    corrected : EvaluatedModel or None
         With a correction on top, where structure remains that has no cause.
     remaining : Remaining
         What the effects leave unexplained.

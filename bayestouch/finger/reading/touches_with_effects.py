@@ -11,6 +11,7 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
+from bayestouch.effects import Effect
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
 from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
@@ -76,7 +77,7 @@ def prepare(
         exact=plug_in,
     )
     readings = replace(readings, context=context)
-    changes_load = any(e.stage == "rig" and e.changes_pose for e in effects_chain.model.effects)
+    changes_load = any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
     if not effects_chain.listed.drifts and not changes_load:
         return readings
     start = None
