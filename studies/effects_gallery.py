@@ -270,24 +270,27 @@ def simulated() -> list[str]:
         f"| `{name}` | {', '.join(f'`{parameter}` {value:g}' for parameter, value in each.items())} |"
         for name, each in SHAPES.items()
     ]
-    text = """
-## Effects in a simulation
-
-`bayestouch simulate --effect NAME=VALUE` adds an effect to a simulated sensor, by the formula above. VALUE is
-the first parameter of its table; `NAME.PARAMETER=VALUE` states any of them:
-
-    bayestouch simulate -o my-finger --effect creep=0.05 --effect creep.time=3
-
-An amplitude that is not stated does nothing. Other parameters that are not stated are those of this table (times
-in s), or else the middle one of the values at which the diagnosis looks for the effect. `truth.json` has them all.
-
-| effect | shape where none is stated |
-|---|---|
-SHAPES
-
-Loads and places in the tables are what was commanded and read: an effect of the rig changes what was pressed,
-and `truth.json` says what that was. An effect on the finger itself leaves the gains (reading per strain) alone."""
-    return text.replace("SHAPES", "\n".join(shapes)).split("\n")
+    return [
+        "",
+        "## Effects in a simulation",
+        "",
+        "`bayestouch simulate --effect NAME=VALUE` adds an effect to a simulated sensor, by the formula above.",
+        "VALUE is the first parameter of its table; `NAME.PARAMETER=VALUE` states any of them:",
+        "",
+        "    bayestouch simulate -o my-finger --effect creep=0.05 --effect creep.time=3",
+        "",
+        "An amplitude that is not stated does nothing. Other parameters that are not stated are those of this table",
+        "(times in s), or else the middle one of the values at which the diagnosis looks for the effect. `truth.json`",
+        "has them all.",
+        "",
+        "| effect | shape where none is stated |",
+        "|---|---|",
+        *shapes,
+        "",
+        "Loads and places in the tables are what was commanded and read: an effect of the rig changes what was",
+        "pressed, and `truth.json` says what that was. An effect on the finger itself leaves the gains (reading per",
+        "strain) as they are.",
+    ]
 
 
 def _prior(prior: Any) -> str:

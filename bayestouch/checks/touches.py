@@ -22,7 +22,6 @@ from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.inference import infer
-from bayestouch.model.effect_list import KEY
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
@@ -101,7 +100,7 @@ def sbc(
     if priors or contact != "layer" or scheduler is not None:
         raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
     finger_of(of.sensor, "simulation-based calibration")
-    if KEY in of.settings or of.settings.get("e_map") == "empirical":
+    if of.has_effects or of.has_identified_map:
         raise InputError(
             "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
             "the E map of the model"
@@ -179,7 +178,8 @@ def simulate_touches(
     )
     noise, force = flat["noise_sd"][number], flat["force_noise_sd"][number]
     missed = flat["discrepancy_sd"][number] if "discrepancy_sd" in flat else np.zeros_like(noise)
-    mean = clean + rng.normal(0.0, missed) + calibration.extra.get("rest_reading", np.zeros(finger.n_elements))
+    rest = calibration.rest_reading
+    mean = clean + rng.normal(0.0, missed) + (np.zeros(finger.n_elements) if rest is None else rest)
     touch = np.repeat(np.arange(simulations), samples)
     readings, load = rng.normal(mean[touch], noise[touch]), rng.normal(truth["P"][touch], force[touch])
     return truth, touches_from(touch, readings, load=load, contact=1.0)

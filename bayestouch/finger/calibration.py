@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
@@ -22,6 +22,7 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -42,8 +43,8 @@ def calibrate_finger(
     of the chain's parameters and of all noise together, with proposals from that normal.
     """
     sensor, table = dataset.sensor, dataset.calibration
-    finger = sensor.body
-    assert isinstance(finger, Finger) and table is not None
+    finger = finger_of(sensor)
+    assert table is not None
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
     rest = table.rest_reading()
@@ -132,7 +133,7 @@ def finger_calibration(
         settings={
             "body": "finger",
             "contact": fit.chain.contact,
-            "e_map": "model",
+            E_MAP: MODEL_MAP,
             "seed": float(seed),
             "version": __version__,
             "largest_load": fit.chain.largest_load,
@@ -144,7 +145,7 @@ def finger_calibration(
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
-        extra={} if rest is None else {"rest_reading": rest},
+        extra={} if rest is None else {REST_READING: rest},
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
     )
 
@@ -166,7 +167,7 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
         calibration,
         noise=identified.calibration.noise,
         rows=replace(calibration.rows, predicted=identified.predicted, sd=identified.sd),
-        settings={**calibration.settings, "e_map": "empirical"},
+        settings={**calibration.settings, E_MAP: IDENTIFIED_MAP},
         statistics={**calibration.statistics, "lack_of_fit_empirical": lack_of_fit},
         extra={**calibration.extra, **identified.calibration.arrays()},
         notes=notes,
@@ -181,8 +182,7 @@ def layout(n_elements: int) -> tuple[str, ...]:
 
 def finger_chain(calibration: Calibration) -> FingerChain:
     """The finger at the mode of its calibration."""
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,

@@ -57,7 +57,7 @@ class FingerDensity:
     def _inside(self, vectors: FloatArray) -> FloatArray:
         likelihood, known = self.likelihood, self.likelihood.known
         predicted, slope = self.predict(vectors)
-        spread = likelihood.errors(vectors)
+        spread = likelihood.standard_errors(vectors)
         covariance = likelihood.covariance(slope, spread)
         z = covariance.whiten(np.where(likelihood.missing, 0.0, known.readings - predicted))
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
@@ -69,7 +69,7 @@ class FingerDensity:
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
-        likelihood, spread = self.likelihood, self.likelihood.errors(vectors)
+        likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
         pull, precision = shared_error(left, slope, spread.sd, spread.load_sd)

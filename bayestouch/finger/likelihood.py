@@ -12,7 +12,7 @@ from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
-from bayestouch.finger.noise import Errors, errors
+from bayestouch.finger.noise import StandardErrors, standard_errors
 from bayestouch.finger.series import Reach, TouchSeries
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
@@ -105,19 +105,19 @@ class FingerLikelihood:
         """Derivative of the readings, (3 m + 2, t, m); an element's own parameters move that element alone."""
         return self.model.derivatives(vector)[0]
 
-    def errors(self, vector: FloatArray) -> Errors:
+    def standard_errors(self, vector: FloatArray) -> StandardErrors:
         """Standard deviations of readings and loads that a whole vector implies."""
-        return errors(self.known, self.layout, vector)
+        return standard_errors(self.known, self.layout, vector)
 
-    def whiten(self, rows: FloatArray, slope: FloatArray, spread: Errors) -> FloatArray:
+    def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
         """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""
         return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
-    def covariance(self, slope: FloatArray, spread: Errors) -> DiagonalPlusRankOne:
+    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne:
         """Covariance of the readings of each touch: their own errors, and the load's, which moves all elements."""
         return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
 
-    def maximum(self, spread: Errors) -> LaplaceFit:
+    def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
 
         Contacts are solved anew where the posterior reaches beyond those there are.
@@ -131,7 +131,7 @@ class FingerLikelihood:
             reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH / 2)
         return fit
 
-    def _maximum(self, spread: Errors) -> LaplaceFit:
+    def _maximum(self, spread: StandardErrors) -> LaplaceFit:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
 

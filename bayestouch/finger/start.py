@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.model import FingerModel
@@ -76,8 +76,7 @@ def finger_start(
     InputError
         As `bayestouch.finger.fit.fit_finger`.
     """
-    finger = sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(sensor)
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
     base, used = fit_finger(observed.means, finger, priors, contact=contact)

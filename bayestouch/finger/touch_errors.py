@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.touches import Touches
-from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.touch_errors import (
@@ -19,7 +19,6 @@ from bayestouch.model.touch_errors import (
     TouchReading,
     rows_of_held_out,
     summarised,
-    without_rest,
 )
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -31,7 +30,8 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     depend on what came before, the touches in between are read too: they are in the same file, and reading one as
     unknown uses none of its references.
     """
-    plain = without_rest(calibration)
+    # The table has had its rest reading subtracted.
+    plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
 
     def read(use_load: bool) -> TouchPosteriors:
@@ -88,8 +88,7 @@ def _summary(by_touch: Mapping[str, FloatArray]) -> TouchErrors:
 
 
 def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
-    if KEY in calibration.settings:
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
-        if listed.drifts or any(effect.needs_samples for effect in listed.plain):
-            return data.table.select(np.isin(data.session, data.session[data.held_out]))
-    return data.table.select(data.held_out)
+    listed = EffectList.of(calibration)
+    if listed is None or not (listed.drifts or any(effect.needs_samples for effect in listed.plain)):
+        return data.table.select(data.held_out)
+    return data.table.select(np.isin(data.session, data.session[data.held_out]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -67,12 +67,6 @@ class TouchReading:
 
 #: `bayestouch.infer`, which stands above the bodies.
 Infer = Callable[..., TouchPosteriors]
-
-
-def without_rest(calibration: Calibration) -> Calibration:
-    """The calibration for a table that has had its rest reading subtracted."""
-    extra: dict[str, Any] = {name: values for name, values in calibration.extra.items() if name != "rest_reading"}
-    return replace(calibration, extra=extra)
 
 
 def rows_of_held_out(read: TouchPosteriors, held: HeldOut) -> IntArray:

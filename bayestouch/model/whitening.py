@@ -37,15 +37,13 @@ class Whitening:
         means = observed.means
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
-        one = noise.sd**2 + noise.added.variance(signal, noise.peak)
+        one = noise.own_variance(signal)
         variance = np.where(present, one / np.maximum(counts, 1), 1.0)
         reads = np.maximum(counts.max(axis=1), 1)
-        together = noise.added.together(noise.peak)
-        common = np.sqrt(noise.added.shared_variance(reads))[:, None] * together
-        root = inverse_root(variance, (by_load * noise.load_sd[:, None], common), present)
+        root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
-        shared = noise.added.common * together / np.sqrt(observed.weight)[:, None]
+        shared = noise.shared_sd_of_sample(observed.weight)
         return cls(root, row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
 
     @property

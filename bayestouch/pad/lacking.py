@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import pad_of
@@ -18,7 +20,7 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     known : TouchMeans
         Touches with references: of the calibration table, or of the one table that there is.
     """
-    columns = pad_of(dataset.sensor).location_columns
-    absent = [name for name in columns if getattr(known, name) is None]
+    columns = {name: getattr(known, name) for name in pad_of(dataset.sensor).location_columns}
+    absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]
     if absent:
         yield f"cannot be calibrated: no {' and '.join(absent)}"

@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import highest_reading_location
 from bayestouch.priors.parameters import Normal, Parameter, Prior
@@ -111,10 +111,7 @@ def pad_priors(
     InputError
         No element responds, or the touches cannot identify the parameters.
     """
-    pad = sensor.body
-    assert isinstance(pad, Pad)
-    columns = (pad.element_x_mm,) if pad.element_y_mm is None else (pad.element_x_mm, pad.element_y_mm)
-    nominal = np.stack([np.array(column) for column in columns], axis=1)
+    nominal = np.stack([np.array(column) for column in pad_of(sensor).places_mm.values()], axis=1)
     typical = float(np.median(known.load))
     loads_vary = float(np.ptp(known.load)) > 0.1 * typical
     amplitude, offset = np.full(len(nominal), np.nan), np.zeros(len(nominal))

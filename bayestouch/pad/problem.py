@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import choose_samples, pad_readings
@@ -76,9 +76,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     InputError
         The sensor is no pad, or nothing can be calibrated with these touches.
     """
-    pad = sensor.body
-    if not isinstance(pad, Pad):
-        raise InputError("expected a pad, got a finger")
+    pad = pad_of(sensor, "a calibration with kernels")
     corrected = table.baseline_corrected()
     notes = list(corrected.notes)
     if samples == "auto":

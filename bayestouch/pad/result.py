@@ -12,6 +12,7 @@ from bayestouch.pad.load import load_statistics
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -61,8 +62,8 @@ def pad_calibration_of(
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals),
         extra=tabulate(model).arrays()
-        | {"usable": problem.usable.astype(float)}
-        | ({} if problem.rest is None else {"rest_reading": problem.rest}),
+        | {USABLE: problem.usable.astype(float)}
+        | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),
     )
 

@@ -155,7 +155,7 @@ class KnownFinger:
         finger_of(calibration.sensor, "reading a radius")
         elastic = finger_chain(calibration)
         typical = float(calibration.settings["typical_load"])
-        if calibration.settings.get("e_map") == "empirical":
+        if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
             return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
         return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
@@ -189,8 +189,8 @@ class KnownFinger:
 
     def load_sd(self, samples: int, use_load: bool) -> float:
         """Standard error of the measured load, N/m; inf where it is not used or there is no force sensor."""
-        sd = self.noise.force_sd / np.sqrt(samples)
-        return float(sd) if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
+        sd = float(self.noise.mean_load_sd(samples))
+        return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
         """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).

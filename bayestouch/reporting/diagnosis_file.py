@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MAX_BYTES, MAX_FIGURE_BYTES = 2_000_000, 50_000_000
 _WHAT = "the diagnosis.json of `bayestouch diagnose`"
 # Beyond this no number is an error, a score or a value of an effect; ours have some tens of entries in a list.
-_LARGEST, _MOST = 1e30, 10_000
+_LARGEST, MOST_ENTRIES = 1e30, 10_000
 
 _Schema = dict[str, Any]
 
@@ -30,12 +30,12 @@ def _one_of(expected: str, kind: str, *others: str, **limits: Any) -> _Schema:
 
 
 def _list_of(each: _Schema) -> _Schema:
-    return _one_of("a list", "array", maxItems=_MOST, items=each)
+    return _one_of("a list", "array", maxItems=MOST_ENTRIES, items=each)
 
 
 def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema] = {}, **required: _Schema) -> _Schema:
     """Schema of an object, its size first: keys that it must have, that it may have, and what other values must be."""
-    counted = _one_of("an object", "object", *null, maxProperties=_MOST)
+    counted = _one_of("an object", "object", *null, maxProperties=MOST_ENTRIES)
     return {**counted, "required": [*required], "properties": {**required, **later}, "additionalProperties": rest}
 
 
@@ -124,5 +124,5 @@ def _expected(wrong: ValidationError) -> str:
         missing = next(key for key in wrong.validator_value if key not in found)
         return f"an object with {shown(missing)} at {shown(place)}, got {shown(str(sorted(found)))}"
     if wrong.validator in ("maxItems", "maxProperties"):
-        return f"at most {_MOST} entries at {shown(place)}, got {len(found)}"
+        return f"at most {MOST_ENTRIES} entries at {shown(place)}, got {len(found)}"
     return f"{wrong.schema['description']} at {shown(place)}, got {shown(str(found))}"

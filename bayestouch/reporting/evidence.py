@@ -66,7 +66,7 @@ class Evidence:
 
     def means(self, *, each_sample: bool = False) -> TouchMeans:
         """Touches to be read, averaged as the inference does; or every sample in contact as a touch of its own."""
-        touches = self.dataset.touches.baseline_corrected(self.calibration.extra.get("rest_reading"))
+        touches = self.dataset.touches.baseline_corrected(self.calibration.rest_reading)
         if not each_sample:
             return touches.averaged()
         contact = touches.select(touches.in_contact)

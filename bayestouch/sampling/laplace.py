@@ -34,6 +34,24 @@ class LaplaceFit:
         return np.sqrt(np.diag(self.covariance))
 
 
+def damped_newton_steps(gradient: FloatArray, hessian: FloatArray, damping: FloatArray) -> FloatArray:
+    """Newton steps of n independent minimisations, damped by Levenberg's and Marquardt's rule; (n, d).
+
+    Parameters
+    ----------
+    gradient : (n, d) array
+        Of minus what is to be minimised.
+    hessian : (n, d, d) array
+        Of what is to be minimised.
+    damping : (n,) array
+        Share by which each diagonal element of the Hessian is raised: 0 gives Newton's step, a large one a short step
+        along the gradient. Not less than 0.
+    """
+    diagonal = np.einsum("nii->ni", hessian)
+    damped = hessian + damping[:, None, None] * np.eye(hessian.shape[1]) * diagonal[:, :, None]
+    return np.asarray(np.linalg.solve(damped, gradient[..., None])[..., 0])
+
+
 def least_squares_map(
     residuals: Callable[[FloatArray], FloatArray],
     jacobian: Callable[[FloatArray], FloatArray],

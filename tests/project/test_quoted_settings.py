@@ -10,9 +10,9 @@ from bayestouch.data import parquet, tables, toml_text, touch_source
 from bayestouch.diagnosis import comparison, search
 from bayestouch.diagnosis import data as parted
 from bayestouch.finger import priors
-from bayestouch.finger.reading import alternatives, check, profile
-from bayestouch.reading import driver, fault_tests, faults
-from bayestouch.reporting import touch_list
+from bayestouch.finger.reading import alternatives, profile
+from bayestouch.reading import check, driver, fault_tests, faults
+from bayestouch.reporting import diagnosis_file, touch_list
 from bayestouch.results import hdf5_reading
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
@@ -43,6 +43,7 @@ QUOTED = {
         f"more than {parquet.LARGEST_RATIO} times its file (and {parquet.FREE_BYTES // MEBI} MB) is refused",
         f"at most {tables.MAX_BYTES // 2**30} GB, {tables.MAX_COLUMNS:,} columns",
         f"at most {toml_text.MAX_BYTES // MEGA} MB, {toml_text.MAX_PARTS} parts to a key",
+        f"at most {diagnosis_file.MAX_BYTES // MEGA} MB, {diagnosis_file.MOST_ENTRIES:,} entries to a list",
     ],
     "statistics.md": [
         f"log-normal about {priors.DISCREPANCY.median:g} within a factor of 3",

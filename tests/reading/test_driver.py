@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 from known_fingers import dataset, known_touches
 from same_touches import same_touches
-from streamed_cases import DRAWS, blocks_of_seven, calibrated, saved
+from streamed_cases import DRAWS, blocks_of_seven, calibrated, same, saved
 
 import bayestouch
 from bayestouch.commands.cli import main
@@ -39,18 +39,6 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def whole(read: tuple[Touches, Calibration]) -> TouchPosteriors:
     return bayestouch.infer(*read, draws=DRAWS, seed=5)
-
-
-def same(mine: TouchPosteriors, other: TouchPosteriors) -> None:
-    for name in ("posterior", "sample_stats", "reference"):
-        first, second = getattr(mine, name), getattr(other, name)
-        assert set(first) == set(second)
-        for key in first:
-            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
-    for name in ("touch", "observed", "predicted", "sd", "counts", "load", "radius_mm"):
-        np.testing.assert_array_equal(getattr(mine.rows, name), getattr(other.rows, name))
-    assert mine.settings == other.settings
-    assert mine.notes == other.notes
 
 
 @pytest.mark.usefixtures("small_blocks")

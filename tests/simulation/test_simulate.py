@@ -174,11 +174,14 @@ def test_streams_are_independent() -> None:
     draws = {"noise": signals(simulate(SMALL, seed=8)) - signals(plain)}
     for effect in ("baseline_drift", "common_mode_noise", "signal_dependent_noise"):
         draws[effect] = signals(simulate(SILENT, effects={effect: 0.01}, seed=8)) - signals(plain)
-    scaled = [value[:, 0] / np.abs(signals(plain)[:, 0]) ** (name[:6] == "signal") for name, value in draws.items()]
+    # In the order in which they are drawn; an error that all elements share is drawn once a sample.
+    draws["common_mode_noise"] = draws["common_mode_noise"][:, 0]
+    draws["signal_dependent_noise"] /= np.abs(signals(plain))
     # only the drift of 10 min has memory; n independent pairs correlate by 1/√n
-    scaled[1] = np.diff(scaled[1], append=0.0)
-    correlations = np.corrcoef(scaled)[np.triu_indices(4, 1)]
-    assert np.abs(correlations).max() < 4 / np.sqrt(len(scaled[0]))
+    draws["baseline_drift"] = np.diff(draws["baseline_drift"], axis=0)
+    n = min(value.size for value in draws.values())
+    correlations = np.corrcoef([value.ravel()[:n] for value in draws.values()])[np.triu_indices(4, 1)]
+    assert np.abs(correlations).max() < 4 / np.sqrt(n)
     # a sensor with fewer elements is touched in the same way
     np.testing.assert_array_equal(loads(simulate(replace(SILENT, n_elements=5), seed=8)), loads(plain))
 

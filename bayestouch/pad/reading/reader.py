@@ -12,6 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
+from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
 
 
@@ -104,7 +105,7 @@ class PadReader:
             load_sd=float(settings["load_sd"]),
             load_measured=bool(settings["load_measured"]),
             samples=str(settings["samples"]),
-            usable=np.asarray(calibration.extra["usable"]) > 0,
+            usable=np.asarray(calibration.extra[USABLE]) > 0,
         )
 
     def touches(self, readings: TouchMeans) -> PadTouches:
@@ -115,7 +116,7 @@ class PadReader:
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
-            load_sd=np.where(here, self.noise.force_sd / np.sqrt(reads), self.load_sd),
+            load_sd=np.where(here, self.noise.mean_load_sd(reads), self.load_sd),
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
