@@ -15,13 +15,11 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Finger
-    from bayestouch.data.survey import Survey
-    from bayestouch.data.touch_source import TouchSource
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
-    from bayestouch.reading.driver import TouchRun
     from bayestouch.reading.options import Options
+    from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
 
@@ -50,10 +48,10 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
-def _reader(source: TouchSource, found: Survey, calibration: Calibration, options: Options) -> TouchRun:
-    from bayestouch.finger.reading.run import finger_run
+def _reader(calibration: Calibration, options: Options) -> TouchReader:
+    from bayestouch.finger.reading.touch_reader import FingerTouchReader
 
-    return finger_run(source, found, calibration, options)
+    return FingerTouchReader.from_calibration(calibration, options)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:

@@ -21,6 +21,7 @@ from bayestouch.reading.driver import (
     read_to_file,
 )
 from bayestouch.reading.options import Kept, Options
+from bayestouch.reading.run import touch_run
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.reading import load_touches
 
@@ -145,4 +146,4 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
         found = survey(source)
     if not found.n_touches:
         raise InputError("no row of the table is in contact: there is nothing to infer")
-    return body.reader(source, found, calibration, options), source
+    return touch_run(body.reader(calibration, options), source, found, calibration, options), source

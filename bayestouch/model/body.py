@@ -67,7 +67,7 @@ class Body:
     begin : callable
         ``(data, *, draws, seed, **options)`` to the `Beginning` of a fit with effects.
     reader : callable
-        ``(source, found, calibration, options)`` to a `bayestouch.reading.driver.TouchRun`.
+        ``(calibration, options)`` to a `bayestouch.reading.touch_reader.TouchReader`.
     lacking : callable
         ``(dataset, known)`` to a line for each kind of touch that a calibration needs or would gain by; `known` has the
         means of the touches with references.

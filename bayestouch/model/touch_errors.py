@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.held_out import HeldOut
-from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.objects import TouchPosteriors
 
 COVERAGE = 0.9
 # Of central intervals to a few parts in a hundred of their width, which is far below what hundreds of touches tell.

@@ -15,12 +15,10 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
-    from bayestouch.data.survey import Survey
-    from bayestouch.data.touch_source import TouchSource
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
-    from bayestouch.reading.driver import TouchRun
     from bayestouch.reading.options import Options
+    from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
 # Each fit with an empirical map solves for hundreds of weights: a second for so many touches of eight elements.
@@ -52,10 +50,10 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
-def _reader(source: TouchSource, found: Survey, calibration: Calibration, options: Options) -> TouchRun:
-    from bayestouch.pad.reading.run import pad_run
+def _reader(calibration: Calibration, options: Options) -> TouchReader:
+    from bayestouch.pad.reading.touch_reader import PadTouchReader
 
-    return pad_run(source, found, calibration, options)
+    return PadTouchReader.from_calibration(calibration, options)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
