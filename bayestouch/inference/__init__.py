@@ -63,7 +63,8 @@ def infer(
     plug_in : bool
         Take the calibration at its mode instead of integrating over what it leaves uncertain.
     use_load : bool
-        Use the force sensor's reading where there is one.
+        Use the force sensor's reading where there is one. The P of a result is the true load; what the force sensor
+        read is in `TouchPosteriors.rows`.
     check_sensor : bool
         Look for elements (dead, stuck, swapped, of another gain or zero) and a force sensor that no longer read as
         calibrated, and go on without them; the notes say which. Fingers, and pads of three elements and more.

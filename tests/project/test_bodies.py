@@ -28,7 +28,7 @@ LEFT = {
 # Files of each body that stand side by side under one name.
 SIDE_BY_SIDE = {
     "{}": "calibration fit known_touches lacking model noise priors start",
-    "{}/reading": "run reader check draws effects misfit",
+    "{}/reading": "run reader touch_reader draws effects misfit",
     "reporting/{}": "live numbers pages peaks pictures places sensor_picture words",
 }
 
