@@ -35,24 +35,6 @@ def test_files_do_not_import_each_other_in_a_circle() -> None:
     assert names - free <= {"bayestouch"}
 
 
-@pytest.mark.parametrize("package", ["calibration", "diagnosis", "inference", "model", "reading"])
-def test_verbs_do_not_ask_which_body_it_is(package: str) -> None:
-    """They take the sensor's body from `bayestouch.model.body`; that they import none is a contract of lint-imports."""
-    kinds = {"Finger", "Pad", "FingerModel", "PadModel"}
-    for path in (PACKAGE / package).rglob("*.py"):
-        nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
-        named = {node.id for node in nodes if isinstance(node, ast.Name)}
-        named |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
-        compared = {
-            each.value
-            for node in nodes
-            if isinstance(node, ast.Compare)
-            for each in (node.left, *node.comparators)
-            if isinstance(each, ast.Constant)
-        }
-        assert not named & kinds and not compared & {"finger", "pad"}, path
-
-
 def test_few_modules_lie_loose_at_the_top() -> None:
     loose = sorted(path.name for path in PACKAGE.glob("*.py"))
     assert len(loose) <= 8, loose
