@@ -21,8 +21,8 @@ LEFT = {
 }
 # Files of each body that stand side by side under one name.
 SIDE_BY_SIDE = {
-    "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking model "
-    "noise priors quantities start touch_errors",
+    "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking "
+    "model noise priors quantities start touch_errors",
     "{}/reading": "reader touch_reader draws effects misfit",
     "reporting/{}": "live numbers pages peaks pictures places sensor_picture words",
 }
