@@ -11,8 +11,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
-from bayestouch.finger.calibration import layout, peak_strain
+from bayestouch.finger.calibration import layout
 from bayestouch.finger.model import finger_model
+from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList

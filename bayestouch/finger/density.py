@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
-from bayestouch.finger.noise import log_likelihood_of_scatter, precisions
+from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
@@ -60,7 +60,7 @@ class FingerDensity:
     def _inside(self, vectors: FloatArray) -> FloatArray:
         likelihood, known = self.likelihood, self.likelihood.known
         predicted, slope = self.predict(vectors)
-        spread = precisions(known, likelihood.layout, vectors)
+        spread = Precisions.of(known, likelihood.layout, vectors)
         left = np.where(likelihood.missing, 0.0, known.readings) - predicted
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
         data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.finger import begin_finger
 from bayestouch.effects import StatedModel
+from bayestouch.finger.beginning import begin
+from bayestouch.model.split_data import SplitData
 from bayestouch.priors.parameters import Normal, Prior
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
@@ -34,9 +34,9 @@ def assert_same(one: Calibration, other: Calibration) -> None:
 def test_the_calibration_before_a_diagnosis_is_that_of_calibrate(stated: dict[str, Prior]) -> None:
     """For the touches that the diagnosis does not hold out, draw by draw."""
     dataset = simulate(DESIGN, effects={"crosstalk": 0.05}, seed=2).dataset
-    data = DiagnosisData.of(dataset)
-    begun = begin_finger(data, contact="layer", draws=200, seed=4, stated=stated)
-    before = begun.evaluate(begun.fitted, (), None).calibration
+    data = SplitData.of(dataset)
+    begun = begin(data, contact="layer", draws=200, seed=4, priors=stated)
+    before = begun.evaluation.calibration(begun.fitted, (), None)
     training = data.table.select(data.training & data.table.in_contact)
     same = bayestouch.calibrate(replace(dataset, calibration=training), draws=200, seed=4, priors=stated)
     assert_same(before, same)

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
+from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outliers import from_median
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
