@@ -7,20 +7,18 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
-from bayestouch.diagnosis.correction_basis import fit_correction
-from bayestouch.diagnosis.noise_fit import with_noise
-from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.rounds import SearchRound, Tried
-from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
-from bayestouch.effects.random import RandomEffect
+from bayestouch.model.candidates import Candidate, score_effects
+from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.peaks import fit_with_own_peaks
+from bayestouch.model.noise_fit import with_noise
+from bayestouch.model.noise_search import score_noise
+from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import held_out_density
-from bayestouch.pad.model import PadModel
+from bayestouch.model.significance import at_least_one
 from bayestouch.progress import Progress
 
 # Shares of a round's time: until all are scored, until the leading ones are refitted; then the correction.
@@ -61,8 +59,8 @@ def search(
     """
     rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
     first, found = rounds[0], _retained(rounds, effects, scheduler)
-    # In a scan of a pad time is place, and a drift, which would follow all of it, is no other beginning.
-    if first.added is not None and not isinstance(fitted.model, PadModel) and not _within_noise(found):
+    # Where time is place a drift, which would follow all of it, is no other beginning.
+    if first.added is not None and not fitted.model.time_is_place and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
             begun = replace(
                 first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=()
@@ -133,7 +131,7 @@ def _stands(rounds: tuple[SearchRound, ...]) -> bool:
     """Whether the first of these rounds stands, if nothing comes after the last."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
-    asked = TOGETHER_RANDOM if isinstance(added[0].effect, RandomEffect) else TOGETHER
+    asked = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
     return added[0].by_itself or explained >= asked * rounds[0].best_share
 
 
@@ -141,7 +139,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
     """The model without those earlier effects that stood in for what has now been found; and their names."""
     dropped: list[str] = []
     earlier: list[Effect] = [drift for drift, _ in last.before.drifts]
-    if last.added is None or not isinstance(last.added.effect, RandomEffect):
+    if last.added is None or not last.added.effect.random:
         # A random function of time may follow what a cause does: it does not take a cause's place.
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
@@ -151,18 +149,6 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
             fitted = less
             dropped.append(effect.name)
     return fitted, tuple(dropped)
-
-
-def settled(fitted: Fitted) -> Fitted:
-    """The model fitted once more under its own whitening; what effects explain within touches is no noise any more."""
-    noise = fitted.noise
-    if fitted.linear.deviation_jacobian is not None:
-        observed = fitted.model.known
-        spent = np.bincount(observed.row_touch, minlength=observed.n_touches)
-        freedom = (~np.isnan(observed.deviation)).sum(axis=0) - int((spent > 0).sum())
-        square = (fitted.linear.deviation**2).sum(axis=0) / np.maximum(freedom, 1)
-        noise = noise.with_(sd=np.where(freedom > 0, np.sqrt(square) * noise.sd, noise.sd))
-    return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
 def one_round(
@@ -236,7 +222,7 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
         return False
     # A random function of time can follow whatever the order of the touches goes with: it must do better than a
     # function of place, and be another thing than what the model has already (in a scan, time is place).
-    return not isinstance(tried.effect, RandomEffect) or (tried.gain > correction_gain and tried.seen > VISIBLE)
+    return not tried.effect.random or (tried.gain > correction_gain and tried.seen > VISIBLE)
 
 
 def is_near(tried: Tried) -> bool:
@@ -260,9 +246,9 @@ def _plainest(real: list[Tried]) -> Tried:
     best = real[0]
     if best.noise is not None:
         return best
-    plain = [each for each in real if each.noise is None and not isinstance(each.effect, RandomEffect)]
+    plain = [each for each in real if each.noise is None and not each.effect.random]
     as_good = [each for each in plain if each is best or _as_good(each, best)]
-    if not as_good and isinstance(best.effect, RandomEffect):
+    if not as_good and best.effect.random:
         # What a random function does beyond a cause that does nearly as much is for the next round. It is held against
         # what it explains: it gains density also by saying that it is uncertain.
         most = max(plain, key=lambda each: each.of_means, default=best)

@@ -135,6 +135,8 @@ class Effect:
         What it does, in half a sentence.
     needs_samples : bool
         Whether it acts within a touch, so that the mean of a touch does not show it all.
+    random : bool
+        Whether it is a random function of time, which can follow what other effects do.
     mixes : bool
         Whether an element's reading depends on the signals of others.
     parameters : tuple of EffectParameter
@@ -145,6 +147,7 @@ class Effect:
     stage: ClassVar[Stage]
     summary: ClassVar[str]
     needs_samples: ClassVar[bool] = False
+    random: ClassVar[bool] = False
     mixes: ClassVar[bool] = True
     parameters: tuple[EffectParameter, ...]
 
@@ -168,6 +171,16 @@ class Effect:
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         """Readings (n, m) of a simulated sensor with the effect: as `signal`, with what is random in it drawn."""
         return self.signal(recording, values)
+
+    @property
+    def changes_pose(self) -> bool:
+        """Whether touches are not where, or under what load, they are said to be."""
+        return type(self).pose is not Effect.pose
+
+    @property
+    def changes_finger(self) -> bool:
+        """Whether the finger itself is another one."""
+        return type(self).finger is not Effect.finger
 
     @property
     def amplitudes(self) -> tuple[int, ...]:

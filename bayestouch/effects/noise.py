@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import ClassVar
@@ -14,7 +15,9 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
-from bayestouch.sampling.rank_one import DiagonalPlusRankOne
+
+# Log odds beyond which one and the odds are the odds, in double precision.
+CERTAIN = 40.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +47,24 @@ class Scatter:
         return ~np.isnan(self.z)
 
     @cached_property
+    def clean(self) -> FloatArray:
+        """`z` with zeros where it is missing, (n, m)."""
+        return np.where(self.present, self.z, 0.0)
+
+    @cached_property
+    def squares(self) -> FloatArray:
+        """Squares of `clean`, (n, m)."""
+        return self.clean**2
+
+    @cached_property
+    def log_signal(self) -> FloatArray:
+        """Logarithm of the size of `signal`, (n, m)."""
+        return np.asarray(np.log(np.maximum(np.abs(self.signal), 1e-300)))
+
+    @cached_property
     def covariance(self) -> FloatArray:
         """Of `z`, (m, m)."""
-        clean, count = np.where(self.present, self.z, 0.0), self.present.astype(float)
+        clean, count = self.clean, self.present.astype(float)
         return np.asarray(clean.T @ clean / np.maximum(count.T @ count, 1))
 
 
@@ -63,6 +81,35 @@ class NoiseEffect(Effect):
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         return np.asarray(recording.signal + self.errors(recording, values, rng))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance of each element's own noise over that of all its noise, (m,): what the effect leaves to it."""
+        return np.ones(len(scatter.sd))
+
+    def added(self, values: Values) -> Mapping[str, float]:
+        """What it adds to the noise, by the names of `bayestouch.model.noise.AddedNoise`.
+
+        An effect that adds nothing is found and reported, and predictions stay as uncertain as they are.
+        """
+        return {}
+
+    def wrong(
+        self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
+    ) -> NDArray[np.bool_] | None:
+        """Which readings (n, m) are more likely wrong than not, and are left out; None for an effect without such.
+
+        Parameters
+        ----------
+        deviation : (n, m) array
+            Reading minus median of its touch; NaN where that tells nothing.
+        sd : (m,) array
+            Noise of a reading that is not wrong.
+        peak : (m,) array
+            Size of the peak reading.
+        values : tuple of float
+            Values of the effect.
+        """
+        return None
 
 
 @dataclass(frozen=True)
@@ -92,12 +139,12 @@ class CommonModeNoise(NoiseEffect):
         return cls() if setting.n_elements > 2 else None
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
         own = self.own(scatter, values)
-        covariance = DiagonalPlusRankOne(np.sqrt(own), np.where(present, size, 0.0))
-        squares = covariance.squared_distance(np.where(present, scatter.z, 0.0))
-        volume = covariance.shared_log_determinant + (np.log(own) * present).sum(axis=1)
+        present = scatter.present.astype(float)
+        length2 = present @ (size**2 / own)
+        squares = scatter.squares @ (1 / own) - (scatter.clean @ (size / own)) ** 2 / (1 + length2)
+        volume = np.log1p(length2) + present @ np.log(own)
         return np.asarray(-0.5 * (squares + volume))
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
@@ -105,8 +152,11 @@ class CommonModeNoise(NoiseEffect):
         size = sd * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
         return np.asarray(size * rng.standard_normal((recording.n_rows, 1)))
 
+    def added(self, values: Values) -> Mapping[str, float]:
+        return {"common": values[0], "common_shared": values[1]}
+
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Variance of each element's own noise over that of all its noise, (m,).
+        """See `NoiseEffect.own`.
 
         The sd that `z` was scaled with holds the shared part too. What is left of the variance is the element's own,
         but not less than what scatters about the shared error as all elements together show it: where the shared
@@ -149,15 +199,23 @@ class SignalDependentNoise(NoiseEffect):
         return cls()
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        share, power = values
-        present, z = scatter.present, scatter.z
-        squares = (share * np.abs(scatter.signal) ** power / scatter.sd) ** 2
-        # The pooled variance that `z` was scaled with holds the mean of the added part too.
-        with np.errstate(invalid="ignore"):
-            mean = np.where(present, squares, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
-        variance = np.maximum(1 - mean, 0.02) + squares
-        terms = np.where(present, z * z / variance + np.log(variance), 0.0)
+        variance = self.own(scatter, values) + self._share(scatter, values)
+        terms = (scatter.squares / variance + np.log(variance)) * scatter.present
         return np.asarray(-0.5 * terms.sum(axis=1))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """See `NoiseEffect.own`: the pooled variance that `z` was scaled with holds the mean of the added part too."""
+        present = scatter.present
+        mean = (self._share(scatter, values) * present).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
+        return np.asarray(np.maximum(1 - mean, 0.02))
+
+    def added(self, values: Values) -> Mapping[str, float]:
+        return {"share": values[0], "power": values[1]}
+
+    def _share(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance that comes with the signal over that of all noise, (n, m)."""
+        share, power = values
+        return np.asarray(np.exp(2 * power * scatter.log_signal) * (share / scatter.sd) ** 2)
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         share, power = values
@@ -192,13 +250,26 @@ class Outliers(NoiseEffect):
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
         probability, size = values
-        present = scatter.present
-        z = np.where(present, scatter.z, 0.0)
-        own = np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+        own = self.own(scatter, values)
         wide = own + (size / scatter.sd) ** 2
-        usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
-        wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
-        return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))
+        usual = np.log1p(-probability) - 0.5 * np.log(own) - 0.5 * scatter.squares / own
+        # Log odds of a wrong reading; far beyond the noise they are the whole of it.
+        odds = np.log(max(probability, 1e-300)) - np.log1p(-probability) + 0.5 * np.log(own / wide)
+        odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
+        either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))
+        return np.asarray((either * scatter.present).sum(axis=1))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        probability, size = values
+        return np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+
+    def wrong(self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values) -> NDArray[np.bool_]:
+        probability, size = values
+        wide = sd**2 + (size * peak) ** 2
+        with np.errstate(invalid="ignore"):
+            usual = np.log1p(-probability) - 0.5 * (deviation**2 / sd**2 + np.log(sd**2))
+            wrong = np.log(max(probability, 1e-300)) - 0.5 * (deviation**2 / wide + np.log(wide))
+            return np.asarray(~np.isnan(deviation) & (wrong > usual))
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         probability, size = values

@@ -17,6 +17,7 @@ from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of, public_noise
+from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
@@ -257,7 +258,7 @@ def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
     flat = vectors.reshape(-1, vectors.shape[-1])
     response = fit.likelihood.sign * np.exp(flat[:, at.response])
     depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = np.stack([peak_strain(fit.chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    peak = peak_strain(fit.chain, sigma, depth)
     noise, missed, force = public_noise(fit.likelihood.known, at, flat)
     values = {
         "sigma": sigma,
@@ -271,21 +272,6 @@ def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
         "force_noise_sd": force,
     }
     return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
-
-
-def peak_strain(chain: FingerChain, poisson_ratio: float, depth: FloatArray) -> FloatArray:
-    """Compressive strain (m,) under a knife edge of 1 N/mm above each element at μ = 1 MPa."""
-    from bayestouch.body.annulus import solve_annulus
-    from bayestouch.chain.response import modes_needed
-
-    modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
-    strain = solve_annulus(
-        modes,
-        core_radius_mm=chain.core_radius_mm,
-        outer_radius_mm=chain.outer_radius_mm,
-        poisson_ratio=poisson_ratio,
-    ).radial_strain(depth)
-    return np.asarray((strain[:, 0] + 2 * strain[:, 1:].sum(axis=1)) / (2 * np.pi * chain.outer_radius_mm))
 
 
 def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[str, float]:

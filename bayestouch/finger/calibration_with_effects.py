@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting
-from bayestouch.finger.calibration import layout, peak_strain
+from bayestouch.effects import Effect, Setting
+from bayestouch.finger.calibration import layout
 from bayestouch.finger.model import finger_model
+from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
@@ -174,7 +175,7 @@ def _public(
     noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))
     response = model.sign * np.exp(vectors[:, at.response])
     sigma, depth, mu = vectors[:, at.sigma], vectors[:, at.depth], np.exp(vectors[:, at.log_mu])
-    peak = np.stack([peak_strain(chain, float(s), d) for s, d in zip(sigma, depth, strict=True)])
+    peak = peak_strain(chain, sigma, depth)
     draws: dict[str, FloatArray] = {
         "sigma": sigma,
         "mu": mu,
@@ -206,7 +207,8 @@ def _public(
         effect = each.effect
         for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
             mode[public.name] = np.asarray(each.values[i])
-            if isinstance(effect, RandomEffect | NoiseEffect):
+            if effect.name not in place:
+                # Of drifts and noise: no parameter of the chain.
                 sd = each.sd[i] if np.isfinite(each.sd[i]) else 0.0
                 low, high = own.prior.support
                 draws[public.name] = np.clip(each.values[i] + sd * rng.standard_normal(len(vectors)), low, high)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
-from bayestouch.finger.noise import log_likelihood_of_scatter
-from bayestouch.sampling.rank_one import shared_error
+from bayestouch.finger.local_series import local_series
+from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
+from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
 NUMBERS_HELD = 1 << 16
@@ -39,8 +40,10 @@ class FingerDensity:
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
         """The posterior of a fit."""
-        series = fit.likelihood.posterior_series(fit.laplace)
-        return cls(fit.likelihood, series, series.covers)
+        likelihood = fit.likelihood
+        series = likelihood.posterior_series(fit.laplace)
+        near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
+        return cls(likelihood, near, series.covers)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
         """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""
@@ -57,13 +60,10 @@ class FingerDensity:
     def _inside(self, vectors: FloatArray) -> FloatArray:
         likelihood, known = self.likelihood, self.likelihood.known
         predicted, slope = self.predict(vectors)
-        spread = likelihood.standard_errors(vectors)
-        covariance = likelihood.covariance(slope, spread)
-        z = covariance.whiten(np.where(likelihood.missing, 0.0, known.readings - predicted))
+        spread = Precisions.of(known, likelihood.layout, vectors)
+        left = np.where(likelihood.missing, 0.0, known.readings) - predicted
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
-        determinant = covariance.shared_log_determinant.sum(axis=1)
-        determinant += 2 * np.log(np.where(likelihood.missing, 1.0, spread.sd)).sum(axis=(1, 2))
-        data = -0.5 * (np.einsum("ntm,ntm->n", z, z) + determinant)
+        data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,6 +119,23 @@ class KnownTouches:
     def missing(self) -> NDArray[np.bool_]:
         """Where there is no reading, (t, m)."""
         return ~(self.counts > 0) | np.isnan(self.readings)
+
+    @cached_property
+    def shares(self) -> FloatArray:
+        """Variance of each mean over that of one reading, (t, m); inf where there is none."""
+        share = np.full(self.counts.shape, np.inf)
+        np.divide(1.0, self.counts, out=share, where=~self.missing)
+        return share
+
+    @cached_property
+    def share_values(self) -> FloatArray:
+        """The different ones among `shares`, (k,)."""
+        return np.asarray(np.unique(self.shares[~self.missing]))
+
+    @cached_property
+    def share_counts(self) -> FloatArray:
+        """How many of an element's means have each of them, (k, m)."""
+        return np.asarray((self.shares == self.share_values[:, None, None]).sum(axis=1), dtype=np.float64)
 
     @property
     def repeated(self) -> bool:

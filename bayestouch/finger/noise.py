@@ -44,15 +44,47 @@ class StandardErrors:
     sd: FloatArray
     load_sd: FloatArray
 
+    @classmethod
+    def of(cls, known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> StandardErrors:
+        """Standard errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
+        noise = np.exp(vector[..., layout.noise])
+        share = known.shares
+        if layout.discrepancy:
+            share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
+        return cls(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
 
-def standard_errors(known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> StandardErrors:
-    """Standard errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
-    noise = np.exp(vector[..., layout.noise])
-    counts = known.counts
-    share = np.divide(1.0, counts, out=np.full(counts.shape, np.inf), where=~known.missing)
-    if layout.discrepancy:
-        share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
-    return StandardErrors(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
+
+@dataclass(frozen=True, eq=False)
+class Precisions:
+    """What n vectors say of the noise of known touches.
+
+    Attributes
+    ----------
+    weight : (n, t, m) array
+        Inverse variance of each mean reading; 0 where there is none.
+    log_weight : (n,) array
+        Sum of their logarithms.
+    load_sd : (n, t) array
+        As of `StandardErrors`.
+    """
+
+    weight: FloatArray
+    log_weight: FloatArray
+    load_sd: FloatArray
+
+    @classmethod
+    def of(cls, known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> Precisions:
+        """As `StandardErrors.of`; the logarithms are taken once for each number of readings."""
+        log_noise = vectors[:, layout.noise]
+        more = np.zeros(log_noise.shape)
+        if layout.discrepancy:
+            more = np.exp(2 * vectors[:, layout.missed]) / known.typical_reads
+        share = known.shares + more[:, None]
+        weight = np.exp(-2 * log_noise)[:, None] / share
+        log_weight = -2 * log_noise @ known.share_counts.sum(axis=0)
+        for one, count in zip(known.share_values, known.share_counts, strict=True):
+            log_weight = log_weight - np.log(one + more) @ count
+        return cls(weight, log_weight, known.load_sd(np.exp(vectors[:, layout.force_noise])))
 
 
 def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> FloatArray:
@@ -131,7 +163,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
     """Shape of the noise's density by sums over a grid of each element's own (log s, log τ), and of log s_F."""
     layout, m = prior.layout, prior.layout.n_elements
     mean, covariance = vector[layout.n_chain :].copy(), np.zeros((layout.size - layout.n_chain,) * 2)
-    held = standard_errors(known, layout, vector)
+    held = StandardErrors.of(known, layout, vector)
     push = residuals.slope * held.load_sd[:, None]
     weight = np.where(known.missing, 0.0, 1 / held.sd**2)
     by_load, by_both = (push**2 * weight).sum(axis=1), (push * residuals.left * weight).sum(axis=1)

@@ -13,6 +13,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.progress import Progress
 from bayestouch.sampling import BlockDraws, Demands, StudentT, sample_blocks
 from bayestouch.sampling.diagnostics import bulk_statistics
+from bayestouch.sampling.laplace import solve_lower
 
 CHAINS = 4
 # Tails a little heavier than normal: in some eighty dimensions much heavier ones would hardly ever be accepted.
@@ -72,11 +73,10 @@ class PosteriorMap:
         precision = np.tensordot(weight, self.precision, axes=1)
         index = np.arange(at.n_chain)
         precision[:, index, index] += self.fit.likelihood.prior.spread[: at.n_chain] ** -2.0
-        root = np.linalg.cholesky(precision)
-        pull = ((weight - 1) @ self.gradient)[..., None]
+        root = np.asarray(np.linalg.cholesky(precision), dtype=np.float64)
         # R⁻ᵀ (u + R⁻¹ pull) is the standard step and the mode's own
-        inner = points[:, : at.n_chain, None] + np.linalg.solve(root, pull)
-        vectors[:, : at.n_chain] = mode + np.linalg.solve(root.swapaxes(1, 2), inner)[..., 0]
+        inner = points[:, : at.n_chain] + solve_lower(root, np.asarray((weight - 1) @ self.gradient))
+        vectors[:, : at.n_chain] = mode + solve_lower(root, inner, transposed=True)
         return vectors, log_derivative - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
 
     def _variance(self, vectors: FloatArray) -> FloatArray:

@@ -139,6 +139,10 @@ class TouchSeries:
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
+        return self._summed(vectors, by_load=True)
+
+    def _summed(self, vectors: FloatArray, *, by_load: bool) -> tuple[FloatArray, FloatArray]:
+        """As `__call__`; without `by_load` the derivative is not worked out."""
         known, at = self.known, self.layout
         sigma, mu = vectors[:, at.sigma], np.exp(vectors[:, at.log_mu])
         modes = self.modes
@@ -167,6 +171,7 @@ class TouchSeries:
                 return np.asarray((pressure * cosine) @ even + (pressure * sine) @ odd)
 
             shape[:, blunt] = pressed(1.0)
+        if blunt.any() and by_load:
             up, down = 1 + STEP_LOAD, 1 - STEP_LOAD
             slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * STEP_LOAD)
         return known.load[:, None] * shape, slope
@@ -182,7 +187,7 @@ class TouchSeries:
         for up, down, place, step in zip(moved[::2], moved[1::2], places, STEPS, strict=True):
             up[place] += step
             down[place] -= step
-        readings, _ = self(moved)
+        readings, _ = self._summed(moved, by_load=False)
         return np.asarray((readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None]))
 
     def at_loads(self, load: FloatArray) -> TouchSeries:

@@ -49,6 +49,11 @@ class FingerStart:
     used: NDArray[np.bool_]
     fitted: Fitted
 
+    @property
+    def peak(self) -> FloatArray:
+        """Peak readings, (m,): errors before and after are shares of the same."""
+        return np.exp(self.fitted.vector[self.calibrated.likelihood.layout.response]) * self.fitted.model.reference_load
+
 
 def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None) -> Fitted:
     """Fit a finger without effects, see `FingerStart.fitted`; parameters as of `finger_start`."""

@@ -40,7 +40,7 @@ class WhiteColumns:
     @classmethod
     def of(cls, raw: FloatArray, root: FloatArray) -> WhiteColumns:
         """From columns as they are (c, t, m), NaN where nothing is known, and the whitening (t, m, m) of each touch."""
-        raw = np.nan_to_num(raw)
+        raw = np.where(np.isnan(raw), 0.0, raw)
         count, t, m = raw.shape
         moves = raw.any(axis=1)
         alone = moves.sum(axis=1) == 1

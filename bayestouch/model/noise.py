@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
+from bayestouch.effects.noise import NoiseEffect
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,7 @@ class NoiseModel:
         Size of each element's peak reading: the unit of shares.
     added : AddedNoise
         What effects of the noise add.
-    effects : tuple of (name, values)
+    effects : tuple of (NoiseEffect, values)
         Effects of the noise that are in it.
     """
 
@@ -80,7 +81,7 @@ class NoiseModel:
     load_sd: FloatArray
     peak: FloatArray
     added: AddedNoise = field(default_factory=AddedNoise)
-    effects: tuple[tuple[str, Values], ...] = ()
+    effects: tuple[tuple[NoiseEffect, Values], ...] = ()
 
     def variance(self, signal: FloatArray, reads: ArrayLike) -> FloatArray:
         """Variance of means of so many samples (shape of `signal`, (..., m)) with what effects of the noise add."""
@@ -102,7 +103,7 @@ class NoiseModel:
     @property
     def names(self) -> tuple[str, ...]:
         """Effects of the noise."""
-        return tuple(name for name, _ in self.effects)
+        return tuple(effect.name for effect, _ in self.effects)
 
     def with_(self, **changes: object) -> NoiseModel:
         """The same with other values."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,10 +65,15 @@ class Observations:
         """Load of each touch as read, (t,); NaN where it was not."""
         return self.means.load
 
-    @property
+    @cached_property
     def touch_time_s(self) -> FloatArray:
         """Mean time of each touch, (t,)."""
         return self.of_touches(self.time_s)
+
+    @cached_property
+    def touch_held_s(self) -> FloatArray:
+        """Mean time of each touch's samples since it began, (t,)."""
+        return self.of_touches(self.held_s)
 
     def of_touches(self, values: FloatArray) -> FloatArray:
         """Means over the samples of each touch of values by row, (n,) or (n, m)."""
@@ -143,7 +149,7 @@ class UntimedTouches:
         """Zero."""
         return np.zeros(self.n_touches)
 
-    time_s = held_s = touch_time_s
+    time_s = held_s = touch_held_s = touch_time_s
 
     @property
     def row_touch(self) -> IntArray:

@@ -57,8 +57,13 @@ class Whitening:
 
     def touches(self, rows: FloatArray) -> FloatArray:
         """Whitened rows (..., t, m)."""
-        return np.asarray(np.einsum("tij,...tj->...ti", self.root, np.nan_to_num(rows), optimize=True))
+        return np.asarray(np.einsum("tij,...tj->...ti", self.root, _known(rows), optimize=True))
 
     def samples(self, rows: FloatArray) -> FloatArray:
         """Whitened deviations (..., n, m); zero where missing."""
-        return DiagonalPlusRankOne(self.sample_sd, self.sample_shared).whiten(np.nan_to_num(rows))
+        return DiagonalPlusRankOne(self.sample_sd, self.sample_shared).whiten(_known(rows))
+
+
+def _known(rows: FloatArray) -> FloatArray:
+    """Rows with zeros where they are missing."""
+    return np.where(np.isnan(rows), 0.0, rows)

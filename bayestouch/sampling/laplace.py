@@ -79,3 +79,26 @@ def least_squares_map(
     scale[scale == 0] = 1.0
     inverse = np.linalg.inv((jac / scale).T @ (jac / scale))
     return LaplaceFit(solution.x, inverse / np.outer(scale, scale), float(solution.cost))
+
+
+def solve_lower(root: FloatArray, rows: FloatArray, *, transposed: bool = False) -> FloatArray:
+    """Solutions (n, k) of many small triangular systems at once, a row each.
+
+    Parameters
+    ----------
+    root : (n, k, k) array
+        Lower triangular matrices.
+    rows : (n, k) array
+        Right-hand sides.
+    transposed : bool
+        Solve with the transposed matrices.
+    """
+    out = rows.copy()
+    k = rows.shape[1]
+    for i in reversed(range(k)) if transposed else range(k):
+        if not transposed:
+            out[:, i] -= np.einsum("nj,nj->n", root[:, i, :i], out[:, :i])
+        out[:, i] /= root[:, i, i]
+        if transposed:
+            out[:, :i] -= root[:, i, :i] * out[:, i, None]
+    return out

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root, normal_log_density, shared_error
+from bayestouch.sampling.rank_one import (
+    DiagonalPlusRankOne,
+    inverse_root,
+    log_density_with_shared_error,
+    normal_log_density,
+    shared_error,
+)
 
 RNG = np.random.default_rng(7)
 T, M = 5, 6
@@ -104,3 +110,21 @@ def test_shared_error_given_the_rows() -> None:
         gain = np.linalg.solve(matrix, cross)
         np.testing.assert_allclose(pull[row] / precision[row], gain @ ROWS[row, here], **CLOSE)
         np.testing.assert_allclose(1 / precision[row], shared_sd[row] ** 2 - gain @ cross, **CLOSE)
+
+
+def test_log_density_of_rows_with_a_shared_error_each() -> None:
+    """Against normal distributions of all entries of a row that are there."""
+    rng = np.random.default_rng(7)
+    rows, slope = rng.normal(size=(2, 3, 4, 5))
+    weight, shared_sd = rng.uniform(0.2, 4, (3, 4, 5)), rng.uniform(0.1, 3, (3, 4))
+    weight[1, 2, :2] = 0.0
+    found = log_density_with_shared_error(rows, slope, weight, shared_sd)
+    for n in range(3):
+        total = 0.0
+        for t in range(4):
+            here = weight[n, t] > 0
+            along = shared_sd[n, t] * slope[n, t, here]
+            covariance = np.diag(1 / weight[n, t, here]) + np.outer(along, along)
+            density = stats.multivariate_normal(cov=covariance).logpdf(rows[n, t, here])
+            total += density + 0.5 * here.sum() * np.log(2 * np.pi) - 0.5 * np.log(weight[n, t, here]).sum()
+        assert found[n] == pytest.approx(total, rel=1e-10)

@@ -38,10 +38,11 @@ def observe(
 ) -> tuple[Observations, str]:
     """Touches of a table on their clock, without readings that are wrong; and what was assumed of the clock."""
     timing = Timing.of(corrected)
-    values = effects_chain.values.get("outliers")
     table = corrected
-    if values is not None:
-        table = without_wrong(corrected, noise.tactile_sd, effects_chain.model.peak, values)
+    for effect in effects_chain.listed.of_noise:
+        table = without_wrong(
+            table, effect, effects_chain.values[effect.name], noise.tactile_sd, effects_chain.model.peak
+        )
     history = history_of(table, timing.time_s)
     if each_sample:
         table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
-from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
-from bayestouch.model.outliers import from_median, wrong_readings
+from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.model.outliers import from_median
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
 
@@ -22,25 +21,20 @@ def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
     """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
-    noise = noise.with_(effects=(*noise.effects, (effect.name, values)))
-    if isinstance(effect, Outliers):
-        own = np.maximum(noise.sd**2 - values[0] * (values[1] * noise.peak) ** 2, 0.005 * noise.sd**2)
-        wrong = wrong_readings(from_median(model.known.table), np.sqrt(own), noise.peak, values)
+    scatter = TouchScatter.of(fitted)
+    assert scatter is not None
+    noise = noise.with_(effects=(*noise.effects, (effect, values)))
+    own = noise.sd * np.sqrt(effect.own(scatter, values))
+    wrong = effect.wrong(from_median(model.known.table), own, noise.peak, values)
+    if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.observing(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
-    elif isinstance(effect, CommonModeNoise):
-        scatter = TouchScatter.of(fitted)
-        assert scatter is not None
-        added = replace(noise.added, common=values[0], common_shared=values[1])
-        noise = noise.with_(added=added, sd=noise.sd * np.sqrt(effect.own(scatter, values)))
-        noise = _with_touch_size(noise, _touch_size(fitted, noise))
-    elif isinstance(effect, SignalDependentNoise):
-        added = replace(noise.added, share=values[0], power=values[1])
-        variance = added.variance(model.predict(vector).touches, noise.peak).mean(axis=0)
-        sd = np.sqrt(np.maximum(noise.sd**2 - variance, 0.02 * noise.sd**2))
-        noise = noise.with_(added=added, sd=sd)
+    elif added := effect.added(values):
+        noise = noise.with_(added=replace(noise.added, **added), sd=own)
+        if "common" in added:
+            noise = _with_touch_size(noise, _touch_size(fitted, noise))
     return fit(model, vector, noise, fitted.drifts)
 
 

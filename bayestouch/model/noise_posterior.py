@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.noise_search import TouchScatter, maximum
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise_search import TouchScatter, maximum
 
 # Groups of touches that are left out in turn.
 GROUPS = 8

@@ -1,0 +1,25 @@
+"""Strain right under a knife edge: what turns a response into a gain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.body.annulus import solve_annulus
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.response import modes_needed
+
+
+def peak_strain(chain: FingerChain, poisson_ratio: FloatArray | float, depth: FloatArray) -> FloatArray:
+    """Compressive strain (..., m) under a knife edge of 1 N/mm above each element at μ = 1 MPa.
+
+    For Poisson's ratios (...) and depths (..., m), mm.
+    """
+    modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
+    strain = solve_annulus(
+        modes,
+        core_radius_mm=chain.core_radius_mm,
+        outer_radius_mm=chain.outer_radius_mm,
+        poisson_ratio=np.asarray(poisson_ratio)[..., None],
+    ).radial_strain(depth)
+    return np.asarray((strain[..., 0] + 2 * strain[..., 1:].sum(axis=-1)) / (2 * np.pi * chain.outer_radius_mm))
