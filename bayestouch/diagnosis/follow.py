@@ -12,7 +12,6 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import advice
-from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.rounds import Round
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
@@ -97,11 +96,7 @@ def follow(
 def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Values]) -> tuple[AddedEffect, ...]:
     """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
-    noise = tuple(
-        (each.added.noise.effect, each.added.noise.values, jackknife(each.before, each.added.noise.effect))
-        for each in rounds
-        if each.added is not None and each.added.noise is not None
-    )
+    noise = tuple((n.effect, n.values, n.sd) for n in (each.found_noise for each in chosen) if n is not None)
     by_name = {
         each.effect.name: replace(each, sd=spreads.get(each.effect.name, each.sd))
         for each in added_effects(fitted, noise)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.diagnosis.noise_posterior import FoundNoise
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
@@ -17,29 +17,24 @@ from bayestouch.model.whitening import Whitening
 TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
 
 
-def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
+def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect.name, values)))
     if isinstance(effect, Outliers):
-        own = np.maximum(noise.sd**2 - values[0] * (values[1] * noise.peak) ** 2, 0.005 * noise.sd**2)
-        wrong = wrong_readings(from_median(model.known.table), np.sqrt(own), noise.peak, values)
+        wrong = wrong_readings(from_median(model.known.table), found.own_sd, noise.peak, values)
         cleaned = model.known.without(wrong)
         model = model.observing(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
     elif isinstance(effect, CommonModeNoise):
-        scatter = TouchScatter.of(fitted)
-        assert scatter is not None
         added = replace(noise.added, common=values[0], common_shared=values[1])
-        noise = noise.with_(added=added, sd=noise.sd * np.sqrt(effect.own(scatter, values)))
+        noise = noise.with_(added=added, sd=found.own_sd)
         noise = _with_touch_size(noise, _touch_size(fitted, noise))
     elif isinstance(effect, SignalDependentNoise):
         added = replace(noise.added, share=values[0], power=values[1])
-        variance = added.variance(model.predict(vector).touches, noise.peak).mean(axis=0)
-        sd = np.sqrt(np.maximum(noise.sd**2 - variance, 0.02 * noise.sd**2))
-        noise = noise.with_(added=added, sd=sd)
+        noise = noise.with_(added=added, sd=found.own_sd)
     return fit(model, vector, noise, fitted.drifts)
 
 

@@ -11,6 +11,7 @@ from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
 from bayestouch.diagnosis.correction_basis import fit_correction
 from bayestouch.diagnosis.noise_fit import with_noise
+from bayestouch.diagnosis.noise_posterior import settled_noise
 from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.rounds import Round, Tried
 from bayestouch.diagnosis.significance import at_least_one
@@ -204,7 +205,8 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
     if added is not None:
         added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
         if added.noise is not None:
-            added = replace(added, fitted=with_noise(fitted, added.noise))
+            found = settled_noise(fitted, added.noise)
+            added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
         # Fits are large: those between which more touches are to decide are looked at again, and no others.
         kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]

@@ -48,10 +48,24 @@ class Scatter:
 
 
 class NoiseEffect(Effect):
-    """An effect on the distribution of one sample's readings; the prediction stays."""
+    """An effect on the distribution of one sample's readings; the prediction stays.
+
+    The sd that `z` was scaled with holds what the effect adds, too. Each element's own noise is the rest of it.
+    """
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Log density of each sample (n,) under the effect with its parameters, up to a constant."""
+        """Log density of each sample (n,), up to a constant, with the own noise that the values leave."""
+        return np.asarray(self.terms(scatter, values, self.own(scatter, values)).sum(axis=1))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Variance of each element's own noise over that of all its noise, (m,), by the moments of the samples."""
+        raise NotImplementedError
+
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
+        """Terms of the log density of each sample, up to a constant, for given own variances (m,).
+
+        Shape (n, m), one for each element where these are independent; else (n, 1).
+        """
         raise NotImplementedError
 
 
@@ -81,16 +95,15 @@ class CommonModeNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
         present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
-        own = self.own(scatter, values)
         u = np.where(present, size / np.sqrt(own), 0.0)
         w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
         length2 = (u * u).sum(axis=1)
         squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
         volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
-        return np.asarray(-0.5 * (squares + volume))
+        return np.asarray(-0.5 * (squares + volume))[:, None]
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """Variance of each element's own noise over that of all its noise, (m,).
@@ -135,25 +148,28 @@ class SignalDependentNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        share, power = values
-        present, z = scatter.present, scatter.z
-        squares = (share * np.abs(scatter.signal) ** power / scatter.sd) ** 2
-        # The pooled variance that `z` was scaled with holds the mean of the added part too.
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
+        z, variance = scatter.z, own + self._added(scatter, values)
+        return np.asarray(-0.5 * np.where(scatter.present, z * z / variance + np.log(variance), 0.0))
+
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """One less the mean of the added variance."""
+        present, squares = scatter.present, self._added(scatter, values)
         with np.errstate(invalid="ignore"):
             mean = np.where(present, squares, 0.0).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
-        variance = np.maximum(1 - mean, 0.02) + squares
-        terms = np.where(present, z * z / variance + np.log(variance), 0.0)
-        return np.asarray(-0.5 * terms.sum(axis=1))
+        return np.asarray(np.maximum(1 - mean, 0.02))
+
+    def _added(self, scatter: Scatter, values: Values) -> FloatArray:
+        """Added variance in the unit of `z`, (n, m)."""
+        share, power = values
+        return np.asarray((share * np.abs(scatter.signal) ** power / scatter.sd) ** 2)
 
 
 @dataclass(frozen=True)
 class Outliers(NoiseEffect):
     """Now and then a reading is off by much more than the noise: lost bits, loose contacts.
 
-    A share of the readings has normal errors of `size` beside the usual noise. Samples are compared with the mean of
-    their touch, which a wrong reading moves too: of five samples a touch, sizes come out a third too small, of twenty
-    they are right.
+    A share of the readings has normal errors of `size` beside the usual noise.
 
     Reference: D. W. Hogg, J. Bovy and D. Lang, Data analysis recipes: Fitting a model to data (2010), section 3.
     """
@@ -172,12 +188,16 @@ class Outliers(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """One less the mean of the added variance."""
+        probability, size = values
+        return np.asarray(np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005))
+
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
         probability, size = values
         present = scatter.present
         z = np.where(present, scatter.z, 0.0)
-        own = np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
         wide = own + (size / scatter.sd) ** 2
         usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
         wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
-        return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0).sum(axis=1))
+        return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0))

@@ -206,9 +206,7 @@ def _public(
         for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
             mode[public.name] = np.asarray(each.values[i])
             if isinstance(effect, RandomEffect | NoiseEffect):
-                sd = each.sd[i] if np.isfinite(each.sd[i]) else 0.0
-                low, high = own.prior.support
-                draws[public.name] = np.clip(each.values[i] + sd * rng.standard_normal(len(vectors)), low, high)
+                draws[public.name] = each.draws(i, rng.standard_normal(len(vectors)))
             else:
                 column = vectors[:, start[place[effect.name]] + i]
                 draws[public.name] = np.exp(column) if own.logarithmic else column

@@ -13,7 +13,6 @@ from independent import pad
 from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
-from bayestouch.diagnosis.noise_posterior import jackknife
 from bayestouch.diagnosis.stated_fit import _with_effect
 from bayestouch.effects import Setting
 from bayestouch.model.added import AddedEffect, added_effects
@@ -121,7 +120,7 @@ def recovered(case: Case, seed: int) -> Recovered:
     setting = parted.setting("", base.model.reference_load)
     (effect,) = named_effects([case.name], setting)
     fitted, noise = _with_effect(base, effect, {})
-    of_noise = () if noise is None else ((noise.effect, noise.values, jackknife(base, noise.effect)),)
+    of_noise = () if noise is None else ((noise.effect, noise.values, noise.sd),)
     fitted, spreads = settled_drifts(fitted)
     (added,) = added_effects(fitted, of_noise)
     sd = tuple(np.nan_to_num(spreads.get(case.name, added.sd)))
