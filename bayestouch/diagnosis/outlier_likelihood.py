@@ -34,8 +34,8 @@ class OutlierLikelihood:
         Square of each sample's distance from the node, over the variance of all noise; NaN missing.
     pair_element : (p,) int array
         Element of each pair.
-    first : (g,) int array
-        First pair of each group.
+    first, step : (g,) arrays
+        First pair of each group, and the distance of its nodes.
     sd : (m,) array
         Sd of all noise over the peak.
     """
@@ -43,6 +43,7 @@ class OutlierLikelihood:
     square: FloatArray
     pair_element: IntArray
     first: IntArray
+    step: FloatArray
     sd: FloatArray
 
     @classmethod
@@ -64,7 +65,7 @@ class OutlierLikelihood:
         first = np.cumsum(nodes) - nodes
         group = np.repeat(np.arange(len(nodes)), nodes)
         place = low[group] + step[group] * (np.arange(len(group)) - first[group])
-        return cls((deviation[group] - place[:, None]) ** 2, element[group], first, scatter.sd)
+        return cls((deviation[group] - place[:, None]) ** 2, element[group], first, step, scatter.sd)
 
     def __call__(self, values: Values, own: FloatArray) -> FloatArray:
         """Log likelihood that each element contributes (m,), up to a constant.
@@ -85,7 +86,7 @@ class OutlierLikelihood:
         log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
         most = np.maximum.reduceat(log, self.first)
         count = np.diff(self.first, append=len(log))
-        total = most + np.log(np.add.reduceat(np.exp(log - np.repeat(most, count)), self.first))
+        total = most + np.log(self.step * np.add.reduceat(np.exp(log - np.repeat(most, count)), self.first))
         return np.asarray(np.bincount(self.pair_element[self.first], total, minlength=len(self.sd)), dtype=np.float64)
 
 

@@ -65,6 +65,7 @@ CASES = (
     *both("memory", {"share": 0.05, "time": 6.0, "breadth": 1.0}, ("share",)),
     Case("common_mode_noise", {"sd": 0.008, "shared": 0.5}, ("sd",)),
     Case("signal_dependent_noise", {"share": 0.03, "power": 1.0}, ("share",)),
+    Case("outliers", {"probability": 0.03, "size": 0.1}, ("probability", "size")),
 )
 
 
