@@ -1,5 +1,5 @@
 """``python -m bayestouch``."""
 
-from bayestouch.cli import run
+from bayestouch.commands.cli import run
 
 run()

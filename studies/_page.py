@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 DOCS = Path(__file__).parent.parent / "docs"
-PAGE, STATISTICS = DOCS / "robustness.md", DOCS / "statistics.md"
+PAGE, RELIABILITY, STATISTICS = DOCS / "robustness.md", DOCS / "reliability.md", DOCS / "statistics.md"
 
 
 def write_between(mark: str, text: str, page: Path) -> None:
@@ -38,6 +38,13 @@ def put_into_page(script: str, table: str, page: Path = PAGE) -> None:
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a Markdown table, with the end of its last line."""
     return "".join(f"| {' | '.join(line)} |\n" for line in (head, ["---"] * len(head), *rows))
+
+
+def ends(values: Iterable[float], digits: int = 2) -> str:
+    """Return smallest and largest of some values as text, or the one that both are."""
+    known = list(values)
+    low, high = (f"{each:.{digits}f}" for each in (min(known), max(known)))
+    return low if low == high else f"{low} to {high}"
 
 
 def docs_of(arguments: list[str]) -> tuple[bool, list[str]]:

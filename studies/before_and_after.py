@@ -21,7 +21,8 @@ from bayestouch.diagnosis.traced import EvaluatedModel
 
 EFFECT, SIZE = "soft_spot", 0.2
 #: Middle of the simulated soft spot and its half width at half the height (sd 10°), degree.
-MIDDLE_DEG, HALF_WIDTH_DEG = 7.0, 11.8
+MIDDLE_DEG, HALF_WIDTH_DEG = 7.0, 10 * float(np.sqrt(2 * np.log(2)))
+EFFECTS = {EFFECT: SIZE, f"{EFFECT}.centre": MIDDLE_DEG, f"{EFFECT}.width": HALF_WIDTH_DEG}
 BEFORE, AFTER = "#b8360b", "#1f6fb4"
 TEXT = 12
 RUBBER, SPOT, CORE, TIP = "#e8d9b8", "#f0a070", "#c9ccd1", "#9fb8cc"
@@ -66,7 +67,7 @@ def run(small: bool, seed: int = 0) -> Errors:
     """Simulate a finger with the effect, diagnose it, and compare."""
     fewer = {"n_elements": 8, "touch_step_deg": 4.0, "edge_step_deg": 3.0, "flat_step_deg": 9.0, "samples_per_touch": 5}
     design = bayestouch.FingerDesign(**fewer, calibration_span_deg=45.0) if small else bayestouch.FingerDesign()
-    dataset = bayestouch.simulate(design, effects={EFFECT: SIZE}, seed=seed).dataset
+    dataset = bayestouch.simulate(design, effects=EFFECTS, seed=seed).dataset
     diagnosis = bayestouch.diagnose(dataset, seed=seed)
     places, before = errors_by_location(diagnosis.traced.before, design.outer_radius_mm)
     _, after = errors_by_location(diagnosis.traced.after, design.outer_radius_mm)

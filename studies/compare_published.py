@@ -35,7 +35,7 @@ from bayestouch.simulation import FingerDesign
 PAGE = Path(__file__).parents[1] / "docs" / "published_comparison.md"
 NO_COUNTERPART = {
     "dielectric_thickness": "an element is the strain at one radius; its thickness is not simulated",
-    "tips.corner_angle": "the simulated edge is a knife edge; `bayestouch.contact.Corner` has the corner",
+    "tips.corner_angle": "the simulated edge is a knife edge; `bayestouch.contact.CornerContact` has the corner",
     "tips.length": "plane strain: indenters of any length",
     "tips.length_again": "plane strain: indenters of any length",
 }

@@ -9,6 +9,7 @@ that stays the same as a strain. Last a pad of two rows of four barometers (`pad
 from __future__ import annotations
 
 import os
+import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -17,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _page import RELIABILITY, docs_of, markdown_table, put_into_page
 from _paper import indenter, paper_design
 from _published import figure, options, plain_ticks, save
 from nicolson_fearing.paper_finger import MISFIT_PERCENT
@@ -169,6 +171,42 @@ def picture(folder: Path, found: Answers) -> None:
     save(drawn, folder, "design_questions")
 
 
+def for_the_page(found: Answers) -> str:
+    """Table of what to build, and how much effort is enough, for the documentation."""
+    strain = "noise the same as a strain"
+    rows = [
+        ("as it is", "spacing_mm", 1.58),
+        ("elements 0.8 mm apart", "spacing_mm", 0.8),
+        ("2.5 mm apart", "spacing_mm", 2.5),
+        ("1.6 mm deep", "depth_mm", 1.6),
+        (f"1.6 mm deep, {strain}", "depth_mm, same strain noise", 1.6),
+        (f"3.1 mm deep, {strain}", "depth_mm, same strain noise", 3.1),
+        ("noise 0.4 % in place of 1.72 %", "noise_percent", 0.4),
+        ("rubber 2.0 mm thick", "thickness_mm", 2.0),
+        ("rubber 5.2 mm thick", "thickness_mm", 5.2),
+    ]
+    lines = []
+    for label, vary, value in rows:
+        maps = found.maps[vary]
+        at = list(maps.values).index(value)
+        sd = maps.sd("R")[at]
+        tips = [f"{sd[tip, 0]:.2f} / {sd[tip, -1]:.2f}" for tip in DRAWN]
+        lines.append([label, *tips, f"{maps.rms('theta_c')[at]:.2f}", f"{maps.rms('P')[at]:.1f}"])
+    tips = [indenter(found.maps["spacing_mm"].spots[0].indenters_mm[tip]) for tip in DRAWN]
+    head = ["", *(f"R, {tip}: above / between" for tip in tips), "θ_c (degree)", "P (N/m)"]
+    enough = [
+        *((f"calibration touches, where {name_of(n)} is read", each) for n, each in found.calibration.items()),
+        *((f"samples of a touch, {name}", each) for name, each in found.averaging.items()),
+    ]
+    counts = [[name, _count(each)] for name, each in enough]
+    return markdown_table(head, lines) + "\n" + markdown_table(["within 10 % of the best", "count"], counts)
+
+
+def _count(effort: Effort) -> str:
+    enough = effort.enough()
+    return f"{enough:.0f}" if np.isfinite(enough) else f"more than {effort.count[-1]}"
+
+
 def main(small: bool = False, folder: Path | None = None) -> Answers:
     """Print every answer and save the picture."""
     found = answer(small)
@@ -190,4 +228,7 @@ def main(small: bool = False, folder: Path | None = None) -> Answers:
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    docs, arguments = docs_of(sys.argv[1:])
+    answers = main(*options(__doc__, arguments))
+    if docs:
+        put_into_page("design_questions.py", for_the_page(answers), RELIABILITY)

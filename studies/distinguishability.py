@@ -10,6 +10,7 @@ Table 1 reports (which no averaging removes), and of Figure 4's deep sensor.
 from __future__ import annotations
 
 import os
+import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -17,6 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from _page import RELIABILITY, docs_of, markdown_table, put_into_page
 from _paper import SHEAR_MODULUS, indenter, paper_design
 from _published import Beside, figure, options, plain_ticks, print_beside, save
 from figure_4 import deep_finger
@@ -115,6 +117,25 @@ def print_optimism(sensor: Sensor, known: KnownFinger) -> None:
                     f"{reading:>18s} {samples:8d} {name:>18s} {r.paper_mm:10.2f} {100 * r.distinguished_there:6.1f}% "
                     f"{r.honest_mm:9.2f}   x {r.factor:.2f}"
                 )
+
+
+def for_the_page() -> str:
+    """Tables of the documentation: sharpest tip told from an edge, and the paper's criterion beside it."""
+    plain, lacking, _ = sensors()
+    rows = [
+        [label, *(f"{mm:.2f}" for mm in threshold_radii(known, list(PLACES.values()), samples=n, use_load=use_load))]
+        for each, extra in ((plain, ""), (lacking, f", {lacking.lack_of_fit_percent:.2f} % lack of fit"))
+        for known in (each.known(),)
+        for label, (n, use_load) in ((name + extra, case) for name, case in CASES.items())
+    ]
+    known = plain.known()
+    criteria = []
+    for reading, span in SPANS_DEG.items():
+        found = optimism(known, plain.annulus, list(PLACES.values()), span_deg=span)
+        criteria.append([reading, f"{found[0].paper_mm:.2f}", *(f"{each.factor:.2f}" for each in found)])
+    thresholds = markdown_table(["r_c told from an edge at 95 %, mm", *PLACES], rows)
+    factors = [f"honest r_c over it, {place}" for place in PLACES]
+    return thresholds + "\n" + markdown_table(["mean square over", "paper's r_c, mm", *factors], criteria)
 
 
 def print_pairs(found: Trial, expected: np.ndarray, title: str) -> None:
@@ -251,4 +272,7 @@ def main(small: bool = False, folder: Path | None = None) -> list[Beside]:
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    docs, arguments = docs_of(sys.argv[1:])
+    main(*options(__doc__, arguments))
+    if docs:
+        put_into_page("distinguishability.py", for_the_page(), RELIABILITY)

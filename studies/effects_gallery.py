@@ -31,7 +31,7 @@ from bayestouch.effects.listing import PAD, typical
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.output.pictures import BLUE, GREY, RED, canvas, drawing, rendered
-from bayestouch.simulation import FingerDesign, simulate
+from bayestouch.simulation import SHAPES, FingerDesign, simulate
 
 DOCS = Path(__file__).resolve().parent.parent / "docs"
 # Largest change that is drawn, over the peak reading.
@@ -260,7 +260,36 @@ def page() -> str:
         for each in effect.parameters:
             null = "" if each.null is None else f"{each.null:g}"
             out.append(f"| `{name}_{each.name}` | {each.unit} | {each.description} | {null} | {_prior(each.prior)} |")
-    return "\n".join(out) + "\n"
+    return "\n".join([*out, *simulated()]) + "\n"
+
+
+def simulated() -> list[str]:
+    """What `simulate` takes an effect to be."""
+    shapes = [
+        f"| `{name}` | {', '.join(f'`{parameter}` {value:g}' for parameter, value in each.items())} |"
+        for name, each in SHAPES.items()
+    ]
+    return [
+        "",
+        "## Effects in a simulation",
+        "",
+        "`bayestouch simulate --effect NAME=VALUE` adds an effect to a simulated sensor, by the formula above.",
+        "VALUE is the first parameter of its table; `NAME.PARAMETER=VALUE` states any of them:",
+        "",
+        "    bayestouch simulate -o my-finger --effect creep=0.05 --effect creep.time=3",
+        "",
+        "An amplitude that is not stated does nothing. Other parameters that are not stated are those of this table",
+        "(times in s), or else the middle one of the values at which the diagnosis looks for the effect. `truth.json`",
+        "has them all.",
+        "",
+        "| effect | shape where none is stated |",
+        "|---|---|",
+        *shapes,
+        "",
+        "Loads and places in the tables are what was commanded and read: an effect of the rig changes what was",
+        "pressed, and `truth.json` says what that was. An effect on the finger itself leaves the gains (reading per",
+        "strain) as they are.",
+    ]
 
 
 def _prior(prior: Any) -> str:

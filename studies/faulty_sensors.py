@@ -30,6 +30,7 @@ from _shared_out import finished
 
 import bayestouch
 from bayestouch.contact import composite_radius
+from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.simulation import FingerDesign, simulate
@@ -164,7 +165,7 @@ def one_finger(shared: None, seed: int) -> list[tuple[str, Row]]:
     calibration = bayestouch.calibrate(simulated.dataset, draws=400, seed=seed)
     rng = np.random.default_rng([seed, 7])
     touches = simulated.dataset.touches
-    outer = simulated.dataset.sensor.finger.outer_radius_mm
+    outer = finger_of(simulated.dataset.sensor).outer_radius_mm
     ids = np.unique(touches.touch)
     true = {name: np.asarray(values) for name, values in simulated.truth["touches"].items()}
     rows: list[tuple[str, Row]] = []

@@ -31,13 +31,13 @@ from typing import Any
 import numpy as np
 
 import bayestouch
-from bayestouch import cli
+from bayestouch.commands import cli
 from bayestouch.data.touch_table import write_touches
 from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
-from bayestouch.finger.reading import draws as finger_draws
 from bayestouch.parallel import cluster
+from bayestouch.reading import draws
 from bayestouch.reading import driver as run
 from bayestouch.simulation import FingerDesign
 
@@ -107,7 +107,7 @@ class Run:
             faulthandler.register(signal.SIGUSR1)  # tells where it hangs
             try:
                 # As it is, but for smaller blocks, more processes than so few touches deserve, and less patience.
-                run.BLOCK_DRAWS, run.BLOCK_UNIT, finger_draws.SHARED_FROM, cluster.PATIENCE = 1, BLOCK, 64, 4.0
+                run.BLOCK_DRAWS, run.BLOCK_UNIT, draws.SHARED_FROM, cluster.PATIENCE = 1, BLOCK, 64, 4.0
                 if room is not None:
                     resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
                 status = cli.main(command)

@@ -32,10 +32,11 @@ from _published import figure, options, save
 
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import LayerKernel
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.data.splits import with_calibration
 from bayestouch.pad.calibration import calibrate_pad
-from bayestouch.pad.known_touches import PadReadings, pad_readings
+from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.models import PadCandidate, fit_kernel
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.reading.reader import PadReader
@@ -73,7 +74,7 @@ def load(folder: Path, name: str) -> DataSet:
     return with_calibration(load_dataset(folder / "measured" / name))
 
 
-def held_out(dataset: DataSet, problem: PadProblem) -> PadReadings:
+def held_out(dataset: DataSet, problem: PadProblem) -> TouchMeans:
     """Held-out touches, every load given."""
     dimensions = problem.known.location.shape[1]
     readings = pad_readings(dataset.touches.baseline_corrected(problem.rest), dimensions, problem.samples)

@@ -20,10 +20,11 @@ from _published import figure, options, plain_ticks, save
 
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.reader import IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.paper import published
+from bayestouch.reading.draws import DrawPlan, draw
 
 LOAD, ELEMENTS, NOISE_PERCENT = 200.0, 16, 1.72
 # Composite radii of an edge, tips of 3.9, 6.01, 9.3 and 12.3 mm and a flat: six of the paper's, edge to flat.
@@ -67,7 +68,7 @@ def posterior_sds(chain: FingerChain, noise_sd: float, samples: int) -> np.ndarr
     )
     priors = IndenterPriors.of(chain, LOAD)
     table = ReadingTable.of(chain, *priors.location.support)
-    drawn = draw_all(DrawTask(chain, priors, table, noise, None, "importance", 1024, 0), touches)
+    drawn = draw(FingerSampler(chain, priors, table, noise, None), touches, DrawPlan(1024, seed=0, method="importance"))
     sds = [drawn[name].std(axis=(0, 1)) for name in ("theta_c", "P", "R")]
     return np.sqrt(np.mean(np.square(sds), axis=1))
 

@@ -20,12 +20,14 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import json
+import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from _foretold import Foretold
+from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
 from _paper import calibrated, indenter, paper_design, with_map_errors
 from _published import figure, options, save
 from nicolson_fearing.paper_finger import MISFIT_PERCENT
@@ -276,6 +278,40 @@ def picture(folder: Path, by_size: list[Sizes], sign: Signs) -> None:
     save(figures, folder, "sweet_spots")
 
 
+def for_the_page(by_size: list[Sizes], by_sign: list[Signs], real: tuple[Sizes, Signs] | None) -> str:
+    """Tables of the documentation: smallest and largest value over the fingers."""
+    errors = f"simulated, errors of the E map of {MISFIT_PERCENT['model']:.2f} % of the peak"
+    size_rows, sign_rows = [_size_row("simulated, few calibration touches", by_size)], [_sign_row(errors, by_sign)]
+    if real is not None:
+        size_rows.append(_size_row("practice/finger-a", [real[0]]))
+        sign_rows.append(_sign_row("practice/finger-a", [real[1]]))
+    of_size = ["size of the error", "seen over predicted", "R² (at best)", "rank (at best)", "shared by tips"]
+    of_sign = ["sign of the bias", "R²", "rank of absolute bias", "shared by tips", "rms error, mm", "with the map, mm"]
+    return markdown_table(of_size, size_rows) + "\n" + markdown_table(of_sign, sign_rows)
+
+
+def _size_row(name: str, some: list[Sizes]) -> list[str]:
+    best = [attainable(each.spots.radius_error, each.drawn) for each in some]
+    return [
+        name,
+        ends(each.ratio for each in some),
+        f"{ends(each.score.r_squared for each in some)} ({ends(b['r_squared'][0] for b in best)})",
+        f"{ends(each.score.rank_correlation for each in some)} ({ends(b['rank_correlation'][0] for b in best)})",
+        ends(each.seen.shared for each in some),
+    ]
+
+
+def _sign_row(name: str, some: list[Signs]) -> list[str]:
+    return [
+        name,
+        ends(each.score.r_squared for each in some),
+        ends(each.size_score.rank_correlation for each in some),
+        ends(each.seen.shared for each in some),
+        ends(rms(each.seen.error) for each in some),
+        ends(rms(each.seen_by_map.error) for each in some),
+    ]
+
+
 def practice(folder: Path) -> tuple[Sizes, Signs] | None:
     """Finger-a, whose truth says that no effect is on; None where the folder is absent."""
     path = folder / "practice" / "finger-a"
@@ -289,7 +325,9 @@ def practice(folder: Path) -> tuple[Sizes, Signs] | None:
     return sizes("finger-a", dataset), signs("finger-a", dataset)
 
 
-def main(small: bool = False, folder: Path | None = None) -> tuple[list[Sizes], list[Signs]]:
+def main(
+    small: bool = False, folder: Path | None = None
+) -> tuple[list[Sizes], list[Signs], tuple[Sizes, Signs] | None]:
     """Print every table and save the picture."""
     seeds = SEEDS[:1] if small else SEEDS
     few = [simulate(design(small, **FEW), seed=seed) for seed in seeds]
@@ -304,15 +342,17 @@ def main(small: bool = False, folder: Path | None = None) -> tuple[list[Sizes], 
     print_signs(by_sign)
     drawn = [shared_by_indenters(one) for one in by_size[0].drawn[:50]]
     print(f"shared by tips where the model is right: {by_size[0].seen.shared:.2f} (predicted {np.mean(drawn):.2f})")
-    if not small:
-        found = practice(SHARED)
-        if found is not None:
-            print_sizes([found[0]])
-            print_signs([found[1]])
+    real = None if small else practice(SHARED)
+    if real is not None:
+        print_sizes([real[0]])
+        print_signs([real[1]])
     if folder is not None:
         picture(folder, by_size, by_sign[0])
-    return by_size, by_sign
+    return by_size, by_sign, real
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    docs, arguments = docs_of(sys.argv[1:])
+    answers = main(*options(__doc__, arguments))
+    if docs:
+        put_into_page("sweet_spots.py", for_the_page(*answers), RELIABILITY)

@@ -11,6 +11,7 @@ Half of the locations calibrate, the others are read. Location takes the place o
 from __future__ import annotations
 
 import os
+import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -19,6 +20,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from _page import RELIABILITY, docs_of, markdown_table, put_into_page
 from _published import figure, options, plain_ticks, rms, save
 from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
@@ -160,8 +162,7 @@ def print_pad(found: PadResult) -> None:
                 f"{rms(size[here]):.3f} {both[0]:.3f}; {rms(bare[here]):.3f} {both[1]:.3f}"
             )
     print_elements(found)
-    scores = score(found)
-    for label, text in scores.items():
+    for label, text in score(found).items():
         print(f"  {label}: {text}")
 
 
@@ -198,6 +199,31 @@ def score(found: PadResult) -> dict[str, str]:
         "sign, kernel alone": f"R² {sign.r_squared:.2f} [{sign.r_squared_interval[0]:.2f}, "
         f"{sign.r_squared_interval[1]:.2f}], rank {sign.rank_correlation:.2f}",
     }
+
+
+def for_the_page(results: list[PadResult]) -> str:
+    """Table of the documentation: a row for each question, a column for each pad."""
+    columns = []
+    for found in results:
+        some = found.inside
+        size, bare = (np.sqrt((error**2).sum(axis=1))[some] for error in (found.error, found.kernel_error))
+        near = found.to_element[some] < DISTANCES[2]
+        sd, text = found.spots.sd[some], score(found)
+        alone, mapped = (alike(found.location[some], each[some])[0] for each in (found.kernel_error, found.error))
+        columns.append(
+            {
+                "held-out touches within the elements": str(some.sum()),
+                "rms error with the map, seen (predicted before any touch)": f"{rms(size):.3f} ({rms(sd):.3f}) mm",
+                f"within {DISTANCES[2]:g} pitches of an element": f"{rms(size[near]):.3f} ({rms(sd[near]):.3f}) mm",
+                "further away": f"{rms(size[~near]):.3f} ({rms(sd[~near]):.3f}) mm",
+                "size of the error": text["size, with the map"],
+                "read with the kernel alone: rms error": f"{rms(bare):.3f} mm",
+                "sign of its bias, predicted by the map": text["sign, kernel alone"],
+                "correlation of neighbours' errors: kernel alone; with the map": f"{alone:.2f}; {mapped:.2f}",
+            }
+        )
+    rows = [[label, *(column[label] for column in columns)] for label in columns[0]]
+    return markdown_table(["", *(f"measured/{found.name}" for found in results)], rows)
 
 
 def picture(folder: Path, found: PadResult) -> None:
@@ -258,4 +284,7 @@ def main(small: bool = False, folder: Path | None = None) -> list[PadResult]:
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    docs, arguments = docs_of(sys.argv[1:])
+    pads = main(*options(__doc__, arguments))
+    if docs and pads:
+        put_into_page("sweet_spots_measured.py", for_the_page(pads), RELIABILITY)

@@ -10,6 +10,7 @@ practice/finger-a.
 from __future__ import annotations
 
 import os
+import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -19,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 from _foretold import Foretold
+from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
 from _paper import calibrated, indenter, paper_design, with_map_errors, with_place_errors
 from _published import figure, options, rms, save
 from nicolson_fearing.paper_finger import MISFIT_PERCENT
@@ -97,6 +99,24 @@ def print_foretold(title: str, found: list[Foretold]) -> None:
         )
 
 
+def for_the_page(found: dict[str, list[Foretold]]) -> str:
+    """Table of the documentation: smallest and largest value over the fingers, for each kind of error."""
+    head = ["errors", "seen, mm", "R² of bias", "rank of absolute bias", "left when it is taken off, mm"]
+    rows = [
+        [
+            kind,
+            ends(rms(each.seen.error) for each in fingers),
+            ends(each.score.r_squared for each in fingers),
+            ends(each.size_score.rank_correlation for each in fingers),
+            ends(rms(each.left) for each in fingers),
+            ends(each.seen.shared for each in fingers),
+            ends(shared_by_indenters(each.left) for each in fingers),
+        ]
+        for kind, fingers in found.items()
+    ]
+    return markdown_table([*head, "shared by tips, seen", "shared by tips, left"], rows)
+
+
 def picture(folder: Path, found: dict[str, list[Foretold]]) -> None:
     """Bias by place of three tips, and predicted against seen for all kinds."""
     drawn, (left, right) = figure(2, figsize=(11.0, 4.2))
@@ -143,4 +163,7 @@ def main(small: bool = False, folder: Path | None = None) -> dict[str, list[Fore
 
 
 if __name__ == "__main__":
-    main(*options(__doc__))
+    docs, arguments = docs_of(sys.argv[1:])
+    kinds = main(*options(__doc__, arguments))
+    if docs:
+        put_into_page("sweet_spots_of_places.py", for_the_page(kinds), RELIABILITY)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 from known_fingers import dataset, known_touches
 
@@ -12,7 +13,7 @@ from bayestouch.calibration import calibrate
 from bayestouch.data.dataset import save_dataset
 from bayestouch.data.touches import Touches
 from bayestouch.reading import driver as run_module
-from bayestouch.results.objects import Calibration
+from bayestouch.results.objects import Calibration, TouchPosteriors
 
 DRAWS = 128
 
@@ -35,3 +36,16 @@ def blocks_of_seven(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where thousands are the rule."""
     monkeypatch.setattr(run_module, "BLOCK_DRAWS", 1)
     monkeypatch.setattr(run_module, "BLOCK_UNIT", 7)
+
+
+def same(mine: TouchPosteriors, other: TouchPosteriors) -> None:
+    """Posteriors, grades, references, rows, settings and notes are the same to the bit."""
+    for name in ("posterior", "sample_stats", "reference"):
+        first, second = getattr(mine, name), getattr(other, name)
+        assert set(first) == set(second)
+        for key in first:
+            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
+    for name in ("touch", "observed", "predicted", "sd", "counts", "load", "radius_mm"):
+        np.testing.assert_array_equal(getattr(mine.rows, name), getattr(other.rows, name))
+    assert mine.settings == other.settings
+    assert mine.notes == other.notes

@@ -219,15 +219,3 @@ def surface_displacement_response(
         poisson_ratio=poisson_ratio,
         traction=traction,
     ).surface_displacement_mm
-
-
-def half_plane_displacement_response(
-    modes: ArrayLike, *, outer_radius_mm: float, poisson_ratio: ArrayLike
-) -> FloatArray:
-    """Surface displacement of a half-plane, ``(1-σ) r_b/(μ k)`` in mm at μ = 1 MPa: the limit of large ``k``.
-
-    The bonded annulus approaches it with a relative error of ``(1-2σ)/(2(1-σ) k)`` once ``(r_a/r_b)^(2k)`` is
-    small. Modes from 1.
-    """
-    k = np.asarray(modes, dtype=float)
-    return np.asarray((1 - np.asarray(poisson_ratio, dtype=float)[..., np.newaxis]) * outer_radius_mm / k)

@@ -159,35 +159,6 @@ class FiniteStrainResponse:
         return np.asarray(before + (turn - node) * (at((first + 1) & (n_angles - 1)) - before))
 
 
-def finite_strain_correction(
-    load_over_modulus_mm: ArrayLike,
-    radius_mm: ArrayLike,
-    angle: ArrayLike,
-    sensing_radius_mm: ArrayLike,
-    *,
-    measure: Measure = "projected",
-) -> FloatArray:
-    """Response that finite strain adds, over the linear peak response to a knife edge of the same load.
-
-    Parameters
-    ----------
-    load_over_modulus_mm, radius_mm : (...,) array_like
-        P/μ and composite radius R, mm.
-    angle : (..., m) array_like
-        Angle of each element from the touch, rad.
-    sensing_radius_mm : (m,) array_like
-        ``r_s``, mm.
-    measure : {"projected", "stretch", "stuck"}
-        What the elements read, see the module.
-
-    Returns
-    -------
-    (..., m) array
-        To be added to `bayestouch.chain.response.ResponseTable`; zero without load.
-    """
-    return FiniteStrainTable.load(measure).for_elements(sensing_radius_mm)(load_over_modulus_mm, radius_mm, angle)
-
-
 def is_tabulated(core_radius_mm: float, outer_radius_mm: float) -> bool:
     """Whether this is the finger of the table, to 0.02 mm."""
     return max(abs(core_radius_mm - CORE_RADIUS_MM), abs(outer_radius_mm - OUTER_RADIUS_MM)) <= 0.02

@@ -49,8 +49,9 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. The posterior is
-        then the normal approximation about the mode. `contact`, where it is given, stands in for that of the model.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
+        the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
+        `contact`, where it is given, stands in for that of the model.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -76,6 +77,8 @@ def calibrate(
         if model is not None:
             if model.body != dataset.sensor.body.kind:
                 raise InputError(f"the model is that of a {model.body}, this sensor is a {dataset.sensor.body.kind}")
+            contact = contact or model.contact or None
+        if model is not None and (model.effects or model.correction):
             if e_map == "empirical":
                 raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
             from bayestouch.diagnosis.stated_fit import calibrate_with_effects

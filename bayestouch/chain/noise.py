@@ -32,6 +32,10 @@ class Noise(Summarised):
     signal_share: float = 0.0
     force_sd: float = np.nan
 
+    def mean_load_sd(self, reads: ArrayLike) -> FloatArray:
+        """Standard deviation of a mean of `reads` readings (...) of the force sensor; NaN without one."""
+        return np.asarray(self.force_sd / np.sqrt(np.asarray(reads)))
+
     def mean_sd(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
         """Standard deviation of a mean of `counts` readings of which the expected signal is `signal`.
 

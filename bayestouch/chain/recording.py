@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,6 +24,30 @@ class History:
     start_s: FloatArray
     end_s: FloatArray
     readings: FloatArray
+
+    @classmethod
+    def of(cls, touch: IntArray, time_s: FloatArray, readings: FloatArray) -> History:
+        """Mean reading of every touch, in the order of time.
+
+        Parameters
+        ----------
+        touch : (n,) int array
+            Touch of each row, counted from 0.
+        time_s : (n,) array
+            When the row was taken.
+        readings : (n, m) array
+            Readings; NaN missing.
+        """
+        n = int(touch.max()) + 1 if len(touch) else 0
+        start, end = np.full(n, np.inf), np.full(n, -np.inf)
+        np.minimum.at(start, touch, time_s)
+        np.maximum.at(end, touch, time_s)
+        total, count = np.zeros((n, readings.shape[1])), np.zeros((n, readings.shape[1]))
+        np.add.at(total, touch, np.nan_to_num(readings))
+        np.add.at(count, touch, ~np.isnan(readings))
+        order = np.argsort(end, kind="stable")
+        mean = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
+        return cls(start[order], end[order], mean[order])
 
     def leftover(self, start_s: FloatArray, fade_s: FloatArray) -> FloatArray:
         """Sum of the earlier touches' readings, faded from their end to the start of others.

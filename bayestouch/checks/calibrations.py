@@ -21,7 +21,7 @@ from bayestouch.checks.ranks import RankStatistics, of_ranks, rank
 from bayestouch.contact import composite_radius
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
@@ -75,9 +75,7 @@ class CalibrationDesign:
         cls, dataset: DataSet, stated: Mapping[str, Prior], contact: str, draws: int, seed: int
     ) -> CalibrationDesign:
         """Design of a data set's calibration; priors that are not stated follow from its sensor and readings."""
-        finger, table = dataset.sensor.body, dataset.calibration
-        if not isinstance(finger, Finger):
-            raise InputError("simulation-based calibration is offered for fingers")
+        finger, table = finger_of(dataset.sensor, "simulation-based calibration"), dataset.calibration
         if table is None:
             raise InputError("simulation-based calibration needs a data set with calibration touches")
         touches = table.baseline_corrected()
@@ -98,8 +96,7 @@ class CalibrationDesign:
     @property
     def finger(self) -> Finger:
         """Geometry as built."""
-        assert isinstance(self.sensor.body, Finger)
-        return self.sensor.body
+        return finger_of(self.sensor)
 
 
 def check_calibration(

@@ -18,11 +18,10 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.checks.ranks import BINS, RankStatistics, rank_statistics
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
+from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.inference import infer
-from bayestouch.model.effect_list import KEY
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
@@ -100,9 +99,8 @@ def sbc(
         return check_calibration(design, simulations, progress, scheduler)
     if priors or contact != "layer" or scheduler is not None:
         raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
-    if not isinstance(of.sensor.body, Finger):
-        raise InputError("simulation-based calibration is offered for fingers")
-    if KEY in of.settings or of.settings.get("e_map") == "empirical":
+    finger_of(of.sensor, "simulation-based calibration")
+    if of.has_effects or of.has_identified_map:
         raise InputError(
             "simulation-based calibration of touches simulates the elastic model: calibrate without effects and with "
             "the E map of the model"
@@ -158,8 +156,7 @@ def simulate_touches(
     Touches
         ``simulations * samples`` rows.
     """
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     place = np.asarray(calibration.mode["theta_s"])
     outer, largest = finger.outer_radius_mm, LARGEST_LOAD * float(np.nanmean(calibration.rows.load))
     radius = rng.uniform(0.0, outer, simulations)
@@ -181,7 +178,8 @@ def simulate_touches(
     )
     noise, force = flat["noise_sd"][number], flat["force_noise_sd"][number]
     missed = flat["discrepancy_sd"][number] if "discrepancy_sd" in flat else np.zeros_like(noise)
-    mean = clean + rng.normal(0.0, missed) + calibration.extra.get("rest_reading", np.zeros(finger.n_elements))
+    rest = calibration.rest_reading
+    mean = clean + rng.normal(0.0, missed) + (np.zeros(finger.n_elements) if rest is None else rest)
     touch = np.repeat(np.arange(simulations), samples)
     readings, load = rng.normal(mean[touch], noise[touch]), rng.normal(truth["P"][touch], force[touch])
     return truth, touches_from(touch, readings, load=load, contact=1.0)
@@ -189,8 +187,7 @@ def simulate_touches(
 
 def _chain(calibration: Calibration, drawn: Mapping[str, FloatArray]) -> FingerChain:
     """The finger with the parameters of one draw."""
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,
         outer_radius_mm=finger.outer_radius_mm,

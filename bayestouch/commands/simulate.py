@@ -14,7 +14,13 @@ from bayestouch.progress import progress_bar
 
 @click.command(short_help="Simulate a data set with known truth.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Data set folder to write.")
-@click.option("--effect", "effects", multiple=True, metavar="NAME=VALUE", help="An effect and its size; repeatable.")
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="An effect and its first parameter, or NAME.PARAMETER=VALUE; repeatable.",
+)
 @click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
 @seeded
 @spoken

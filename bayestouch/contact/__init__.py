@@ -14,7 +14,6 @@ from bayestouch.contact.approximate import ApproximateFrictionless
 from bayestouch.contact.circle import CircleContact
 from bayestouch.contact.corner import CornerContact
 from bayestouch.contact.hertz import HertzContact, composite_radius, indenter_radius
-from bayestouch.contact.indenters import Corner, Flat, Indenter, KnifeEdge, Round, indenter_from_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.contact.model import ContactModel
 from bayestouch.errors import InputError
@@ -26,17 +25,11 @@ __all__ = [
     "ApproximateFrictionless",
     "CircleContact",
     "ContactModel",
-    "Corner",
     "CornerContact",
-    "Flat",
     "HertzContact",
-    "Indenter",
-    "KnifeEdge",
     "LayerContact",
-    "Round",
     "composite_radius",
     "contact_model",
-    "indenter_from_radius",
     "indenter_radius",
 ]
 

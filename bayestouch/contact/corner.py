@@ -25,7 +25,6 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.contact.chebyshev import shape_transforms
 from bayestouch.contact.compliance import SurfaceCompliance, wedge_transform
-from bayestouch.contact.hertz import elliptic_spectrum
 from bayestouch.contact.model import checked_body
 from bayestouch.contact.table import collocation_places, half_angle_grid, spline, table_coordinate
 from bayestouch.errors import InputError
@@ -53,28 +52,6 @@ def half_plane_half_width(
     load = (1 - poisson_ratio) * _checked_load(load_over_modulus_mm)
     # The root of the quadratic in the form that does not cancel at small loads.
     return np.asarray(load / (face_slope + np.sqrt(face_slope**2 + np.pi * load / (2 * outer_radius_mm))))
-
-
-def half_plane_spectrum(
-    load_over_modulus_mm: ArrayLike,
-    modes: ArrayLike,
-    *,
-    face_slope: float,
-    outer_radius_mm: float,
-    poisson_ratio: float,
-) -> FloatArray:
-    """Spectrum ``q_k`` of `half_plane_half_width`'s contact, shape ``load.shape + (n_modes,)``."""
-    width = half_plane_half_width(
-        load_over_modulus_mm,
-        face_slope=face_slope,
-        outer_radius_mm=outer_radius_mm,
-        poisson_ratio=poisson_ratio,
-    )[..., np.newaxis]
-    z = width / outer_radius_mm * np.asarray(modes, dtype=float)
-    round_part = np.pi * width / (2 * outer_radius_mm)  # loads of the two parts, relative
-    wedge_part = 2 * face_slope
-    ellipse = elliptic_spectrum(width[..., 0] / outer_radius_mm, modes)
-    return np.asarray((wedge_part * wedge_transform(z) + round_part * ellipse) / (wedge_part + round_part))
 
 
 @dataclass(frozen=True, eq=False)

@@ -175,10 +175,6 @@ class LayerContact:
         mean = np.asarray(load_N_per_mm, dtype=float) / (self.outer_radius_mm * beta)
         return np.asarray(mean[..., np.newaxis] * (shapes @ shape[..., np.newaxis])[..., 0])
 
-    def centre_pressure(self, kappa: ArrayLike, *, load_N_per_mm: ArrayLike) -> FloatArray:
-        """Pressure in MPa in the middle of the contact, shape of `kappa` (mm²); load P in N/mm."""
-        return self.pressure(kappa, [0.0], load_N_per_mm=load_N_per_mm)[..., 0]
-
     @cached_property
     def circle(self) -> CircleContact:
         """Contact of true circles on the same body, for indenters small against their contact."""

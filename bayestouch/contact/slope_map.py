@@ -24,7 +24,6 @@ shapes.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -162,69 +161,6 @@ class SlopeMap:
     def _decomposed(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         left, values, right = np.linalg.svd(self._stacked(1.0), full_matrices=False)
         return left, values, right
-
-
-def contact_from_load(
-    load_over_modulus_mm: float,
-    slope: Callable[[FloatArray], FloatArray],
-    coefficients: int,
-    *,
-    core_radius_mm: float,
-    outer_radius_mm: float,
-    poisson_ratio: float,
-    centre_rad: float = 0.0,
-    largest_half_angle: float = 1.0,
-) -> tuple[SlopeMap, FloatArray]:
-    """Find the contact width at which the S map's pressure carries the load.
-
-    Parameters
-    ----------
-    load_over_modulus_mm : float
-        P/μ, mm.
-    slope : callable
-        Slope ``du_r/ds`` of the indenter as a function of arc length s (mm) from the centre.
-    coefficients : int
-        n_c. Radii in mm, angles in rad.
-
-    Returns
-    -------
-    SlopeMap
-        The map of the contact found (its `half_angle_rad` is the answer).
-    (2 n_c + 1,) array
-        Pressure coefficients p at μ = 1 MPa.
-
-    Raises
-    ------
-    InputError
-        If the load is not above zero, or its contact is too narrow for n_c coefficients or too wide.
-    """
-    from scipy.optimize import brentq
-
-    if not 0 < load_over_modulus_mm < np.inf:
-        raise InputError(f"load over shear modulus must be above zero and finite, got {load_over_modulus_mm:g}")
-
-    def solved(half_angle: float) -> tuple[SlopeMap, FloatArray]:
-        built = SlopeMap.for_contact(
-            coefficients,
-            half_angle_rad=half_angle,
-            core_radius_mm=core_radius_mm,
-            outer_radius_mm=outer_radius_mm,
-            poisson_ratio=poisson_ratio,
-            centre_rad=centre_rad,
-        )
-        return built, built.pressure(slope(outer_radius_mm * built.contact_angles))
-
-    def excess(half_angle: float) -> float:
-        built, pressure = solved(half_angle)
-        return built.load_over_modulus(pressure) / load_over_modulus_mm - 1
-
-    narrowest = 3 / coefficients * (1 + 1e-9)
-    if excess(narrowest) > 0 or excess(largest_half_angle) < 0:
-        raise InputError(
-            f"the contact at load over modulus {load_over_modulus_mm:g} mm is not between "
-            f"{narrowest:.3g} rad, narrowest for {coefficients} coefficients, and {largest_half_angle:g} rad"
-        )
-    return solved(float(brentq(excess, narrowest, largest_half_angle, xtol=1e-6)))
 
 
 def _midpoints(count: int) -> FloatArray:

@@ -57,12 +57,3 @@ def text_rows(values: object, name: str, n: int) -> ObjectArray:
     if not all(isinstance(value, str) for value in array):
         array = np.array([value if isinstance(value, str) else str(value) for value in array], dtype=object)
     return read_only(array)
-
-
-def same_bits(mine: Any, theirs: Any) -> bool:
-    if mine is None or theirs is None:
-        return mine is theirs
-    both_nan = np.isnan(mine) & np.isnan(theirs) if mine.shape == theirs.shape else False
-    return mine.shape == theirs.shape and bool(
-        np.all(both_nan | ((mine == theirs) & (np.signbit(mine) == np.signbit(theirs))))
-    )

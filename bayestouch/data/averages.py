@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.grouping import first_of, grouped_mean, groups
 from bayestouch.data.sample_rows import SampleRows
 from bayestouch.errors import InputError
@@ -67,6 +71,39 @@ class TouchMeans(Summarised):
     def n_elements(self) -> int:
         """Number of elements."""
         return int(self.readings.shape[1])
+
+    @cached_property
+    def location(self) -> FloatArray:
+        """Where a pad was touched, (t, D) in mm: x, and y where there is one; NaN unknown."""
+        return np.stack([axis for axis in (self.x_mm, self.y_mm) if axis is not None], axis=1)
+
+    def select(self, index: IntArray | BoolArray) -> TouchMeans:
+        """Some of the touches; the pure error stays that of all."""
+        columns: dict[str, Any] = {name: values[index] for name, values in self._columns().items()}
+        return replace(self, **columns)
+
+    @classmethod
+    def joined(cls, parts: Sequence[TouchMeans]) -> TouchMeans:
+        """All touches of several tables, one after the other; the pure error is that of the first."""
+        if len(parts) == 1:
+            return parts[0]
+        columns: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts]) for name in parts[0]._columns()
+        }
+        return replace(parts[0], **columns)
+
+    def without_load(self) -> TouchMeans:
+        """The same touches as if no load had been measured."""
+        return replace(self, load=np.full(self.n_touches, np.nan))
+
+    def _columns(self) -> dict[str, NDArray[Any]]:
+        """What has a row for each touch."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {
+            name: value
+            for name, value in values.items()
+            if isinstance(value, np.ndarray) and not name.startswith("pure_error")
+        }
 
 
 def average(touches: SampleRows) -> TouchMeans:

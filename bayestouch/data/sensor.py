@@ -5,167 +5,21 @@ Reading and writing `sensor.toml` is in `bayestouch.data.sensor_toml`.
 
 from __future__ import annotations
 
-import math
-import numbers
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import Any
 
-from bayestouch.errors import InputError, shown
+from bayestouch.data.checked import checked_number, checked_positive, checked_text
+from bayestouch.data.finger import Finger
+from bayestouch.data.pad import Pad
+from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, fields_in_short
 from bayestouch.output.text import number, plural
 
+__all__ = ["BODIES", "Finger", "Pad", "Rubber", "Sensor", "finger_of", "pad_of"]
 
-def _number(value: object, column: str) -> float:
-    # bool is a number to Python, and `true` in a radius is a mistake.
-    if isinstance(value, bool) or not isinstance(value, numbers.Real):
-        raise InputError(f"expected a number, got {shown(value)}", column=column)
-    try:
-        number = float(value)
-    except OverflowError:
-        number = math.inf
-    if not math.isfinite(number):
-        raise InputError(f"expected a finite number, got {shown(value)}", column=column)
-    return number
-
-
-def _positive(value: object, column: str) -> float:
-    number = _number(value, column)
-    if number <= 0:
-        raise InputError(f"expected a number above zero, got {number!r}", column=column)
-    return number
-
-
-def _numbers(values: object, column: str) -> tuple[float, ...]:
-    if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
-        raise InputError(f"expected an array of numbers, got {shown(values)}", column=column)
-    numbers_ = tuple(_number(value, f"{column}[{i}]") for i, value in enumerate(values))
-    if not numbers_:
-        raise InputError("expected one number for each element, got none", column=column)
-    return numbers_
-
-
-def _text(value: object, column: str) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"expected text, got {shown(value)}", column=column)
-    return value
-
-
-@dataclass(frozen=True, repr=False)
-class Finger(Summarised):
-    """A rigid cylindrical core with a bonded layer of rubber; elements at one depth, read as radial strain.
-
-    Parameters
-    ----------
-    core_radius_mm, outer_radius_mm : float
-        r_a and r_b, 0 < r_a < r_b.
-    sensing_radius_mm : float
-        Design radius r_s of the elements, r_a < r_s < r_b.
-    element_angles_deg : tuple of float, shape (n_elements,)
-        Design angles θ_s, positive in the sense of `angle_deg` of the touch table.
-
-    Raises
-    ------
-    InputError
-        A value is not a finite number, or the radii are not in order.
-    """
-
-    core_radius_mm: float
-    outer_radius_mm: float
-    sensing_radius_mm: float
-    element_angles_deg: tuple[float, ...]
-
-    kind: ClassVar[str] = "finger"
-    elements_key: ClassVar[str] = "element_angles_deg"
-    location_columns: ClassVar[tuple[str, ...]] = ("angle_deg",)
-    load_column: ClassVar[str] = "load_N_per_m"
-    load_unit: ClassVar[str] = "N/m"
-
-    def __post_init__(self) -> None:
-        core = _positive(self.core_radius_mm, "core_radius_mm")
-        outer = _positive(self.outer_radius_mm, "outer_radius_mm")
-        sensing = _positive(self.sensing_radius_mm, "sensing_radius_mm")
-        if core >= outer:
-            raise InputError(
-                f"expected a core smaller than the outer radius {outer!r} mm, got {core!r}",
-                column="core_radius_mm",
-            )
-        if not core < sensing < outer:
-            raise InputError(
-                f"expected a radius between core and outer, {core!r} and {outer!r} mm, got {sensing!r}",
-                column="sensing_radius_mm",
-            )
-        object.__setattr__(self, "core_radius_mm", core)
-        object.__setattr__(self, "outer_radius_mm", outer)
-        object.__setattr__(self, "sensing_radius_mm", sensing)
-        object.__setattr__(self, "element_angles_deg", _numbers(self.element_angles_deg, "element_angles_deg"))
-
-    @property
-    def n_elements(self) -> int:
-        """Number of elements."""
-        return len(self.element_angles_deg)
-
-
-@dataclass(frozen=True, repr=False)
-class Pad(Summarised):
-    """A flat layer of rubber over elements in a line (1-D) or in the plane (2-D).
-
-    Parameters
-    ----------
-    element_x_mm : tuple of float, shape (n_elements,)
-    element_y_mm : tuple of float, shape (n_elements,), or None
-        None for elements in a line.
-    thickness_mm : float or None
-        Thickness of the layer, above zero; None unknown.
-    depth_mm : float or None
-        Depth of the elements under the surface, above zero and at most the thickness; None unknown.
-
-    Raises
-    ------
-    InputError
-        A value is not a finite number, lengths differ, or the elements lie below the layer.
-    """
-
-    element_x_mm: tuple[float, ...]
-    element_y_mm: tuple[float, ...] | None = None
-    thickness_mm: float | None = None
-    depth_mm: float | None = None
-
-    kind: ClassVar[str] = "pad"
-    elements_key: ClassVar[str] = "element_x_mm"
-    load_column: ClassVar[str] = "load_N"
-    load_unit: ClassVar[str] = "N"
-
-    def __post_init__(self) -> None:
-        x = _numbers(self.element_x_mm, "element_x_mm")
-        y = None if self.element_y_mm is None else _numbers(self.element_y_mm, "element_y_mm")
-        if y is not None and len(y) != len(x):
-            raise InputError(f"expected {len(x)} values as in element_x_mm, got {len(y)}", column="element_y_mm")
-        thickness = None if self.thickness_mm is None else _positive(self.thickness_mm, "thickness_mm")
-        depth = None if self.depth_mm is None else _positive(self.depth_mm, "depth_mm")
-        if thickness is not None and depth is not None and depth > thickness:
-            raise InputError(
-                f"expected elements within the layer of {thickness!r} mm, got {depth!r}", column="depth_mm"
-            )
-        object.__setattr__(self, "element_x_mm", x)
-        object.__setattr__(self, "element_y_mm", y)
-        object.__setattr__(self, "thickness_mm", thickness)
-        object.__setattr__(self, "depth_mm", depth)
-
-    @property
-    def n_elements(self) -> int:
-        """Number of elements."""
-        return len(self.element_x_mm)
-
-    @property
-    def dimensions(self) -> int:
-        """1 for elements in a line, 2 in the plane."""
-        return 1 if self.element_y_mm is None else 2
-
-    @property
-    def location_columns(self) -> tuple[str, ...]:
-        """Columns of the touch table that hold the reference location."""
-        return ("x_mm",) if self.element_y_mm is None else ("x_mm", "y_mm")
+#: Bodies by their names in `sensor.toml`.
+BODIES: Mapping[str, type[Finger] | type[Pad]] = {body.kind: body for body in (Finger, Pad)}
 
 
 @dataclass(frozen=True, repr=False)
@@ -185,9 +39,9 @@ class Rubber(Summarised):
 
     def __post_init__(self) -> None:
         if self.shear_modulus_MPa is not None:
-            object.__setattr__(self, "shear_modulus_MPa", _positive(self.shear_modulus_MPa, "shear_modulus_MPa"))
+            object.__setattr__(self, "shear_modulus_MPa", checked_positive(self.shear_modulus_MPa, "shear_modulus_MPa"))
         if self.poisson_ratio is not None:
-            ratio = _number(self.poisson_ratio, "poisson_ratio")
+            ratio = checked_number(self.poisson_ratio, "poisson_ratio")
             if not 0 <= ratio <= 0.5:
                 raise InputError(f"expected a ratio from 0 to 0.5, got {ratio!r}", column="poisson_ratio")
             object.__setattr__(self, "poisson_ratio", ratio)
@@ -230,18 +84,12 @@ class Sensor(Summarised):
     notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
-        _text(self.name, "name")
-        _text(self.reading_unit, "unit")
-        _text(self.reading_quantity, "quantity")
+        checked_text(self.name, "name")
+        checked_text(self.reading_unit, "unit")
+        checked_text(self.reading_quantity, "quantity")
         if self.force_noise_sd is not None:
-            column = "noise_sd_N_per_m" if isinstance(self.body, Finger) else "noise_sd_N"
-            object.__setattr__(self, "force_noise_sd", _positive(self.force_noise_sd, column))
-
-    @property
-    def finger(self) -> Finger:
-        """The body, where it is a finger."""
-        assert isinstance(self.body, Finger)
-        return self.body
+            noise = checked_positive(self.force_noise_sd, self.body.force_noise_key)
+            object.__setattr__(self, "force_noise_sd", noise)
 
     @property
     def n_elements(self) -> int:
@@ -259,3 +107,29 @@ class Sensor(Summarised):
         quantity = " ".join(filter(None, [self.reading_quantity, self.reading_unit])) or "no unit stated"
         lines = [f"Sensor {self.in_short}", fields_in_short(self.body), fields_in_short(self.rubber)]
         return [*lines, f"force sensor {noise or 'not stated'}; readings: {quantity[:60]}"]
+
+
+def finger_of(sensor: Sensor, what: str = "this") -> Finger:
+    """The geometry of a finger.
+
+    Parameters
+    ----------
+    sensor : Sensor
+    what : str
+        What is for fingers alone, for the message.
+
+    Raises
+    ------
+    InputError
+        The sensor is not a finger.
+    """
+    if not isinstance(sensor.body, Finger):
+        raise InputError(f"{what} is offered for fingers; this sensor is a {sensor.body.kind}")
+    return sensor.body
+
+
+def pad_of(sensor: Sensor, what: str = "this") -> Pad:
+    """The geometry of a pad; as `finger_of`."""
+    if not isinstance(sensor.body, Pad):
+        raise InputError(f"{what} is offered for pads; this sensor is a {sensor.body.kind}")
+    return sensor.body

@@ -11,17 +11,10 @@ from typing import Any
 
 import tomli_w
 
-from bayestouch.data.files import write_together
-from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
+from bayestouch.data.sensor import BODIES, Rubber, Sensor
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.errors import InputError, shown
 
-_GEOMETRY: Mapping[str, tuple[str, ...]] = {
-    "finger": ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm", "element_angles_deg"),
-    "pad": ("element_x_mm", "element_y_mm", "thickness_mm", "depth_mm"),
-}
-_REQUIRED: Mapping[str, tuple[str, ...]] = {"finger": _GEOMETRY["finger"], "pad": ("element_x_mm",)}
-_NOISE: Mapping[str, str] = {"finger": "noise_sd_N_per_m", "pad": "noise_sd_N"}
 _RUBBER = ("shear_modulus_MPa", "poisson_ratio")
 _READINGS = ("unit", "quantity")
 
@@ -72,20 +65,15 @@ def sensor_to_toml(sensor: Sensor) -> str:
 
     tables: dict[str, Any] = {"name": sensor.name, "body": body.kind}
     named = {
-        "geometry": table("geometry", {key: _plain(getattr(body, key)) for key in _GEOMETRY[body.kind]}),
+        "geometry": table("geometry", {key: _plain(getattr(body, key)) for key in body.geometry_keys}),
         "rubber": table("rubber", {key: getattr(sensor.rubber, key) for key in _RUBBER}),
-        "force_sensor": table("force_sensor", {_NOISE[body.kind]: sensor.force_noise_sd}),
+        "force_sensor": table("force_sensor", {body.force_noise_key: sensor.force_noise_sd}),
         "readings": table(
             "readings", {"unit": sensor.reading_unit or None, "quantity": sensor.reading_quantity or None}
         ),
         "source": dict(sensor.source),
     }
     return tomli_w.dumps(tables | kept | {name: values for name, values in named.items() if values})
-
-
-def write_sensor(sensor: Sensor, path: str | Path) -> None:
-    """Write `sensor.toml`, whole or not at all."""
-    write_together({Path(path): sensor_writer(sensor)})
 
 
 def sensor_writer(sensor: Sensor) -> Callable[[Path], None]:
@@ -108,31 +96,36 @@ def sensor_writer(sensor: Sensor) -> Callable[[Path], None]:
 
 
 def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
-    kind = tables.pop("body", "finger")
-    if kind not in ("finger", "pad"):
-        raise InputError(f'expected "finger" or "pad", got {shown(kind)}', column="body")
+    kind = tables.pop("body", next(iter(BODIES)))
+    if not isinstance(kind, str) or kind not in BODIES:
+        kinds = " or ".join(f'"{each}"' for each in BODIES)
+        raise InputError(f"expected {kinds}, got {shown(kind)}", column="body")
+    body = BODIES[kind]
     name = tables.pop("name", default_name)
-    geometry = _take(tables, "geometry", _GEOMETRY[kind])
-    for key in _REQUIRED[kind]:
+    geometry = _take(tables, "geometry", body.geometry_keys)
+    others = [other for name, other in BODIES.items() if name != kind]
+    for key in body.required_keys:
         if key not in geometry:
-            hint = ', or body = "pad" at the top' if "element_x_mm" in tables.get("geometry", {}) else ""
-            needed = ", ".join(_REQUIRED[kind])
+            given = tables.get("geometry", {})
+            fitting = [other.kind for other in others if other.elements_key in given]
+            hint = "".join(f', or body = "{other}" at the top' for other in fitting)
+            needed = ", ".join(body.required_keys)
             raise InputError(f"missing; a {kind} needs {needed} under [geometry]{hint}", column=f"geometry.{key}")
     rubber = _take(tables, "rubber", _RUBBER)
-    force = _take(tables, "force_sensor", (_NOISE[kind],))
-    other = _NOISE["pad" if kind == "finger" else "finger"]
-    if not force and other in tables.get("force_sensor", {}):
-        raise InputError(f"expected {_NOISE[kind]} on a {kind}", column=f"force_sensor.{other}")
+    force = _take(tables, "force_sensor", (body.force_noise_key,))
+    for key in (other.force_noise_key for other in others):
+        if not force and key in tables.get("force_sensor", {}):
+            raise InputError(f"expected {body.force_noise_key} on a {kind}", column=f"force_sensor.{key}")
     readings = _take(tables, "readings", _READINGS)
     source = _take(tables, "source", None)
-    table_of = dict.fromkeys(_GEOMETRY[kind], "geometry") | dict.fromkeys(_RUBBER, "rubber")
-    table_of |= dict.fromkeys(_READINGS, "readings") | {_NOISE[kind]: "force_sensor"}
+    table_of = dict.fromkeys(body.geometry_keys, "geometry") | dict.fromkeys(_RUBBER, "rubber")
+    table_of |= dict.fromkeys(_READINGS, "readings") | {body.force_noise_key: "force_sensor"}
     with _within(table_of):
         return Sensor(
             name=name,
-            body=Finger(**geometry) if kind == "finger" else Pad(**geometry),
+            body=body(**geometry),
             rubber=Rubber(**rubber),
-            force_noise_sd=force.get(_NOISE[kind]),
+            force_noise_sd=force.get(body.force_noise_key),
             reading_unit=readings.get("unit", ""),
             reading_quantity=readings.get("quantity", ""),
             source={key: value if isinstance(value, str) else str(value) for key, value in source.items()},
@@ -164,7 +157,7 @@ def _take(tables: dict[str, Any], name: str, keys: tuple[str, ...] | None) -> di
 
 
 def _leaves(tables: Mapping[str, Any]) -> list[str]:
-    known = (*_NOISE, "geometry", "rubber", "force_sensor", "readings")
+    known = (*BODIES, "geometry", "rubber", "force_sensor", "readings")
     return [
         leaf
         for name, value in tables.items()

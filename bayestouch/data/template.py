@@ -7,29 +7,9 @@ from functools import partial
 from pathlib import Path
 
 from bayestouch.data.files import write_together
+from bayestouch.data.sensor import BODIES
 from bayestouch.errors import InputError
 
-# A length of 0 is refused by name and line when the data set is read, so that none is forgotten.
-_FINGER = """\
-[geometry]                  # every 0 must be replaced: lengths in mm, angles in degree
-core_radius_mm = 0          # r_a: the rigid core under the rubber
-outer_radius_mm = 0         # r_b: the surface that is touched
-sensing_radius_mm = 0       # r_s: where the elements lie, between the two (as designed; it is calibrated)
-element_angles_deg = []     # theta_s: {elements} angles, in the order of the columns {columns}
-
-[force_sensor]              # measures the load of each touch; leave out what you do not know
-# noise_sd_N_per_m = 1.0    # standard deviation of one reading of the load
-"""
-_PAD = """\
-[geometry]                  # every 0 must be replaced: lengths in mm
-element_x_mm = []           # {elements} places, in the order of the columns {columns}
-# element_y_mm = []         # the same across; leave out for elements in a line
-# thickness_mm = 0          # of the rubber
-# depth_mm = 0              # of the elements under the surface
-
-[force_sensor]              # measures the load of each touch; leave out what you do not know
-# noise_sd_N = 0.01         # standard deviation of one reading of the load
-"""
 _SENSOR = """\
 # The sensor as built. What is behind a # is a comment; take the # away from a line to use it.
 name = {name}
@@ -48,8 +28,6 @@ body = "{body}"
 # made_by = ""
 # date = ""
 """
-_LOCATION = {"finger": ("angle_deg",), "pad": ("x_mm", "y_mm")}
-_LOAD = {"finger": "load_N_per_m", "pad": "load_N"}
 
 
 def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) -> tuple[Path, ...]:
@@ -73,13 +51,13 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     InputError
         The folder holds one of these files already, or cannot be written to.
     """
-    if body not in _LOCATION:
-        raise InputError(f"body: expected finger or pad, got {body!r}")
+    if body not in BODIES:
+        raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}")
     if elements < 1:
         raise InputError(f"elements: expected at least one, got {elements}")
-    folder = Path(folder)
+    kind, folder = BODIES[body], Path(folder)
     columns = tuple(f"e{e + 1:02d}" for e in range(elements))
-    header = ("touch", "sample", "indenter_radius_mm", *_LOCATION[body], _LOAD[body], *columns)
+    header = ("touch", "sample", "indenter_radius_mm", *kind.all_location_columns, kind.load_column, *columns)
     texts = {
         folder / "sensor.toml": _sensor(folder.resolve().name, body, columns),
         folder / "calibration.csv": ",".join(header) + "\n",
@@ -97,7 +75,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
 
 
 def _sensor(name: str, body: str, columns: tuple[str, ...]) -> str:
-    geometry = (_FINGER if body == "finger" else _PAD).format(
+    geometry = BODIES[body].template.format(
         elements=len(columns), columns=columns[0] if len(columns) == 1 else f"{columns[0]} … {columns[-1]}"
     )
     # A JSON string is a TOML string too.

@@ -12,14 +12,14 @@ import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.data.arrays import MAX_ID
-from bayestouch.data.sensor import Sensor
+from bayestouch.data.sensor import BODIES, Sensor
 from bayestouch.data.tables import Header
 from bayestouch.errors import InputError, few
 
 #: Columns with one name on every sensor.
 COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
 
-LOAD_COLUMNS = frozenset({"load_N_per_m", "load_N"})
+LOAD_COLUMNS = frozenset(body.load_column for body in BODIES.values())
 
 _ELEMENT = re.compile(r"e([0-9]{1,9})")
 _ELEMENT_SD = re.compile(r"e([0-9]{1,9})_sd")

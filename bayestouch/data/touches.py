@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
-from bayestouch.data.arrays import float_array, same_bits, text_rows, whole_array
+from bayestouch.data.arrays import float_array, text_rows, whole_array
 from bayestouch.errors import InputError, few
 from bayestouch.output.summary import Summarised, size_in_short, span
 from bayestouch.output.text import plural
@@ -145,17 +145,6 @@ class Touches(Summarised):
     def with_(self, **changes: Any) -> Touches:
         """Copy with other values in some attributes."""
         return replace(self, **changes)
-
-    def same_as(self, other: Touches) -> bool:
-        """Whether both hold the same data bit for bit (NaN equal to NaN, 0 not to −0); notes do not count."""
-        for each in fields(self):
-            mine, theirs = getattr(self, each.name), getattr(other, each.name)
-            if each.name == "extra":
-                if mine.keys() != theirs.keys() or any(list(mine[k]) != list(theirs[k]) for k in mine):
-                    return False
-            elif each.name != "notes" and not same_bits(mine, theirs):
-                return False
-        return True
 
     def averaged(self) -> TouchMeans:
         """Mean of each touch over its samples in contact; see `bayestouch.data.averages.average`."""

@@ -17,8 +17,6 @@ from bayestouch.model.base import Predicted
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import Score, Scorer
 
-# An effect of which the base parameters leave less than this share is taken up by them.
-ABSORBED = 0.02
 # Standard deviations of random functions that are tried, over the peak or as shares.
 DRIFT_SIZES = tuple(np.geomspace(1e-3, 0.3, 10).tolist())
 

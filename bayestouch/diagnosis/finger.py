@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.diagnosis.as_stated import at_stated_references
 from bayestouch.diagnosis.beginning import Beginning
 from bayestouch.diagnosis.correction import table_of
 from bayestouch.diagnosis.correction_basis import Correction
@@ -14,13 +15,15 @@ from bayestouch.diagnosis.held_out import HeldOut, held_out
 from bayestouch.diagnosis.touch_errors import TouchReading, read_held_out
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.effects import Setting, catalogue
+from bayestouch.finger.calibration import finger_calibration
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
-from bayestouch.finger.start import base_fit
+from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.left_over import force_noise
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
+from bayestouch.results.objects import Calibration
 
 
 def trace_finger(
@@ -48,10 +51,10 @@ def begin_finger(
     stated: Mapping[str, Prior] | None = None,
 ) -> Beginning:
     """Fit a finger without effects, with priors that may be stated."""
-    fitted = base_fit(data.observations(data.training), data.dataset.sensor, contact, stated)
-    setting = data.setting(contact, fitted.model.reference_load)
-    evaluate = _EvaluateFinger(data, setting, draws, sample, seed, stated)
-    return Beginning(data, fitted, setting, catalogue(setting), evaluate)
+    start = finger_start(data.observations(data.training), data.dataset.sensor, contact, stated)
+    setting = data.setting(contact, start.fitted.model.reference_load)
+    evaluate = _EvaluateFinger(data, start, setting, draws, sample, seed, stated)
+    return Beginning(data, start.fitted, setting, catalogue(setting), evaluate)
 
 
 class _EvaluateFinger:
@@ -60,34 +63,55 @@ class _EvaluateFinger:
     def __init__(
         self,
         data: DiagnosisData,
+        start: FingerStart,
         setting: Setting,
         draws: int,
         sample: bool,
         seed: int,
         stated: Mapping[str, Prior] | None,
     ) -> None:
-        self.stated = stated
+        self.start, self.stated = start, stated
         self.data, self.setting, self.draws, self.sample, self.seed = data, setting, draws, sample, seed
         self.observed = data.observations(data.held_out) if data.n_held_out else None
 
     def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> EvaluatedModel:
-        calibration = calibration_with_effects(
-            fitted,
-            added,
-            sensor=self.data.dataset.sensor,
-            setting=self.setting,
-            rest=self.data.rest,
-            draws=self.draws,
-            seed=self.seed,
-            notes=self.data.notes,
-            extra=None if correction is None else table_of(fitted, correction).arrays(),
-            stated=self.stated,
-        )
+        calibration = self.calibration(fitted, added, correction)
         held = self.held(fitted, correction)
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out(calibration, self.data, held, seed=self.seed)
-        return EvaluatedModel(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
+        # Nothing moves a reference: what is at the stated ones is the same.
+        unmoved = at_stated_references(fitted) is fitted
+        held_stated = held if unmoved else self.held(fitted, correction, stated=True)
+        return EvaluatedModel(fitted, correction, calibration, held, held_stated, read)
+
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate` for the same touches."""
+        data = self.data
+        if not added and correction is None:
+            return finger_calibration(
+                self.start.calibrated,
+                self.start.fitted.model.known.means,
+                self.start.used,
+                sensor=data.dataset.sensor,
+                priors=self.start.priors,
+                rest=data.rest,
+                draws=self.draws,
+                seed=self.seed,
+                notes=(*data.notes, *self.start.notes),
+            )
+        return calibration_with_effects(
+            fitted,
+            added,
+            sensor=data.dataset.sensor,
+            setting=self.setting,
+            rest=data.rest,
+            draws=self.draws,
+            seed=self.seed,
+            notes=data.notes,
+            extra=None if correction is None else table_of(fitted, correction).arrays(),
+            stated=self.stated,
+        )
 
     def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""

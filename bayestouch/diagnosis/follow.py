@@ -12,7 +12,7 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.drift_posterior import settled_drifts
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import advice
-from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
@@ -69,7 +69,7 @@ def follow(
     advance(SEARCHED)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
-    added = in_order(rounds, final, spreads)
+    added = effects_as_added(rounds, final, spreads)
     before = evaluate(fitted, (), None)
     advance(READ)
     explained = evaluate(final, added, None) if added else before
@@ -93,7 +93,9 @@ def follow(
     )
 
 
-def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Values]) -> tuple[AddedEffect, ...]:
+def effects_as_added(
+    rounds: tuple[SearchRound, ...], fitted: Fitted, spreads: Mapping[str, Values]
+) -> tuple[AddedEffect, ...]:
     """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
     noise = tuple((n.effect, n.values, n.sd) for n in (each.found_noise for each in chosen) if n is not None)
@@ -105,7 +107,7 @@ def in_order(rounds: tuple[Round, ...], fitted: Fitted, spreads: Mapping[str, Va
 
 
 def _steps(
-    rounds: tuple[Round, ...], evaluate: Evaluate, before: EvaluatedModel, explained: EvaluatedModel
+    rounds: tuple[SearchRound, ...], evaluate: Evaluate, before: EvaluatedModel, explained: EvaluatedModel
 ) -> tuple[HeldOut, ...]:
     """Held-out residuals at the beginning of each round; empty where none could be held out."""
     between = [evaluate.held(each.before, None) for each in rounds[1:-1]]

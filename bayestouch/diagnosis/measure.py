@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.touches import Touches
-from bayestouch.diagnosis.rounds import Round, Tried
+from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
 from bayestouch.finger.model import finger_model
@@ -51,7 +51,7 @@ class Advice:
         return f"To decide between {one} and {two}: about {self.number} more touches {self.touches}."
 
 
-def advice(rounds: tuple[Round, ...]) -> Advice | None:
+def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
     """Advice where an effect was added that another equals, or where none was added though some came near."""
     for each in rounds:
         pair = _undecided(each)
@@ -60,7 +60,7 @@ def advice(rounds: tuple[Round, ...]) -> Advice | None:
     return None
 
 
-def _undecided(each: Round) -> tuple[Tried, Tried] | None:
+def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
     refitted = [tried for tried in each.tried if tried.fitted is not None and tried.noise is None]
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]

@@ -12,6 +12,7 @@ from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.outliers import from_median, wrong_readings
 from bayestouch.model.whitening import Whitening
+from bayestouch.sampling.rank_one import normal_log_density
 
 # Sizes of a shared error that all samples of a touch have, over the peak.
 TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
@@ -49,9 +50,8 @@ def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
     residual = model.known.means.readings - predicted - fitted.drifted
 
     def log_likelihood(size: float) -> float:
-        root = Whitening.of(model.known, _with_touch_size(noise, size), predicted, by_load).root
-        z = np.einsum("tij,tj->ti", root, np.nan_to_num(residual))
-        volume = np.log(np.maximum(np.einsum("tii->ti", root), 1e-300))
-        return float(-0.5 * (z**2).sum() + np.where(np.einsum("tii->ti", root) > 0, volume, 0.0).sum())
+        return normal_log_density(
+            Whitening.of(model.known, _with_touch_size(noise, size), predicted, by_load).root, residual
+        )
 
     return float(TOUCH_SIZES[int(np.argmax([log_likelihood(size) for size in TOUCH_SIZES]))])

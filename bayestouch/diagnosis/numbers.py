@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.diagnosis.change import standard_errors
-from bayestouch.diagnosis.rounds import Round, Tried
+from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
@@ -132,7 +132,7 @@ def _candidate(tried: Tried) -> Numbers:
     }
 
 
-def _round(each: Round) -> Numbers:
+def _round(each: SearchRound) -> Numbers:
     return {
         "added": None if each.added is None else each.added.effect.name,
         "candidates": [_candidate(tried) for tried in each.tried],

@@ -89,13 +89,18 @@ def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
     return [line]
 
 
+def verdict_word(numbers: Mapping[str, Any]) -> str:
+    """The verdict that agrees with the lack of fit that is printed: a key of `VERDICTS`."""
+    word, lack, high = numbers["verdict"], numbers["after"].get("lack_of_fit"), _limits(numbers)["high"]
+    beyond = lack is not None and high is not None and lack > high
+    return str(_BEYOND_NOISE.get(word, word) if beyond else word)
+
+
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
     """What is said of the model after; it follows the lack of fit that is printed."""
-    word, lack = numbers["verdict"], numbers["after"].get("lack_of_fit")
+    word, lack = verdict_word(numbers), numbers["after"].get("lack_of_fit")
     limits = _limits(numbers)
-    low, high = limits["low"], limits["high"]
-    if lack is not None and high is not None and lack > high:
-        word = _BEYOND_NOISE.get(word, word)
+    low = limits["low"]
     if word not in _BEYOND_NOISE:
         return VERDICTS[word]
     begin, repeats = VERDICTS[word], numbers.get("noise_from_repeats")

@@ -129,7 +129,10 @@ class _EvaluatePad:
         read: TouchReading | None = None
         if held is not None and self.sample:
             read = read_held_out_pad(calibration, data, held, seed=self.seed)
-        return EvaluatedModel(fitted, correction, calibration, held, self.held(fitted, correction, stated=True), read)
+        # Nothing moves a reference: what is at the stated ones is the same.
+        unmoved = at_stated_references(fitted) is fitted
+        held_stated = held if unmoved else self.held(fitted, correction, stated=True)
+        return EvaluatedModel(fitted, correction, calibration, held, held_stated, read)
 
     def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches."""

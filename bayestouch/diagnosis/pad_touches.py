@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +14,8 @@ from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
 from bayestouch.inference import infer
-from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.effect_list import EffectList
+from bayestouch.pad.corrected import PadEffects
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
@@ -26,7 +28,7 @@ class PadTouchErrors(TouchErrors):
     location_rms_mm : float
         Of the location, all coordinates together. Touches are read with the force sensor's load where there is one.
     P_rms_N : float
-        Of the load that is inferred from the elements alone, against the force sensor.
+        Of the load that is inferred from the elements alone, against the force sensor, corrected for its own effects.
     coverage_90 : float
         Share of the touches whose location is in the smallest region that holds 90 % of its posterior.
     """
@@ -38,11 +40,11 @@ class PadTouchErrors(TouchErrors):
 def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int) -> TouchReading:
     """Read the held-out touches with a calibration and compare with their references.
 
-    No effect on a pad moves a location, and a load is what the force sensor reads: references are those stated. Where
-    effects depend on what came before, the touches in between are read too.
+    No effect on a pad moves a location. The reference of a load is what the force sensor reads, corrected for effects
+    of that sensor. Where effects depend on what came before, the touches in between are read too.
     """
     # The table has had its rest reading subtracted.
-    plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
+    plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
     read = infer(table, plain, draws=DRAWS, seed=seed)
     place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
@@ -51,29 +53,33 @@ def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldO
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
+    load, effects = _loads(table, plain, held, index, seed), PadEffects.of(calibration)
+    stated = held.stated["P"]
+    reference = stated if effects is None else effects.pressed(stated)
     by_touch = {
         "location_rms_mm": np.sqrt(squares),
-        "P_rms_N": _load_error(table, plain, held, index, seed),
+        "P_rms_N": load - stated,
         "coverage_90": (level <= COVERAGE).astype(float),
     }
+    errors = _errors({**by_touch, "P_rms_N": load - reference})
+    return TouchReading(errors, _errors(by_touch), unknown, unknown, unknown, by_touch)
+
+
+def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
     of_a_finger = dict.fromkeys(("R_bias_mm", "R_rms_mm", "theta_rms_deg", "P_rms_N_per_m"), float("nan"))
-    errors = PadTouchErrors(**of_a_finger, **{key: summarised(key, values) for key, values in by_touch.items()})
-    return TouchReading(errors, errors, unknown, unknown, unknown, by_touch)
+    return PadTouchErrors(**of_a_finger, **{key: summarised(key, values) for key, values in by_touch.items()})
 
 
-def _load_error(
-    table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int
-) -> FloatArray:
-    """Load read without the force sensor less its reading, (t,); NaN where it was not read."""
+def _loads(table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int) -> FloatArray:
+    """Posterior means of loads that are read without the force sensor, (t,); NaN where it did not read them."""
     if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
         return np.full(len(index), np.nan)
     read: TouchPosteriors = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
-    return np.asarray(read.mean("P")[index] - held.stated["P"])
+    return np.asarray(read.mean("P")[index])
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
-    if KEY in calibration.settings:
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
-        if any(effect.needs_samples for effect in listed.plain):
-            return data.table
+    listed = EffectList.of(calibration)
+    if listed is not None and any(effect.needs_samples for effect in listed.plain):
+        return data.table
     return data.table.select(data.held_out)

@@ -67,7 +67,7 @@ class Tried:
 
 
 @dataclass(frozen=True, eq=False)
-class Round:
+class SearchRound:
     """One round of the search.
 
     Attributes

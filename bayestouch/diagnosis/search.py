@@ -13,7 +13,7 @@ from bayestouch.diagnosis.correction_basis import fit_correction
 from bayestouch.diagnosis.noise_fit import with_noise
 from bayestouch.diagnosis.noise_posterior import settled_noise
 from bayestouch.diagnosis.noise_search import score_noise
-from bayestouch.diagnosis.rounds import Round, Tried
+from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
@@ -53,7 +53,7 @@ VISIBLE = 0.2
 
 def search(
     fitted: Fitted, effects: tuple[Effect, ...], progress: Progress | None = None, scheduler: str | None = None
-) -> tuple[Round, ...]:
+) -> tuple[SearchRound, ...]:
     """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`.
 
     Of two causes together, each lends what it does to a third that is a little like both. Where the best first guess
@@ -75,13 +75,15 @@ def search(
     return (replace(found[0], real=()), *found[1:])
 
 
-def _within_noise(rounds: tuple[Round, ...]) -> bool:
+def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
     """Whether the model of the last round leaves nothing that matters."""
     left = rounds[-1].before
     return left.excess < 0.5 * MATERIAL * left.n_readings
 
 
-def _retained(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler: str | None) -> tuple[Round, ...]:
+def _retained(
+    rounds: tuple[SearchRound, ...], effects: tuple[Effect, ...], scheduler: str | None
+) -> tuple[SearchRound, ...]:
     """Those rounds that stand, and one that adds nothing."""
     kept = _count_retained(rounds)
     if kept == len(rounds) - 1:
@@ -98,8 +100,8 @@ def _retained(rounds: tuple[Round, ...], effects: tuple[Effect, ...], scheduler:
 
 
 def _greedy(
-    first: Round, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
-) -> tuple[Round, ...]:
+    first: SearchRound, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
+) -> tuple[SearchRound, ...]:
     """Rounds after the first until one adds nothing."""
     rounds, current = [], first
     while current.added is not None and current.added.fitted is not None:
@@ -118,7 +120,7 @@ def _part(progress: Progress | None, done: int) -> Progress:
     return lambda share: None if progress is None else progress(start + (end - start) * share)
 
 
-def _count_retained(rounds: tuple[Round, ...]) -> int:
+def _count_retained(rounds: tuple[SearchRound, ...]) -> int:
     """How many of the first rounds added what, with all that stands of what came after, explains most of what was."""
     kept = sum(each.added is not None for each in rounds)
     while True:
@@ -128,7 +130,7 @@ def _count_retained(rounds: tuple[Round, ...]) -> int:
         kept = falling[-1]
 
 
-def _stands(rounds: tuple[Round, ...]) -> bool:
+def _stands(rounds: tuple[SearchRound, ...]) -> bool:
     """Whether the first of these rounds stands, if nothing comes after the last."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
@@ -136,7 +138,7 @@ def _stands(rounds: tuple[Round, ...]) -> bool:
     return added[0].by_itself or explained >= asked * rounds[0].best_share
 
 
-def _needed(fitted: Fitted, last: Round) -> tuple[Fitted, tuple[str, ...]]:
+def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]:
     """The model without those earlier effects that stood in for what has now been found; and their names."""
     dropped: list[str] = []
     earlier: list[Effect] = [drift for drift, _ in last.before.drifts]
@@ -164,7 +166,9 @@ def settled(fitted: Fitted) -> Fitted:
     return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
-def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None) -> Round:
+def one_round(
+    fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
+) -> SearchRound:
     """Score all effects, refit the leading ones, and choose."""
     scored = score_effects(fitted, effects)
     progress(SCORED)
@@ -211,7 +215,7 @@ def one_round(fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, s
         kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
-    return Round(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
+    return SearchRound(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
 
 
 def _least(fitted: Fitted) -> float:

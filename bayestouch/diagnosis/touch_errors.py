@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.inference import infer
-from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -79,7 +79,7 @@ def read_held_out(
     unknown uses none of its references.
     """
     # The table has had its rest reading subtracted.
-    plain = replace(calibration, extra={k: v for k, v in calibration.extra.items() if k != "rest_reading"})
+    plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
 
     def read(use_load: bool) -> TouchPosteriors:
@@ -150,7 +150,7 @@ def _index(read: TouchPosteriors, held: HeldOut) -> IntArray:
 
 
 def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
-    listed = EffectList.from_text(str(calibration.settings[KEY]))
-    if not listed.drifts and not any(effect.needs_samples for effect in listed.plain):
+    listed = EffectList.of(calibration)
+    if listed is None or not (listed.drifts or any(effect.needs_samples for effect in listed.plain)):
         return data.table.select(data.held_out)
     return data.table.select(np.isin(data.session, data.session[data.held_out]))

@@ -8,7 +8,7 @@ from bayestouch.diagnosis.correction_basis import Correction
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import Advice
-from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.model.added import AddedEffect
@@ -52,7 +52,7 @@ class Traced(Summarised):
     ----------
     data : DiagnosisData
         Touches, parted.
-    rounds : tuple of Round
+    rounds : tuple of SearchRound
         Rounds of the search.
     steps : tuple of HeldOut
         Held-out residuals at the beginning of each round; empty where none could be held out.
@@ -69,7 +69,7 @@ class Traced(Summarised):
     """
 
     data: DiagnosisData
-    rounds: tuple[Round, ...]
+    rounds: tuple[SearchRound, ...]
     steps: tuple[HeldOut, ...]
     added: tuple[AddedEffect, ...]
     before: EvaluatedModel

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bayestouch.diagnosis.pictures import all_pictures
+from bayestouch.diagnosis.pictures import diagnosis_pictures
 from bayestouch.diagnosis.repeat import repeat_script
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.effects.stated import StatedModel
@@ -21,7 +21,7 @@ def write_diagnosis(traced: Traced, numbers: Mapping[str, Any], options: Mapping
     traced.after.calibration.save(folder / "calibration_after.nc")
     write_text(folder / MODEL, stated_model(traced, str(options.get("contact", ""))).to_toml())
     write_text(folder / SCRIPT, repeat_script(options))
-    pictures = all_pictures(traced)
+    pictures = diagnosis_pictures(traced)
     write_pictures(folder, pictures)
     figures = [picture.described for picture in pictures]
     write_numbers(folder / NUMBERS, {**numbers, "figures": figures})

@@ -165,6 +165,10 @@ class Effect:
         """Readings (n, m) with the effect, from those so far (`recording.signal`)."""
         return recording.signal
 
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        """Readings (n, m) of a simulated sensor with the effect: as `signal`, with what is random in it drawn."""
+        return self.signal(recording, values)
+
     @property
     def amplitudes(self) -> tuple[int, ...]:
         """Which of the parameters are amplitudes."""
@@ -194,9 +198,3 @@ class Effect:
             )
             for each in self.parameters
         )
-
-
-def mean_place(setting: Setting) -> float:
-    """Middle of the first coordinate touched."""
-    low, high = setting.place_range[0]
-    return 0.5 * (low + high)

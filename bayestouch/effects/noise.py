@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
+from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +71,13 @@ class NoiseEffect(Effect):
         """
         raise NotImplementedError
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        """Errors (n, m) that a simulation adds to the signal: drawn as `log_density` says."""
+        raise InputError(f"effect {self.name} does not say how its errors are drawn: it cannot be simulated")
+
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        return np.asarray(recording.signal + self.errors(recording, values, rng))
+
 
 @dataclass(frozen=True)
 class CommonModeNoise(NoiseEffect):
@@ -98,12 +108,15 @@ class CommonModeNoise(NoiseEffect):
     def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
         present = scatter.present
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
-        u = np.where(present, size / np.sqrt(own), 0.0)
-        w = np.where(present, scatter.z, 0.0) / np.sqrt(own)
-        length2 = (u * u).sum(axis=1)
-        squares = (w * w).sum(axis=1) - (w * u).sum(axis=1) ** 2 / (1 + length2)
-        volume = np.log1p(length2) + (np.log(own) * present).sum(axis=1)
+        covariance = DiagonalPlusRankOne(np.sqrt(own), np.where(present, size, 0.0))
+        squares = covariance.squared_distance(np.where(present, scatter.z, 0.0))
+        volume = covariance.shared_log_determinant + (np.log(own) * present).sum(axis=1)
         return np.asarray(-0.5 * (squares + volume))[:, None]
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        sd, shared = values
+        size = sd * recording.peak ** (1 - shared) * float(recording.peak.mean()) ** shared
+        return np.asarray(size * rng.standard_normal((recording.n_rows, 1)))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """Variance of each element's own noise over that of all its noise, (m,).
@@ -164,6 +177,11 @@ class SignalDependentNoise(NoiseEffect):
         share, power = values
         return np.asarray((share * np.abs(scatter.signal) ** power / scatter.sd) ** 2)
 
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        share, power = values
+        sd = share * recording.peak * np.abs(recording.signal / recording.peak) ** power
+        return np.asarray(sd * rng.standard_normal(recording.signal.shape))
+
 
 @dataclass(frozen=True)
 class Outliers(NoiseEffect):
@@ -201,3 +219,8 @@ class Outliers(NoiseEffect):
         usual = np.log1p(-probability) - 0.5 * (z * z / own + np.log(own))
         wrong = np.log(max(probability, 1e-300)) - 0.5 * (z * z / wide + np.log(wide))
         return np.asarray(np.where(present, np.logaddexp(usual, wrong), 0.0))
+
+    def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        probability, size = values
+        wrong = rng.random(recording.signal.shape) < probability
+        return np.asarray(wrong * size * recording.peak * rng.standard_normal(recording.signal.shape))

@@ -21,7 +21,8 @@ class RandomEffect(Effect):
 
     Further values are of kinds that are tried one by one, at the probes of their parameters. The function is a
     Gaussian process with the Matérn 3/2 correlation. Sd and time are estimated under the process itself; fits hold its
-    course at `knots` a correlation time, few while effects are searched for, and more in the final model.
+    course at `knots` a correlation time, few while effects are searched for, and more in the final model. A simulation
+    draws the weights of the `basis`, which are standard normal.
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -48,6 +49,12 @@ class RandomEffect(Effect):
     def scale(self, recording: Recording) -> FloatArray:
         """What the function is multiplied by in each reading, (n, m)."""
         raise NotImplementedError
+
+    def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
+        time, m = recording.time_s, recording.signal.shape[1]
+        basis = self.basis(time, values, float(time.min()), float(time.max()))
+        course = basis @ rng.standard_normal((basis.shape[1], m if self.own(values) else 1))
+        return np.asarray(recording.signal + self.scale(recording) * course)
 
 
 def _parameters(setting: Setting, what: str, sd: float) -> tuple[EffectParameter, ...]:

@@ -6,11 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
@@ -20,6 +22,7 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -40,8 +43,8 @@ def calibrate_finger(
     of the chain's parameters and of all noise together, with proposals from that normal.
     """
     sensor, table = dataset.sensor, dataset.calibration
-    finger = sensor.body
-    assert isinstance(finger, Finger) and table is not None
+    finger = finger_of(sensor)
+    assert table is not None
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
     rest = table.rest_reading()
@@ -54,17 +57,62 @@ def calibrate_finger(
             file=_file(dataset),
         )
     fit, used = fit_finger(means, finger, priors, contact=contact)
+    calibration = finger_calibration(
+        fit,
+        means,
+        used,
+        sensor=sensor,
+        priors=priors,
+        rest=rest,
+        draws=draws,
+        seed=seed,
+        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        progress=progress,
+    )
+    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+
+
+def finger_calibration(
+    fit: FingerFit,
+    means: TouchMeans,
+    used: NDArray[np.bool_],
+    *,
+    sensor: Sensor,
+    priors: FingerPriors,
+    rest: FloatArray | None,
+    draws: int,
+    seed: int,
+    notes: tuple[str, ...],
+    progress: Progress | None = None,
+) -> Calibration:
+    """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
+
+    Parameters
+    ----------
+    fit : FingerFit
+        The fit.
+    means : TouchMeans
+        t touches.
+    used : (t,) bool array
+        Those of them that were fitted.
+    sensor : Sensor
+        A finger as built.
+    priors : FingerPriors
+        Priors of the fit.
+    rest : (m,) array or None
+        Rest reading that was subtracted.
+    draws, seed, progress
+        As of `bayestouch.calibrate`.
+    notes : tuple of str
+        For the report; what the touches cannot tell of the noise is added to them.
+    """
     drawn = sample_fit(fit, draws, seed, progress)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
-    noise = noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1]))
-    notes += _noise_notes(touches, priors)
-    known = means.touch[used]
-    location = means.angle_deg
-    assert location is not None
+    assert means.angle_deg is not None
     rows = TouchRows(
-        touch=known,
-        location={"theta_c": location[used]},
+        touch=means.touch[used],
+        location={"theta_c": means.angle_deg[used]},
         radius_mm=means.indenter_radius_mm[used],
         load=means.load[used],
         observed=means.readings[used],
@@ -72,25 +120,20 @@ def calibrate_finger(
         sd=fit.sd,
         counts=means.counts[used],
     )
-    if not used.all():
-        notes += (
-            f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",
-        )
-    new_notes = tuple(dict.fromkeys((*dataset.notes, *table.notes, *corrected.notes, *notes)))
     typical = float(np.nanmean(rows.load))
-    calibration = Calibration(
+    return Calibration(
         sensor=sensor,
         parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
         mode=_public_mode(fit),
         posterior=public_draws(fit, vectors),
         covariance=np.cov(_linear(fit, vectors).T),
-        layout=layout(finger.n_elements),
-        noise=noise,
+        layout=layout(layout_.n_elements),
+        noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
         settings={
             "body": "finger",
-            "contact": contact,
-            "e_map": "model",
+            "contact": fit.chain.contact,
+            E_MAP: MODEL_MAP,
             "seed": float(seed),
             "version": __version__,
             "largest_load": fit.chain.largest_load,
@@ -102,10 +145,9 @@ def calibrate_finger(
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
-        extra={} if rest is None else {"rest_reading": rest},
-        notes=new_notes,
+        extra={} if rest is None else {REST_READING: rest},
+        notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
     )
-    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
 
 
 def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
@@ -125,7 +167,7 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
         calibration,
         noise=identified.calibration.noise,
         rows=replace(calibration.rows, predicted=identified.predicted, sd=identified.sd),
-        settings={**calibration.settings, "e_map": "empirical"},
+        settings={**calibration.settings, E_MAP: IDENTIFIED_MAP},
         statistics={**calibration.statistics, "lack_of_fit_empirical": lack_of_fit},
         extra={**calibration.extra, **identified.calibration.arrays()},
         notes=notes,
@@ -140,8 +182,7 @@ def layout(n_elements: int) -> tuple[str, ...]:
 
 def finger_chain(calibration: Calibration) -> FingerChain:
     """The finger at the mode of its calibration."""
-    finger = calibration.sensor.body
-    assert isinstance(finger, Finger)
+    finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,
@@ -179,6 +220,12 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
         count = int((known.load_reads == 0).sum())
         notes.append(f"{count} calibration touches have no measured load: it is inferred with the rest.")
     return tuple(notes)
+
+
+def _left_out(used: NDArray[np.bool_]) -> tuple[str, ...]:
+    if used.all():
+        return ()
+    return (f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",)
 
 
 def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:

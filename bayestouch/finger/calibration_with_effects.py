@@ -15,11 +15,12 @@ from bayestouch.finger.calibration import layout, peak_strain
 from bayestouch.finger.model import finger_model
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.left_over import discrepancy, force_noise
 from bayestouch.priors.parameters import Prior
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import E_MAP, EFFECT_PEAK, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -108,13 +109,13 @@ def calibration_with_effects(
         settings={
             "body": "finger",
             "contact": model.contact,
-            "e_map": "model",
+            E_MAP: MODEL_MAP,
             "seed": float(seed),
             "version": __version__,
             "largest_load": chain.largest_load,
             "typical_load": model.reference_load,
             "sampler": "normal approximation",
-            KEY: listed.to_text(),
+            **listed.settings,
         },
         statistics={
             "touches": float(model.known.n_touches),
@@ -128,7 +129,7 @@ def calibration_with_effects(
             ),
             "noise_percent_peak": float(100 * np.mean((noise.sd / peak)[_alive(counts)])),
         },
-        extra={PEAK: model.peak, **({} if rest is None else {"rest_reading": rest}), **(extra or {})},
+        extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
         notes=notes,
     )
 

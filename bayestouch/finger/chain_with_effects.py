@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger
+from bayestouch.data.sensor import finger_of
 from bayestouch.effects import Values
 from bayestouch.finger.correction_table import CorrectionTable
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
-from bayestouch.model.effect_list import KEY, PEAK, EffectList
-from bayestouch.model.observations import PlainRows
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.observations import UntimedTouches
+from bayestouch.results.keys import EFFECT_PEAK
 from bayestouch.results.objects import Calibration
 
 
@@ -50,19 +51,19 @@ class ChainWithEffects:
         """Rebuild it from a calibration."""
         from bayestouch.finger.calibration import finger_chain
 
-        finger = calibration.sensor.body
-        assert isinstance(finger, Finger)
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
+        finger = finger_of(calibration.sensor)
+        listed = EffectList.of(calibration)
+        assert listed is not None
         chain = finger_chain(calibration)
         sign = np.where(chain.response < 0, -1.0, 1.0)
         model = FingerModel(
-            observed=PlainRows(0),
+            observed=UntimedTouches(0),
             finger=finger,
             layout=FlatLayout(finger.n_elements, discrepancy=False),
             flat_prior=None,
             sign=sign,
             contact=chain.contact,
-            peak=np.asarray(calibration.extra[PEAK]),
+            peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             reference_load=listed.setting.reference_load,
             largest_load=chain.largest_load,
             effects=listed.plain,

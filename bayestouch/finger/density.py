@@ -12,6 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.noise import log_likelihood_of_scatter
+from bayestouch.sampling.rank_one import shared_error
 
 # Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
 NUMBERS_HELD = 1 << 16
@@ -56,11 +57,11 @@ class FingerDensity:
     def _inside(self, vectors: FloatArray) -> FloatArray:
         likelihood, known = self.likelihood, self.likelihood.known
         predicted, slope = self.predict(vectors)
-        spread = likelihood.errors(vectors)
-        z = likelihood.whiten(known.readings - predicted, slope, spread)
+        spread = likelihood.standard_errors(vectors)
+        covariance = likelihood.covariance(slope, spread)
+        z = covariance.whiten(np.where(likelihood.missing, 0.0, known.readings - predicted))
         # The load's shared error makes the covariance depend on the prediction: its determinant counts.
-        shared = np.where(likelihood.missing, 0.0, slope) * spread.load_sd[..., None] / spread.sd
-        determinant = np.log1p(np.einsum("ntm,ntm->nt", shared, shared)).sum(axis=1)
+        determinant = covariance.shared_log_determinant.sum(axis=1)
         determinant += 2 * np.log(np.where(likelihood.missing, 1.0, spread.sd)).sum(axis=(1, 2))
         data = -0.5 * (np.einsum("ntm,ntm->n", z, z) + determinant)
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
@@ -68,9 +69,9 @@ class FingerDensity:
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
-        likelihood, spread = self.likelihood, self.likelihood.errors(vectors)
+        likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
-        weight = np.where(likelihood.missing, 0.0, 1 / spread.sd**2)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
-        variance = 1 / ((slope**2 * weight).sum(axis=-1) + spread.load_sd**-2.0)
-        return likelihood.known.load + variance * (slope * left * weight).sum(axis=-1), np.sqrt(variance)
+        pull, precision = shared_error(left, slope, spread.sd, spread.load_sd)
+        variance = 1 / precision
+        return likelihood.known.load + variance * pull, np.sqrt(variance)

@@ -14,9 +14,11 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.likelihood import FingerLikelihood
+from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
+from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit
 
 # Fits of the chain, each with the noise that the one before leaves; two serve unless loads are unknown.
@@ -97,17 +99,28 @@ def fit_finger(
     prior = priors.flat(finger, known)
     start = prior.mean[: prior.layout.n_chain].copy()
     start[prior.layout.response] = np.log(np.abs(apparent))
-    likelihood = FingerLikelihood(known, finger, prior, start, np.sign(apparent), contact)
+    model = FingerModel(
+        observed=UntimedTouches(len(known.load)),
+        peak=np.abs(apparent) * known.typical_load,
+        reference_load=known.typical_load,
+        finger=finger,
+        layout=prior.layout,
+        flat_prior=prior,
+        sign=np.sign(apparent),
+        contact=contact,
+        largest_load=LOAD_REACH * float(known.load.max()),
+    )
+    likelihood = FingerLikelihood(model, known, start)
     vector = np.concatenate([start, first_guess(known, prior)])
     unmeasured = known.load_reads == 0
-    spread = likelihood.errors(vector)
+    spread = likelihood.standard_errors(vector)
     for _ in range(MOST_FITS):
         laplace = likelihood.maximum(spread)
         likelihood.start = laplace.mode
         vector = np.concatenate([laplace.mode, vector[prior.layout.n_chain :]])
         shape = noise_shape(likelihood.known, prior, vector, _residuals(likelihood, laplace, vector))
         vector[prior.layout.n_chain :] = shape.mean
-        before, spread = spread, likelihood.errors(vector)
+        before, spread = spread, likelihood.standard_errors(vector)
         # A fiftieth of a standard deviation does not matter to a proposal.
         settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02) for n in ("sd", "load_sd"))
         if unmeasured.any():
@@ -118,7 +131,7 @@ def fit_finger(
             break
     predicted, _ = likelihood.predicted(laplace.mode)
     chain = likelihood.chain(laplace.mode)
-    sd = likelihood.errors(vector).sd
+    sd = likelihood.standard_errors(vector).sd
     noise = noise_of(likelihood.known, prior.layout, vector)
     lack_of_fit = _lack_of_fit(likelihood, vector)
     return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood), used
@@ -152,7 +165,7 @@ def check_enough(known: KnownTouches) -> None:
 def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatArray) -> Residuals:
     """What the fit leaves, and how many parameters each element's readings determine."""
     predicted, slope = likelihood.predicted(laplace.mode)
-    rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.errors(vector))
+    rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.standard_errors(vector))
     spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
     return Residuals(left, np.where(likelihood.missing, 0.0, slope), spent)
@@ -160,7 +173,7 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
 
 def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
     """Loads where none was measured, from the readings; the measured ones elsewhere."""
-    known, spread = likelihood.known, likelihood.errors(vector)
+    known, spread = likelihood.known, likelihood.standard_errors(vector)
     predicted, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
     weight = np.where(known.missing, 0.0, 1 / spread.sd**2)
     left = np.where(known.missing, 0.0, known.readings - predicted)
@@ -181,5 +194,5 @@ def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
     )
     bare[layout.missed] = -np.inf
     predicted, slope = likelihood.predicted(vector[: layout.n_chain])
-    z = likelihood.whiten(known.readings - predicted, slope, likelihood.errors(bare))
+    z = likelihood.whiten(known.readings - predicted, slope, likelihood.standard_errors(bare))
     return float((z * z).sum() / max(int((~known.missing).sum()) - layout.n_chain, 1))

@@ -1,4 +1,4 @@
-"""Readings of known touches as functions of a finger's parameters, and the fit of these."""
+"""Likelihood of the readings of known touches, and its maximum over a finger's parameters."""
 
 from __future__ import annotations
 
@@ -10,75 +10,68 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.layout import FlatLayout, FlatPrior
-from bayestouch.finger.noise import Errors, errors
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.model import FingerModel
+from bayestouch.finger.noise import StandardErrors, standard_errors
 from bayestouch.finger.series import Reach, TouchSeries
-from bayestouch.sampling.laplace import LaplaceFit, least_squares_map, whiten_rank_one
+from bayestouch.model.observations import UntimedTouches
+from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
 LOAD_REACH = 3.2
-# Steps of the central differences: log response, depth (mm), angle, σ, log μ. Their error is far below the noise.
-STEPS = 1e-3, 1e-3, 1e-4, 1e-4, 1e-3
 # A series is good for so many standard deviations of the prior before the fit, and of the posterior after it.
 PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
 
 
 class FingerLikelihood:
-    """Readings of known touches as functions of the flat parameter vector (see `FlatLayout`).
+    """Likelihood of the readings of known touches, of a finger without effects.
 
-    The true load of a touch is not the measured one; its error moves all elements together and is integrated out:
-    over the width of that error the chain is linear in the load.
+    How readings depend on the parameters is what the `FingerModel` says. The true load of a touch is not the measured
+    one; its error moves all elements together and is integrated out: over the width of that error the readings are
+    linear in the load.
 
     Parameters
     ----------
+    model : FingerModel
+        The finger without effects, with the prior of all coordinates of the flat vector (see `FlatLayout`).
     known : KnownTouches
         t touches.
-    finger : Finger
-        Geometry as built.
-    prior : FlatPrior
-        Of all coordinates.
     start : (3 m + 2,) array
         Where fits start.
-    sign : (m,) array
-        1, or -1 for an element whose reading falls when it is squeezed.
-    contact : str
-        Contact model.
-    series : TouchSeries, optional
-        Solved contacts, if there are any already.
     """
 
-    def __init__(
-        self,
-        known: KnownTouches,
-        finger: Finger,
-        prior: FlatPrior,
-        start: FloatArray,
-        sign: FloatArray,
-        contact: str,
-        series: TouchSeries | None = None,
-    ) -> None:
-        self.known, self.finger, self.prior, self.start = known, finger, prior, start
-        self.sign, self.contact = sign, contact
+    def __init__(self, model: FingerModel, known: KnownTouches, start: FloatArray) -> None:
+        assert model.flat_prior is not None
+        self.prior, self.known, self.start = model.flat_prior, known, start
         self.missing = known.missing
-        n = prior.layout.n_chain
-        self.series = series or self._series(self._reach(start, prior.spread[:n], PRIOR_REACH))
-        self._last: tuple[bytes, FloatArray, FloatArray] | None = None
+        pose = np.stack([known.radius_mm, known.angle, known.load])
+        self.model = replace(model, observed=UntimedTouches(len(known.load)), pose=pose)
+        if model.evaluator is None:
+            reach = self._reach(start, self.prior.spread[: self.layout.n_chain], PRIOR_REACH)
+            self.model = replace(self.model, evaluator=self._series(reach))
 
     @property
     def layout(self) -> FlatLayout:
         """What stands where in the vector."""
-        return self.prior.layout
+        return self.model.layout
 
     @property
-    def largest_load(self) -> float:
-        """Load in N/m up to which contacts are tabulated."""
-        return LOAD_REACH * float(self.known.load.max())
+    def sign(self) -> FloatArray:
+        """See `FingerModel`, (m,)."""
+        return self.model.sign
+
+    @property
+    def series(self) -> TouchSeries:
+        """The model's quick evaluator."""
+        assert self.model.evaluator is not None
+        return self.model.evaluator
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest value of each coordinate."""
         low, high = (ends.copy() for ends in self.prior.bounds)
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.finger, self.largest_load))
+        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.model.finger, self.model.largest_load))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
@@ -93,7 +86,8 @@ class FingerLikelihood:
         )
 
     def _series(self, reach: Reach) -> TouchSeries:
-        return TouchSeries.of(self.known, self.finger, self.layout, self.sign, reach, self.contact)
+        model = self.model
+        return TouchSeries.of(self.known, model.finger, self.layout, model.sign, reach, model.contact)
 
     def posterior_series(self, fit: LaplaceFit) -> TouchSeries:
         """The series, no wider than the posterior."""
@@ -101,44 +95,29 @@ class FingerLikelihood:
 
     def chain(self, vector: FloatArray) -> FingerChain:
         """The finger with these parameters."""
-        return chain_at(self.finger, self.layout, self.sign, vector, self.largest_load, self.contact)
+        return self.model.chain(vector)
 
     def predicted(self, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Readings (t, m), and their derivative with respect to the load; remembered for the last vector."""
-        key = vector.tobytes()
-        if self._last is None or self._last[0] != key:
-            predicted, slope = self.series(vector[None])
-            self._last = (key, predicted[0], slope[0])
-        return self._last[1:]
+        """Readings (t, m), and their derivative with respect to the load."""
+        return self.model.predict(vector).touches, self.model.by_load(vector)
 
     def derivatives(self, vector: FloatArray) -> FloatArray:
         """Derivative of the readings, (3 m + 2, t, m); an element's own parameters move that element alone."""
-        at, m = self.layout, self.layout.n_elements
-        own = (at.response, at.depth, at.angle)
-        places: tuple[slice | int, ...] = (*own, at.sigma, at.log_mu)
-        moved = np.repeat(vector[None], 2 * len(places), axis=0)
-        for up, down, place, step in zip(moved[::2], moved[1::2], places, STEPS, strict=True):
-            up[place] += step
-            down[place] -= step
-        readings, _ = self.series(moved)
-        by_place = (readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None])
-        out = np.zeros((at.n_chain, *readings.shape[1:]))
-        for i, place in enumerate(own):
-            for element in range(m):
-                out[place.start + element, :, element] = by_place[i, :, element]
-        out[at.sigma], out[at.log_mu] = by_place[3:]
-        return out
+        return self.model.derivatives(vector)[0]
 
-    def errors(self, vector: FloatArray) -> Errors:
+    def standard_errors(self, vector: FloatArray) -> StandardErrors:
         """Standard deviations of readings and loads that a whole vector implies."""
-        return errors(self.known, self.layout, vector)
+        return standard_errors(self.known, self.layout, vector)
 
-    def whiten(self, rows: FloatArray, slope: FloatArray, spread: Errors) -> FloatArray:
+    def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
         """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""
-        direction = np.where(self.missing, 0.0, slope) * spread.load_sd[..., None]
-        return whiten_rank_one(np.where(self.missing, 0.0, rows), spread.sd, direction)
+        return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
-    def maximum(self, spread: Errors) -> LaplaceFit:
+    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne:
+        """Covariance of the readings of each touch: their own errors, and the load's, which moves all elements."""
+        return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
+
+    def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
 
         Contacts are solved anew where the posterior reaches beyond those there are.
@@ -146,13 +125,13 @@ class FingerLikelihood:
         fit = self._maximum(spread)
         reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH)
         while not self.series.reach.covers(reach):
-            self.series, self._last, self.start = self._series(reach), None, fit.mode
+            self.model, self.start = replace(self.model, evaluator=self._series(reach)), fit.mode
             fit = self._maximum(spread)
             # A posterior that ended at the edge of the old series goes on beyond it.
             reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH / 2)
         return fit
 
-    def _maximum(self, spread: Errors) -> LaplaceFit:
+    def _maximum(self, spread: StandardErrors) -> LaplaceFit:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
 
@@ -174,8 +153,8 @@ class FingerLikelihood:
 
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
         """The same touches with other readings, or other estimates of unmeasured loads."""
-        series = replace(self.series, known=known)
-        return FingerLikelihood(known, self.finger, self.prior, self.start, self.sign, self.contact, series)
+        model = replace(self.model, evaluator=replace(self.series, known=known))
+        return FingerLikelihood(model, known, self.start)
 
 
 def softest(finger: Finger, largest_load: float) -> float:
@@ -184,21 +163,3 @@ def softest(finger: Finger, largest_load: float) -> float:
     Linear contact has long lost its meaning there.
     """
     return float(np.log(largest_load / 1000 / (10 * finger.outer_radius_mm)))
-
-
-def chain_at(
-    finger: Finger, at: FlatLayout, sign: FloatArray, vector: FloatArray, largest_load: float, contact: str
-) -> FingerChain:
-    """A finger with the parameters of a flat vector."""
-    return FingerChain(
-        core_radius_mm=finger.core_radius_mm,
-        outer_radius_mm=finger.outer_radius_mm,
-        response=sign * np.exp(vector[at.response]),
-        sensing_radius_mm=vector[at.depth],
-        angle=vector[at.angle],
-        offset=np.zeros(at.n_elements),
-        poisson_ratio=float(vector[at.sigma]),
-        shear_modulus_MPa=float(np.exp(vector[at.log_mu])),
-        largest_load=largest_load,
-        contact=contact,
-    )

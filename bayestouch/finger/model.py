@@ -16,12 +16,12 @@ from bayestouch.contact import composite_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
+from bayestouch.finger.derivatives import through_effects
 from bayestouch.finger.layout import FlatLayout, FlatPrior
-from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, Predicted, SensorModel, difference
+from bayestouch.finger.series import TouchSeries
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, Rows, SensorModel
 from bayestouch.model.observations import Observations
 
-# Central difference of a signal through the effects, as a share of the peak.
-SIGNAL_STEP = 1e-4
 # How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
 NEAREST = 0.05
 # How near to the end of the table of contacts, which is further the higher Poisson's ratio is.
@@ -54,6 +54,8 @@ class FingerModel(SensorModel):
     pose : (3, t) array or None
         Composite radius R (mm), location (rad) and load (N/m) as they really are, in place of what the table says:
         for touches that are read, not known.
+    evaluator : TouchSeries or None
+        Signals of just these touches, quickly; None evaluates the chain.
     """
 
     finger: Finger
@@ -63,6 +65,7 @@ class FingerModel(SensorModel):
     contact: str
     largest_load: float
     pose: FloatArray | None = None
+    evaluator: TouchSeries | None = None
 
     @property
     def n_base(self) -> int:
@@ -117,7 +120,9 @@ class FingerModel(SensorModel):
 
     def chain(self, vector: FloatArray) -> FingerChain:
         """The finger at these base parameters, with the effects that change it."""
-        changed = tuple(v for e, v in zip(self.effects, self.values(vector), strict=True) if _changes_finger(e))
+        changed = tuple(
+            (e.name, v) for e, v in zip(self.effects, self.values(vector), strict=True) if _changes_finger(e)
+        )
         key = (vector[: self.n_base].tobytes(), changed)
         if self._last.get("key") != key:
             self._last.update(key=key, chain=self._chain(vector))
@@ -126,8 +131,30 @@ class FingerModel(SensorModel):
 
     @cached_property
     def _last(self) -> dict[str, Any]:
-        """The chain that was asked for last: its tables are dear, and most calls differ in effects of the readout."""
+        """The chain that was asked for last, and the signals of the quick evaluator.
+
+        They are dear, and most calls differ in effects of the readout.
+        """
         return {}
+
+    def _quick(self, vector: FloatArray) -> tuple[FloatArray, FloatArray] | None:
+        """Signals (t, m) of the touches and their derivative over the load, by the quick evaluator.
+
+        None where there is none, where an effect changes the finger or the poses, and beyond the parameters that it
+        is good for.
+        """
+        if self.evaluator is None or any(_changes_finger(e) or _changes_pose(e) for e in self.effects):
+            return None
+        base = vector[None, : self.n_base]
+        key = base.tobytes()
+        if self._last.get("quick_key") != key:
+            found = None
+            if self.evaluator.covers(base)[0]:
+                signal, slope = self.evaluator(base)
+                found = (signal[0], slope[0])
+            self._last.update(quick_key=key, quick=found)
+        quick: tuple[FloatArray, FloatArray] | None = self._last["quick"]
+        return quick
 
     def _chain(self, vector: FloatArray) -> FingerChain:
         at = self.layout
@@ -178,68 +205,67 @@ class FingerModel(SensorModel):
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches with the signal that leaves the body."""
-        recording, chain = self.poses(vector, load), self.chain(vector)
+        recording = self.poses(vector, load)
+        quick = self._quick(vector) if load is None else None
+        if quick is not None:
+            return replace(recording, signal=quick[0].copy())
+        chain = self.chain(vector)
         radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
         return replace(recording, signal=chain.predict(radius, np.radians(recording.place[0]), recording.load))
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
-        m, recording, chain = self.n_elements, self.signal(vector), self.chain(vector)
-        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
-        of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)
-        of_signal[0] *= chain.response
-        # By parameter: which derivative of the signal, and of which elements.
-        if any(effect.mixes for effect in self.effects):
-            everything = [(block, [e]) for block in range(3) for e in range(m)] + [(3, range(m)), (4, range(m))]
-            out = [self._through(recording, vector, of_signal[block], elements) for block, elements in everything]
-        else:
-            out = self._unmixed(recording, vector, of_signal)
+        recording = self.signal(vector)
+        of_signal = self._of_signal(vector, recording)
+        out = through_effects(self, recording, vector, of_signal)
         out += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
         samples = None if out[0].samples is None else np.stack([np.asarray(each.samples) for each in out])
         return np.stack([each.touches for each in out]), samples
 
-    def _through(
-        self, recording: Recording, vector: FloatArray, of_signal: FloatArray, elements: range | list[int]
-    ) -> Predicted:
-        """Derivative of the readings along a derivative of the signal of some elements."""
-        moved = np.zeros_like(of_signal)
-        moved[:, elements] = of_signal[:, elements]
-        if not self.effects:
-            return Predicted(moved, None)
-        size = float(np.abs(moved).max())
-        step = SIGNAL_STEP * float(self.peak.mean()) / size if size > 0 else 1.0
-
-        def at(sign: float) -> Predicted:
-            return self.readings(replace(recording, signal=recording.signal + sign * step * moved), vector)
-
-        return difference(at, step)
-
-    def _unmixed(self, recording: Recording, vector: FloatArray, of_signal: FloatArray) -> list[Predicted]:
-        """The same for effects that leave each element to itself: all elements at once, then taken apart."""
-        m, out = self.n_elements, []
-        for block in range(5):
-            whole = self._through(recording, vector, of_signal[block], range(m))
-            if block > 2:
-                out.append(whole)
-                continue
-            for e in range(m):
-                only = np.arange(m) == e
-                samples = None if whole.samples is None else np.where(only, whole.samples, 0.0)
-                out.append(Predicted(np.where(only, whole.touches, 0.0), samples))
-        return out
+    def _of_signal(self, vector: FloatArray, recording: Recording) -> FloatArray:
+        """Derivative of the signal, (5, t, m): over own log response, depth and angle, then σ and log μ."""
+        if self.evaluator is not None and self._quick(vector) is not None:
+            return self.evaluator.derivatives(vector[: self.n_base])
+        chain = self.chain(vector)
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        of_signal = calibration_jacobian(chain, radius, np.radians(recording.place[0]), recording.load)
+        of_signal[0] *= chain.response
+        return of_signal
 
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the readings of each touch over its load, (t, m)."""
+        quick = self._quick(vector)
+        if quick is not None and not self.effects:
+            return quick[1]
         load = self.load if self.pose is None else self.pose[2]
         step = LOAD_STEP * load
-        up, down = (self.predict(vector, load + sign * step).touches for sign in (1, -1))
-        return np.asarray((up - down) / (2 * step[:, None]))
+
+        def at(sign: float) -> FloatArray:
+            if quick is None:
+                return self.predict(vector, load + sign * step).touches
+            recording = self.signal(vector)
+            signal = recording.signal + sign * step[:, None] * quick[1]
+            moved = replace(recording, load=recording.load + sign * step, signal=signal)
+            return self.readings(moved, vector).touches
+
+        return np.asarray((at(1.0) - at(-1.0)) / (2 * step[:, None]))
+
+    def observing(self, observed: Rows) -> FingerModel:
+        """The same sensor and effects for other touches, which the quick evaluator does not know."""
+        return self._sharing(replace(self, observed=observed, evaluator=None))
+
+    def with_effects(self, effects: tuple[Effect, ...]) -> FingerModel:
+        """The same sensor under other effects."""
+        return self._sharing(replace(self, effects=effects))
 
     def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
         """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
-        new = replace(self, pose=np.stack([radius_mm, angle, load]))
-        new._last.update(self._last)
-        return new
+        return self._sharing(replace(self, pose=np.stack([radius_mm, angle, load]), evaluator=None))
+
+    def _sharing(self, other: FingerModel) -> FingerModel:
+        """The other model, which need not solve again what was solved last."""
+        other._last.update(self._last)
+        return other
 
 
 @lru_cache(maxsize=8)
@@ -252,6 +278,10 @@ def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
 
 def _changes_finger(effect: Effect) -> bool:
     return type(effect).finger is not Effect.finger
+
+
+def _changes_pose(effect: Effect) -> bool:
+    return type(effect).pose is not Effect.pose
 
 
 def finger_model(model: SensorModel) -> FingerModel:

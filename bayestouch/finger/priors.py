@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatPrior
@@ -57,8 +57,7 @@ class FingerPriors:
     @classmethod
     def of(cls, sensor: Sensor) -> tuple[FingerPriors, tuple[str, ...]]:
         """Default priors for a sensor, with what they assume, one sentence each."""
-        finger = sensor.body
-        assert isinstance(finger, Finger)
+        finger = finger_of(sensor)
         notes = []
         sigma, mu, force = sensor.rubber.poisson_ratio, sensor.rubber.shear_modulus_MPa, sensor.force_noise_sd
         if sigma is None:

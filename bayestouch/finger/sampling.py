@@ -51,7 +51,7 @@ class PosteriorMap:
         """Linearise the chain at the mode."""
         likelihood, mode = fit.likelihood, fit.laplace.mode
         predicted, slope = likelihood.predicted(mode)
-        spread = likelihood.errors(fit.vector)
+        spread = likelihood.standard_errors(fit.vector)
         rows = likelihood.whiten(likelihood.derivatives(mode), slope, spread)
         left = likelihood.whiten(likelihood.known.readings - predicted, slope, spread)
         return cls(fit, np.einsum("itm,jtm->mij", rows, rows, optimize=True), np.einsum("itm,tm->mi", rows, left))

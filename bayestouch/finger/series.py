@@ -25,6 +25,8 @@ SIGMA_NODES = 9
 KAPPA_STEP, LEAST_KNOTS = 0.1, 6
 # Relative step of the derivative with respect to the load.
 STEP_LOAD = 0.02
+# Steps of the central differences: log response, depth (mm), angle, σ, log μ. Their error is far below the noise.
+STEPS = 1e-3, 1e-3, 1e-4, 1e-4, 1e-3
 
 
 @dataclass(frozen=True)
@@ -168,6 +170,24 @@ class TouchSeries:
             up, down = 1 + STEP_LOAD, 1 - STEP_LOAD
             slope[:, blunt] = (up * pressed(up) - down * pressed(down)) / (2 * STEP_LOAD)
         return known.load[:, None] * shape, slope
+
+    def derivatives(self, vector: FloatArray) -> FloatArray:
+        """Derivative of the readings at a vector (d,), (5, t, m), as `bayestouch.chain.neighbours` gives it.
+
+        With respect to the element's own log response, depth (mm) and angle (rad), then σ and log μ.
+        """
+        at = self.layout
+        places: tuple[slice | int, ...] = (at.response, at.depth, at.angle, at.sigma, at.log_mu)
+        moved = np.repeat(vector[None], 2 * len(places), axis=0)
+        for up, down, place, step in zip(moved[::2], moved[1::2], places, STEPS, strict=True):
+            up[place] += step
+            down[place] -= step
+        readings, _ = self(moved)
+        return np.asarray((readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None]))
+
+    def at_loads(self, load: FloatArray) -> TouchSeries:
+        """The same for other loads (t,) of the same touches, N/m."""
+        return replace(self, known=replace(self.known, load=load))
 
     def _pressure(self, spectra: FloatArray, kappa: FloatArray) -> FloatArray:
         """Spectra (n, t, n_modes) at κ (n, t), by cubics through four of the knots of `spectra` (n, knots, n_modes)."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
-from bayestouch.finger.fit import fit_finger
+from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.fitting import Fitted, fit
@@ -24,7 +25,39 @@ FAR = 0.03
 MAD = 0.6745
 
 
+@dataclass(frozen=True, eq=False)
+class FingerStart:
+    """A finger without effects, fitted in two ways.
+
+    Attributes
+    ----------
+    priors : FingerPriors
+        Its priors.
+    notes : tuple of str
+        What they assume.
+    calibrated : FingerFit
+        With the noise as unknown: the fit of a calibration.
+    used : (t,) bool array
+        The touches that were fitted: all of them.
+    fitted : Fitted
+        With the noise that repeats have, so that what the model misses shows: where a search for effects starts.
+    """
+
+    priors: FingerPriors
+    notes: tuple[str, ...]
+    calibrated: FingerFit
+    used: NDArray[np.bool_]
+    fitted: Fitted
+
+
 def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None) -> Fitted:
+    """Fit a finger without effects, see `FingerStart.fitted`; parameters as of `finger_start`."""
+    return finger_start(observed, sensor, contact, stated).fitted
+
+
+def finger_start(
+    observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None
+) -> FingerStart:
     """Fit a finger without effects.
 
     Parameters
@@ -43,29 +76,20 @@ def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mappi
     InputError
         As `bayestouch.finger.fit.fit_finger`.
     """
-    finger = sensor.body
-    assert isinstance(finger, Finger)
-    priors = FingerPriors.of(sensor)[0].with_stated(stated or {}, finger)
+    finger = finger_of(sensor)
+    priors, notes = FingerPriors.of(sensor)
+    priors = priors.with_stated(stated or {}, finger)
     base, used = fit_finger(observed.means, finger, priors, contact=contact)
     if not used.all():
         raise InputError("touches without a load above zero cannot be diagnosed with")
-    known, chain = base.likelihood.known, base.chain
-    reference = known.typical_load
-    model = FingerModel(
-        observed=observed,
-        finger=finger,
-        layout=base.likelihood.prior.layout,
-        flat_prior=base.likelihood.prior,
-        sign=base.likelihood.sign,
-        contact=contact,
-        peak=np.abs(chain.response) * reference,
-        reference_load=reference,
-        largest_load=chain.largest_load,
-    )
+    known, reference = base.likelihood.known, base.likelihood.known.typical_load
+    peak = np.abs(base.chain.response) * reference
+    model = replace(base.likelihood.model, observed=observed, pose=None, peak=peak, evaluator=None)
+    model = replace(model, evaluator=base.likelihood.series.at_loads(model.load))
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
     if priors.noise is not None:  # what is stated of the noise is in that of the fit, beside the repeats
         noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))
-    return fit(model, base.laplace.mode, noise)
+    return FingerStart(priors, notes, base, used, fit(model, base.laplace.mode, noise))
 
 
 def plain_noise(model: FingerModel, predicted: FloatArray, load_sd: FloatArray) -> NoiseModel:

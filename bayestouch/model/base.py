@@ -13,9 +13,9 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
-from bayestouch.model.observations import Observations, PlainRows
+from bayestouch.model.observations import Observations, UntimedTouches
 
-Rows = Observations | PlainRows
+Rows = Observations | UntimedTouches
 
 # Central differences through the effects: of an effect's value, as a share of its probe; of the load.
 VALUE_STEP, LOAD_STEP = 1e-2, 1e-4
@@ -45,7 +45,7 @@ class SensorModel(ABC):
 
     Attributes
     ----------
-    observed : Observations or PlainRows
+    observed : Observations or UntimedTouches
         What is predicted.
     peak : (m,) array
         Size of each element's reading under the reference load: what shares refer to.

@@ -11,9 +11,8 @@ import numpy as np
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
 from bayestouch.errors import InputError, shown
 from bayestouch.model.noise import AddedNoise
-
-#: Key of the settings of a calibration that holds the text, and of the arrays that hold the peaks and corrections.
-KEY, PEAK = "effects", "effect_peak"
+from bayestouch.results.data import CalibrationData
+from bayestouch.results.keys import EFFECTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,6 +55,22 @@ class EffectList:
         parameters = {effect.name: [each.name for each in effect.parameters] for effect in self.effects}
         return json.dumps({"parameters": parameters, "noise": asdict(self.noise), "setting": setting})
 
+    @property
+    def settings(self) -> dict[str, str]:
+        """What a calibration's settings hold of it; `of` reads it."""
+        return {EFFECTS: self.to_text()}
+
+    @classmethod
+    def of(cls, calibration: CalibrationData) -> EffectList | None:
+        """Effects of a calibration; None where it has none.
+
+        Raises
+        ------
+        InputError
+            As `from_text`.
+        """
+        return cls.from_text(str(calibration.settings[EFFECTS])) if calibration.has_effects else None
+
     @classmethod
     def from_text(cls, text: str) -> EffectList:
         """From what `to_text` gave.
@@ -75,14 +90,14 @@ class EffectList:
             setting, noise = Setting(**raw), AddedNoise(**{k: float(v) for k, v in content["noise"].items()})
             parameters = {str(name): list(each) for name, each in content["parameters"].items()}
         except (ValueError, KeyError, TypeError, AttributeError, ArithmeticError, RecursionError) as error:
-            raise InputError("expected the effects of a chain as JSON", column=KEY) from error
+            raise InputError("expected the effects of a chain as JSON", column=EFFECTS) from error
         effects = named_effects(list(parameters), setting)
         for effect in effects:
             names = [each.name for each in effect.parameters]
             if parameters[effect.name] != names:
                 had = ", ".join(map(str, parameters[effect.name]))
                 reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
-                raise InputError(f"{reason}: made by another version, calibrate anew", column=KEY)
+                raise InputError(f"{reason}: made by another version, calibrate anew", column=EFFECTS)
         return cls(setting, effects, noise)
 
 

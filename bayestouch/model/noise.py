@@ -50,6 +50,13 @@ class AddedNoise:
         """Variance of the shared error of the mean of so many samples."""
         return np.asarray(self.common**2 / np.asarray(reads) + self.common_touch**2)
 
+    def covariance(self, signal: FloatArray, peak: FloatArray, reads: FloatArray) -> FloatArray:
+        """Covariance (t, m, m) of means of so many samples (t,) of which the signal (t, m) is predicted."""
+        together = self.together(peak)
+        own = self.variance(signal, peak) / reads[:, None]
+        common = self.shared_variance(reads)[:, None, None] * np.outer(together, together)
+        return np.asarray(common + own[:, :, None] * np.eye(len(peak)))
+
 
 @dataclass(frozen=True, eq=False)
 class NoiseModel:
@@ -77,8 +84,20 @@ class NoiseModel:
 
     def variance(self, signal: FloatArray, reads: ArrayLike) -> FloatArray:
         """Variance of means of so many samples (shape of `signal`, (..., m)) with what effects of the noise add."""
-        own = (self.sd**2 + self.added.variance(signal, self.peak)) / np.asarray(reads)
+        own = self.own_variance(signal) / np.asarray(reads)
         return np.asarray(own + self.added.shared_variance(reads) * self.added.together(self.peak) ** 2)
+
+    def own_variance(self, signal: FloatArray) -> FloatArray:
+        """Variance of each element's own noise in one sample, shape of `signal` (..., m)."""
+        return np.asarray(self.sd**2 + self.added.variance(signal, self.peak))
+
+    def shared_sd(self, reads: FloatArray) -> FloatArray:
+        """What one sd of the shared error does to means of so many samples, (t, m)."""
+        return np.asarray(np.sqrt(self.added.shared_variance(reads))[:, None] * self.added.together(self.peak))
+
+    def shared_sd_of_sample(self, weight: FloatArray) -> FloatArray:
+        """The same of the deviation of rows of so many samples (n,) from the mean of their touch, (n, m)."""
+        return np.asarray(self.added.common * self.added.together(self.peak) / np.sqrt(weight)[:, None])
 
     @property
     def names(self) -> tuple[str, ...]:

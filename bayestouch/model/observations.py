@@ -116,21 +116,11 @@ def history_of(touches: Touches, time_s: FloatArray) -> History:
     """Mean reading of every touch of a table, in the order of time."""
     rows = np.flatnonzero(touches.in_contact)
     _, group = groups(touches.touch[rows])
-    readings, time_s = touches.readings[rows], time_s[rows]
-    n = int(group.max()) + 1 if len(group) else 0
-    start, end = np.full(n, np.inf), np.full(n, -np.inf)
-    np.minimum.at(start, group, time_s)
-    np.maximum.at(end, group, time_s)
-    total, count = np.zeros((n, readings.shape[1])), np.zeros((n, readings.shape[1]))
-    np.add.at(total, group, np.nan_to_num(readings))
-    np.add.at(count, group, ~np.isnan(readings))
-    order = np.argsort(end, kind="stable")
-    mean = np.divide(total, count, out=np.zeros_like(total), where=count > 0)
-    return History(start[order], end[order], mean[order])
+    return History.of(group, time_s[rows], touches.readings[rows])
 
 
 @dataclass(frozen=True, eq=False)
-class PlainRows:
+class UntimedTouches:
     """Touches of which only the number counts: for effects that are the same whenever a touch is made.
 
     Attributes

@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
-from bayestouch.sampling.laplace import whiten_rank_one
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,21 +37,14 @@ class Whitening:
         means = observed.means
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
-        one = noise.sd**2 + noise.added.variance(signal, noise.peak)
+        one = noise.own_variance(signal)
         variance = np.where(present, one / np.maximum(counts, 1), 1.0)
         reads = np.maximum(counts.max(axis=1), 1)
-        together = noise.added.together(noise.peak)
-        common = np.sqrt(noise.added.shared_variance(reads))[:, None] * together
-        covariance = np.einsum("ti,ij->tij", variance, np.eye(variance.shape[1]))
-        for direction in (by_load * noise.load_sd[:, None], common):
-            seen = np.where(present, direction, 0.0)
-            covariance += seen[:, :, None] * seen[:, None, :]
-        root = np.linalg.solve(np.linalg.cholesky(covariance), np.eye(variance.shape[1])[None])
-        root = root * present[:, :, None] * present[:, None, :]
+        root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
         row_sd = np.where(np.isnan(observed.deviation), np.inf, row_sd)
-        shared = noise.added.common * together / np.sqrt(observed.weight)[:, None]
-        return cls(np.asarray(root, dtype=np.float64), row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
+        shared = noise.shared_sd_of_sample(observed.weight)
+        return cls(root, row_sd, np.where(np.isfinite(row_sd), shared, 0.0))
 
     @property
     def present(self) -> NDArray[np.bool_]:
@@ -68,4 +61,4 @@ class Whitening:
 
     def samples(self, rows: FloatArray) -> FloatArray:
         """Whitened deviations (..., n, m); zero where missing."""
-        return whiten_rank_one(np.nan_to_num(rows), self.sample_sd, self.sample_shared)
+        return DiagonalPlusRankOne(self.sample_sd, self.sample_shared).whiten(np.nan_to_num(rows))

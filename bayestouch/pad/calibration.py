@@ -7,7 +7,7 @@ from typing import Literal
 
 from bayestouch.chain.kernel_choice import kernel_for, kernel_names
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import SAMPLES
@@ -64,9 +64,7 @@ def calibrate_pad(
     InputError
         The touches cannot identify the parameters, or an option is not known.
     """
-    if not isinstance(dataset.sensor.body, Pad):
-        raise InputError("expected a pad, got a finger")
-    dimensions = dataset.sensor.body.dimensions
+    dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"expected samples among {', '.join(SAMPLES)}, got {samples!r}")
     if kernel != "auto" and kernel not in kernel_names(dimensions):

@@ -16,7 +16,7 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.effect_list import KEY, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
 from bayestouch.pad.calibration import calibrate_pad
@@ -79,10 +79,8 @@ def pad_calibration(
         replace(dataset, sensor=sensor, calibration=known), kernel=kernel, samples=samples, draws=draws, seed=seed
     )
     # The table has no rest reading any more: what was subtracted from it is what touches to come need.
-    extra = {name: values for name, values in made.extra.items() if name != "rest_reading"}
-    if rest is not None:
-        extra["rest_reading"] = rest
-    made = replace(made, sensor=dataset.sensor, extra=extra, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    made = made.with_rest_reading(rest)
+    made = replace(made, sensor=dataset.sensor, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
     posterior, mode = dict(made.posterior), dict(made.mode)
@@ -97,8 +95,8 @@ def pad_calibration(
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         mode=mode,
         posterior=posterior,
-        settings={**made.settings, KEY: effects.listed.to_text()},
-        extra={**extra, **effects.arrays()},
+        settings={**made.settings, **effects.listed.settings},
+        extra={**made.extra, **effects.arrays()},
         notes=(*made.notes, *_notes(effects)),
     )
 

@@ -6,7 +6,7 @@ for the signal, touch by touch. Effects that depend on where the touch is are le
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -14,16 +14,15 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
-from bayestouch.model.effect_list import KEY, PEAK, EffectList
+from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.timing import Timing
+from bayestouch.results.keys import EFFECT_PEAK, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-#: Arrays of a calibration that hold the elements' zeros, which effects do not act on, and the effects' values.
-ZERO, VALUES = "effect_zero", "effect_values"
 # Newton steps of the signal behind a reading: each takes at least half of the error.
 STEPS = 25
 # Central difference of a reading over its signal, as a share of the peak; least slope that a step is taken with.
@@ -136,25 +135,39 @@ class PadEffects:
             signal = signal + (read - self._readings(recording, signal)) / slope
         return np.asarray(signal)
 
-    def acting(self, load: FloatArray) -> FloatArray:
-        """Load (n,) as it acts, of loads as read; NaN stays."""
+    def acting(self, read: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of loads as the force sensor reads them; NaN stays."""
+        return self._posed(read, self._corrected)
+
+    def pressed(self, read: FloatArray) -> FloatArray:
+        """True load (n,), of loads as the force sensor reads them; NaN stays."""
+        return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
+
+    def as_read(self, acting: FloatArray) -> FloatArray:
+        """Load as the force sensor reads it, of loads as they act, any shape: inverse of `acting`, where that rises."""
+        return self._inverse(acting, self._corrected)
+
+    def pressing(self, acting: FloatArray) -> FloatArray:
+        """True load, of loads as they act, any shape: the load that effects of the contact take to these."""
+        return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
+    def pressing_slope(self, acting: FloatArray) -> FloatArray:
+        """Derivative of `pressing`, any shape; zero where no load that is tabulated acts like that."""
+        step = 1e-4 * self.reference_load
+        return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
+
+    def _posed(self, load: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         recording = self._recording(
             load, np.zeros((len(load), len(self.peak))), tuple(np.full(len(load), np.nan) for _ in self.element_place)
         )
-        for effect, values in self._corrected:
+        for effect, values in effects:
             recording = effect.pose(recording, values)
         return recording.load
 
-    def as_read(self, acting: FloatArray) -> FloatArray:
-        """Load as it would be read, of loads as they act, any shape: the inverse of `acting`, where that rises."""
+    def _inverse(self, acting: FloatArray, effects: Sequence[tuple[Effect, Values]]) -> FloatArray:
         grid = self.reference_load * np.linspace(0.0, 20.0, GRID)
-        there = np.maximum.accumulate(self.acting(grid))
+        there = np.maximum.accumulate(self._posed(grid, effects))
         return np.asarray(np.interp(acting, there, grid))
-
-    def as_read_slope(self, acting: FloatArray) -> FloatArray:
-        """Derivative of `as_read`, any shape; zero where no load that is tabulated acts like that."""
-        step = 1e-4 * self.reference_load
-        return np.asarray((self.as_read(acting + step) - self.as_read(acting - step)) / (2 * step))
 
     @property
     def load_slope(self) -> float:
@@ -166,29 +179,27 @@ class PadEffects:
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for a calibration's file."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
-        return {PEAK: self.peak, ZERO: self.zero, VALUES: np.array(flat, dtype=np.float64)}
+        return {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
         """Effects of a calibration; None where it has none."""
-        if KEY not in calibration.settings:
+        listed = EffectList.of(calibration)
+        if listed is None:
             return None
-        listed = EffectList.from_text(str(calibration.settings[KEY]))
-        flat = np.asarray(calibration.extra[VALUES], dtype=np.float64)
+        flat = np.asarray(calibration.extra[EFFECT_VALUES], dtype=np.float64)
         values, first = {}, 0
         for effect in listed.effects:
             count = len(effect.parameters)
             values[effect.name] = tuple(map(float, flat[first : first + count]))
             first += count
-        pad = calibration.sensor.body
-        assert isinstance(pad, Pad)
-        columns = (pad.element_x_mm, pad.element_y_mm)
+        places = pad_of(calibration.sensor).places_mm.values()
         return cls(
             listed=listed,
             values=values,
-            peak=np.asarray(calibration.extra[PEAK]),
-            zero=np.asarray(calibration.extra[ZERO]),
-            element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+            peak=np.asarray(calibration.extra[EFFECT_PEAK]),
+            zero=np.asarray(calibration.extra[EFFECT_ZERO]),
+            element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
         )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.pad import PadChain
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
@@ -27,14 +27,14 @@ class PadFit:
         In the order of `PadChain.layout`. With a correction this is what is known of the kernel beside it.
     misfit : Misfit
         Covariance of reading minus kernel.
-    known : PadReadings
+    known : TouchMeans
         The touches, every load given.
     """
 
     chain: PadChain
     laplace: LaplaceFit
     misfit: MapDiscrepancy
-    known: PadReadings
+    known: TouchMeans
 
     @cached_property
     def residual(self) -> FloatArray:
@@ -89,7 +89,7 @@ class PadFit:
         return out
 
 
-def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, misfit: MapDiscrepancy) -> PadFit:
+def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, misfit: MapDiscrepancy) -> PadFit:
     """Maximum a posteriori of gains, offsets, positions and kernel by generalised least squares.
 
     Parameters
@@ -99,7 +99,7 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, mi
     priors : tuple of Prior
         Prior of each entry of `PadChain.flat`. Log-normal ones are normal in the logarithm, and the mode is
         that of the logarithm.
-    known : PadReadings
+    known : TouchMeans
         Touches with location and load.
     misfit : Misfit
         Covariance of reading minus chain.
@@ -128,7 +128,7 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: PadReadings, mi
     return PadFit(start.with_flat(laplace.mode), laplace, misfit, known)
 
 
-def _jacobian(chain: PadChain, known: PadReadings) -> tuple[tuple[IntArray, FloatArray], ...]:
+def _jacobian(chain: PadChain, known: TouchMeans) -> tuple[tuple[IntArray, FloatArray], ...]:
     derivative = chain.sensitivity_derivatives(known.location) * known.load[:, None, None]
     m, dimensions = chain.position.shape
     kernel = np.arange((2 + dimensions) * m, len(chain.flat))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.grouping import grouped_mean
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
@@ -19,66 +18,8 @@ SAMPLES = ("auto", "mean", "first", "last")
 _CREEP_SIGNIFICANCE = 4.0
 
 
-@dataclass(frozen=True, eq=False)
-class PadReadings:
-    """Touches averaged over the samples that count; t touches, m elements, D coordinates.
-
-    Attributes
-    ----------
-    touch : (t,) int array
-        Identifier.
-    location : (t, D) array
-        Reference location, mm; NaN unknown.
-    load : (t,) array
-        Measured load, N; NaN where not measured.
-    readings : (t, m) array
-        Mean readings, rest reading subtracted; NaN missing.
-    counts : (t, m) int array
-        Raw readings behind each, 0 where missing.
-    radius_mm : (t,) array
-        Reference indenter radius.
-    pure_error_variance : (m,) array
-        Variance of one raw reading from repeats within touches; NaN without.
-    """
-
-    touch: IntArray
-    location: FloatArray
-    load: FloatArray
-    readings: FloatArray
-    counts: IntArray
-    radius_mm: FloatArray
-    pure_error_variance: FloatArray
-
-    @property
-    def n_touches(self) -> int:
-        """Number of touches."""
-        return len(self.touch)
-
-    def select(self, index: NDArray[np.bool_] | IntArray) -> PadReadings:
-        """Some of the touches."""
-        return PadReadings(
-            self.touch[index],
-            self.location[index],
-            self.load[index],
-            self.readings[index],
-            self.counts[index],
-            self.radius_mm[index],
-            self.pure_error_variance,
-        )
-
-    @classmethod
-    def joined(cls, parts: Sequence[PadReadings]) -> PadReadings:
-        """All touches of several; the pure error is that of the first."""
-        names = ("touch", "location", "load", "readings", "counts", "radius_mm")
-        return replace(parts[0], **{name: np.concatenate([getattr(part, name) for part in parts]) for name in names})
-
-    def without_load(self) -> PadReadings:
-        """The same touches as if no load had been measured."""
-        return replace(self, load=np.full(self.n_touches, np.nan))
-
-
-def pad_readings(touches: Touches, dimensions: int, samples: str) -> PadReadings:
-    """Average each touch over the samples that count.
+def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
+    """Average each touch over the samples that count; with a location of so many coordinates, NaN where unknown.
 
     Parameters
     ----------
@@ -99,15 +40,10 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> PadReadings
     if means.n_touches == 0:
         raise InputError("no touch is in contact")
     unknown = np.full(means.n_touches, np.nan)
-    columns = (means.x_mm, means.y_mm)[:dimensions]
-    return PadReadings(
-        touch=means.touch,
-        location=np.stack([unknown if column is None else column for column in columns], axis=1),
-        load=means.load,
-        readings=means.readings,
-        counts=np.where(np.isnan(means.readings), 0, means.counts),
-        radius_mm=means.indenter_radius_mm,
-        pure_error_variance=means.pure_error_variance,
+    return replace(
+        means,
+        x_mm=unknown if means.x_mm is None else means.x_mm,
+        y_mm=None if dimensions == 1 else unknown if means.y_mm is None else means.y_mm,
     )
 
 
@@ -168,15 +104,15 @@ def location_spacing(location: FloatArray) -> float:
     return float(np.sqrt(extent.prod() / max(len(distinct), 1)))
 
 
-def highest_reading_location(readings: PadReadings) -> FloatArray:
+def highest_reading_location(known: TouchMeans) -> FloatArray:
     """Location of each element's largest signal, shape (m, D): centroid of its highest readings per load.
 
     The places above 80 % of the largest signal weigh in; NaN for an element that has no reading.
     """
-    place, group = np.unique(readings.location, axis=0, return_inverse=True)
-    load = np.where(np.isnan(readings.load), 1.0, readings.load)
-    out = np.full((readings.readings.shape[1], place.shape[1]), np.nan)
-    for element, column in enumerate(readings.readings.T):
+    place, group = np.unique(known.location, axis=0, return_inverse=True)
+    load = np.where(np.isnan(known.load), 1.0, known.load)
+    out = np.full((known.n_elements, place.shape[1]), np.nan)
+    for element, column in enumerate(known.readings.T):
         value = grouped_mean(column / load, np.asarray(group).ravel(), len(place))
         if not np.isfinite(value).any():
             continue

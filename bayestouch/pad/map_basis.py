@@ -45,11 +45,11 @@ class MapBasis:
     shape: PadChain
 
     @classmethod
-    def of(cls, model: CalibratedPad, length_share: float = 1.0) -> MapBasis:
-        """Basis for the map of a calibrated pad, over the locations of its touches; of another length, if asked for."""
+    def of(cls, model: CalibratedPad) -> MapBasis:
+        """Basis for the map of a calibrated pad, over the locations of its touches."""
         fit = model.fit
         misfit, place = fit.misfit, fit.known.location
-        length = misfit.length_mm * length_share
+        length = misfit.length_mm
         grid = PlaceBasis.grid(place.min(axis=0), place.max(axis=0), length, most=400)
         size = np.sqrt(misfit.misfit**2 + (misfit.relative * kernel_shape(model.shape, grid)) ** 2)
         bases = []

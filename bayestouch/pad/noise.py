@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Elements of one make have noise of one size: the prior of each one's departure from the common one (a factor 1.6).
 _FLOOR_SPREAD = 0.5
@@ -49,12 +50,11 @@ def log_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArr
     here = np.isfinite(left_out.residual)
     sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
     diagonal = np.where(here, sd2 + left_out.variance, 1.0)
-    z = np.where(here, left_out.residual, 0.0) / np.sqrt(diagonal)
     spread = np.where(np.isnan(left_out.load_share), load_spread, left_out.load_share)
-    u = np.where(here, spread[:, None] * left_out.signal, 0.0) / np.sqrt(diagonal)
-    length = 1 + (u * u).sum(axis=1)
-    square = (z * z).sum(axis=1) - (u * z).sum(axis=1) ** 2 / length
-    logs = np.log(diagonal).sum(axis=1) + np.log(length) + here.sum(axis=1) * np.log(2 * np.pi)
+    by_load = np.where(here, spread[:, None] * left_out.signal, 0.0)
+    covariance = DiagonalPlusRankOne(np.sqrt(diagonal), by_load)
+    square = covariance.squared_distance(np.where(here, left_out.residual, 0.0))
+    logs = np.log(diagonal).sum(axis=1) + np.log(1 + covariance.length2) + here.sum(axis=1) * np.log(2 * np.pi)
     return np.asarray(-0.5 * (square + logs))
 
 

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import COORDINATES, PadChain
-from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import PadReadings, highest_reading_location
+from bayestouch.pad.known_touches import highest_reading_location
 from bayestouch.priors.parameters import Normal, Parameter, Prior
 
 # Boards are drawn to a tenth of a millimetre; elements moulded in, and what they feel, are off by a few.
@@ -97,7 +98,7 @@ class PadPriors:
 
 
 def pad_priors(
-    sensor: Sensor, known: PadReadings, *, rest_subtracted: bool, usable: NDArray[np.bool_]
+    sensor: Sensor, known: TouchMeans, *, rest_subtracted: bool, usable: NDArray[np.bool_]
 ) -> tuple[PadPriors, tuple[str, ...]]:
     """Priors of a pad, and what they assume, one sentence each.
 
@@ -110,10 +111,7 @@ def pad_priors(
     InputError
         No element responds, or the touches cannot identify the parameters.
     """
-    pad = sensor.body
-    assert isinstance(pad, Pad)
-    columns = (pad.element_x_mm,) if pad.element_y_mm is None else (pad.element_x_mm, pad.element_y_mm)
-    nominal = np.stack([np.array(column) for column in columns], axis=1)
+    nominal = np.stack([np.array(column) for column in pad_of(sensor).places_mm.values()], axis=1)
     typical = float(np.median(known.load))
     loads_vary = float(np.ptp(known.load)) > 0.1 * typical
     amplitude, offset = np.full(len(nominal), np.nan), np.zeros(len(nominal))
@@ -152,7 +150,7 @@ def pad_priors(
     )
 
 
-def check_identifiable(known: PadReadings, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
+def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
     """Raise InputError unless the touches outnumber what they are to find, for every element.
 
     Each element has its own gain, offset and position; the kernel is shared.

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import element_pitch
-from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import PadReadings, choose_samples, pad_readings
+from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
 
 # A force sensor whose noise is not stated is taken to be off by this share of the mean load.
@@ -28,7 +29,7 @@ class PadProblem:
 
     Attributes
     ----------
-    known : PadReadings
+    known : TouchMeans
         Touches with location; every load given, 1 where none was measured.
     priors : PadPriors
     pitch_mm : float
@@ -46,7 +47,7 @@ class PadProblem:
     seed : int
     """
 
-    known: PadReadings
+    known: TouchMeans
     priors: PadPriors
     pitch_mm: float
     load_share: FloatArray
@@ -75,9 +76,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     InputError
         The sensor is no pad, or nothing can be calibrated with these touches.
     """
-    pad = sensor.body
-    if not isinstance(pad, Pad):
-        raise InputError("expected a pad, got a finger")
+    pad = pad_of(sensor, "a calibration with kernels")
     corrected = table.baseline_corrected()
     notes = list(corrected.notes)
     if samples == "auto":
@@ -116,7 +115,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     return problem, [*notes, *odd]
 
 
-def _with_loads(known: PadReadings, sensor: Sensor) -> tuple[PadReadings, float, list[str]]:
+def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, list[str]]:
     """Touches with a load each, and the force sensor's noise (NaN where no load was measured)."""
     measured = np.isfinite(known.load)
     if not measured.any():

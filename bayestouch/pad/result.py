@@ -12,6 +12,7 @@ from bayestouch.pad.models import PadCandidate
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
+from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
@@ -61,8 +62,8 @@ def pad_calibration_of(
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals),
         extra=tabulate(model).arrays()
-        | {"usable": problem.usable.astype(float)}
-        | ({} if problem.rest is None else {"rest_reading": problem.rest}),
+        | {USABLE: problem.usable.astype(float)}
+        | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),
     )
 
@@ -106,7 +107,7 @@ def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:
     return TouchRows(
         touch=known.touch,
         location={name: known.location[:, axis] for axis, name in enumerate(COORDINATES[: known.location.shape[1]])},
-        radius_mm=known.radius_mm,
+        radius_mm=known.indenter_radius_mm,
         load=known.load if problem.load_measured else np.full(known.n_touches, np.nan),
         observed=known.readings,
         predicted=known.readings - left_out.residual,

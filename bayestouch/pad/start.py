@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Pad
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
@@ -53,21 +53,19 @@ def pad_fit(
     InputError
         As `bayestouch.pad.calibration.calibrate_pad`.
     """
-    pad = dataset.sensor.body
-    assert isinstance(pad, Pad)
+    pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed)
     chosen, _ = choose_model(problem, dataset, kernel, empirical)
     chain = chosen.fit.chain
     sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / problem.known.load[:, None]
     reference = float(np.median(problem.known.load))
-    columns = (pad.element_x_mm, pad.element_y_mm)
     model = PadModel(
         observed=observed,
         peak=np.maximum(sensitivity.max(axis=0), 1e-300) * reference,
         reference_load=reference,
         pad=chain,
         priors=problem.priors.of(chain.kernel),
-        element_place=tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+        element_place=tuple(np.asarray(axis, dtype=float) for axis in pad.places_mm.values()),
         map=MapBasis.of(chosen) if chosen.has_map else None,
     )
     vector = model.start(chain)

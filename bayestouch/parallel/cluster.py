@@ -13,6 +13,7 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from importlib import import_module
 from importlib.metadata import version
+from itertools import islice
 from typing import Any
 
 from bayestouch.errors import InputError
@@ -23,10 +24,6 @@ ClusterWork = Callable[[Any, Any], Any]
 PATIENCE = 30.0
 #: Pieces given to a worker's thread: the next one waits there when one is done.
 AHEAD = 2
-#: Times that the cluster may be lost with nothing done in between.
-MOST_LOST = 3
-#: Looks, two seconds apart, at a cluster that does nothing, until it is given its pieces anew.
-MOST_IDLE = 5
 
 
 def on_cluster(
@@ -56,24 +53,12 @@ def on_cluster(
     Raises
     ------
     InputError
-        `distributed` is not installed, the scheduler cannot be reached or has no workers, its workers have other
-        versions of what computes, or the cluster was lost several times with nothing done in between.
+        `distributed` is not installed, the scheduler cannot be reached or goes away, there are no workers or they have
+        other versions of what computes, or nobody works at what is left.
     """
     seconds = PATIENCE if patience is None else patience
-    pieces = iter(pieces)
-    undone: dict[int, Any] = {}
-    lost = 0
-    while True:
-        try:
-            with _client(address, seconds) as client:
-                for number, result in _done(client, seconds, work, shared, pieces, undone):
-                    lost = 0
-                    yield number, result
-            return
-        except _Lost as error:
-            lost += 1
-            if lost >= MOST_LOST:
-                raise InputError(f"the cluster at {address} does no work: {error}") from error
+    with _client(address, seconds) as client, _told(address):
+        yield from _done(client, seconds, work, shared, iter(pieces))
 
 
 def in_order(
@@ -101,71 +86,56 @@ def in_order(
     return [done[number] for number in sorted(done)]
 
 
-class _Lost(Exception):
-    """Something of the cluster went away."""
-
-
 def _done(
-    client: Any,
-    patience: float,
-    work: ClusterWork,
-    shared: Any,
-    pieces: Iterator[tuple[int, Any]],
-    undone: dict[int, Any],
+    client: Any, patience: float, work: ClusterWork, shared: Any, pieces: Iterator[tuple[int, Any]]
 ) -> Iterator[tuple[int, Any]]:
-    """Do the pieces that are undone, and then the others; what is on the cluster is in `undone`."""
-    killed = _distributed().scheduler.KilledWorker
-    lost = (OSError, TimeoutError, CancelledError, killed)
-    try:
-        client.wait_for_workers(1, timeout=patience)
-        # A task, which Dask does again where a worker dies with its result. What is scattered would be lost, and a
-        # worker that dies while something is scattered can leave the scheduler waiting for ever.
-        with warnings.catch_warnings():
-            warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
-            there = client.submit(pickle.loads, pickle.dumps(shared), pure=False)
-    except lost as error:
-        raise _Lost(f"no worker within {patience:.0f} s") from error
+    """Do the pieces, a few of them on the cluster at a time. A piece whose worker dies is done again by Dask."""
+    client.wait_for_workers(1, timeout=patience)
+    # A task, which Dask does again where a worker dies with its result. What is scattered would be lost, and a worker
+    # that dies while something is scattered can leave the scheduler waiting for ever.
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
+        there = client.submit(pickle.loads, pickle.dumps(shared), pure=False)
     versions = versions_here()
     futures: dict[Any, int] = {}
 
-    def submit(number: int) -> None:
-        # Pure functions would be known by their arguments, which takes long to hash.
-        future = client.submit(_one, work, there, undone[number], versions, pure=False)
-        futures[future] = number
+    def submit() -> list[Any]:
+        """Give the workers what they lack. Pure functions would be known by their arguments, slow to hash."""
+        room = AHEAD * max(1, sum(client.nthreads().values())) - len(futures)
+        more = {
+            client.submit(_one, work, there, piece, versions, pure=False): number
+            for number, piece in islice(pieces, max(0, room))
+        }
+        futures.update(more)
+        return list(more)
 
-    for number in undone:
-        submit(number)
-    while True:
+    def watch() -> Any:
+        return _distributed().as_completed(list(futures), loop=client.loop, timeout=patience)
+
+    submit()
+    finished, idle = watch(), 0
+    while futures:
         try:
-            while len(futures) < AHEAD * max(1, sum(client.nthreads().values())):
-                following = next(pieces, None)
-                if following is None:
-                    break
-                undone[following[0]] = following[1]
-                submit(following[0])
-            if not futures:
-                return
-            finished = [(futures.pop(future), future.result()) for future in _finished(client, list(futures))]
-        except lost as error:
-            raise _Lost(f"{type(error).__name__}: {error}") from error
-        for number, result in finished:
-            del undone[number]
-            yield number, result
-
-
-def _finished(client: Any, futures: list[Any]) -> list[Any]:
-    """Wait for some to be done. A scheduler that went away, or forgot what it was to do, is noticed within seconds."""
-    idle = 0
-    while True:
-        try:
-            with client.as_current():
-                return list(_distributed().wait(futures, timeout=2.0, return_when="FIRST_COMPLETED").done)
-        except TimeoutError:
-            if client.status != "running" or not client.nthreads():
-                raise OSError("the scheduler is gone, or all of its workers") from None
+            future = next(finished)
+        except TimeoutError:  # a scheduler that went away cancels what it was to do, but of lost workers nobody tells
             idle = 0 if any(client.processing().values()) else idle + 1
-            if idle > MOST_IDLE:
-                raise OSError("no worker is at work although work is left") from None
+            if idle > 1:
+                raise TimeoutError("no worker is at work although work is left") from None
+            finished = watch()
+            continue
+        number, result, idle = futures.pop(future), future.result(), 0
+        finished.update(submit())
+        yield number, result
+
+
+@contextmanager
+def _told(address: str) -> Iterator[None]:
+    """Errors of a cluster of which something went away, in one line."""
+    killed = _distributed().scheduler.KilledWorker
+    try:
+        yield
+    except (OSError, TimeoutError, CancelledError, killed) as error:
+        raise InputError(f"the cluster at {address} does no work: {type(error).__name__}: {error}") from error
 
 
 def _one(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
-from typing import Any, Protocol, Self, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from bayestouch.data.touch_source import TouchSource
 from bayestouch.parallel.cluster import on_cluster
 from bayestouch.progress import Progress
 from bayestouch.reading.options import Kept, Options
+from bayestouch.reading.touch_reader import AnyBlock
 from bayestouch.results.data import TouchRows
 from bayestouch.results.growing_file import GrowingFile
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -62,27 +63,6 @@ Executor = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tup
 def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
     """Numbers 0 ... n - 1 in pieces of `size`."""
     return (np.arange(first, min(first + size, n)) for first in range(0, n, size))
-
-
-class Block(Protocol):
-    """Touches that are read together."""
-
-    @property
-    def n_touches(self) -> int:
-        """How many."""
-        ...
-
-    def select(self, index: NDArray[np.int64]) -> Self:
-        """Some of them."""
-        ...
-
-    @classmethod
-    def joined(cls, parts: Sequence[Self]) -> Self:
-        """All touches of several."""
-        ...
-
-
-AnyBlock = TypeVar("AnyBlock", bound=Block)
 
 
 def in_blocks(parts: Iterable[AnyBlock], size: int) -> Iterator[AnyBlock]:

@@ -6,12 +6,13 @@ left agrees with itself; then each is tried again among the sound ones, so that 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray, IndexArray
+from bayestouch.data.averages import TouchMeans
 from bayestouch.reading.fault_kinds import ColumnFault, named
 from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
 
@@ -78,6 +79,11 @@ class SensorCheck:
     def force_left_out(self) -> bool:
         """Whether to go on without the force sensor."""
         return any(fault.column == len(self.order) for fault in self.faults)
+
+    def corrected(self, means: TouchMeans) -> TouchMeans:
+        """Touches with swapped wires put right, and without readings of faulty elements."""
+        readings, counts, out = means.readings[:, self.order], means.counts[:, self.order], self.left_out
+        return replace(means, readings=np.where(out, np.nan, readings), counts=np.where(out, 0, counts))
 
     @property
     def sound(self) -> bool:

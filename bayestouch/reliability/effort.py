@@ -14,7 +14,6 @@ from bayestouch.reliability.expected_calibration import expected_finger
 from bayestouch.reliability.known_finger import KnownFinger
 from bayestouch.reliability.maps import sweet_spots
 from bayestouch.simulation import FingerDesign
-from bayestouch.simulation.finger import plan_touches
 
 #: A standard deviation that is larger than the least possible by this share is good enough.
 ENOUGH = 0.1
@@ -102,7 +101,7 @@ def calibration_effort(
 
     for step in sorted(edge_steps_deg, reverse=True):
         plan = replace(design, edge_step_deg=step, flat_step_deg=step / flats_per_edge)
-        counts.append(plan_touches(plan, np.random.default_rng(0)).n_calibration)
+        counts.append(plan.plan(np.random.default_rng(0)).n_calibration)
         sds.append(rms(expected_finger(plan, lack_of_fit_percent=lack_of_fit_percent)))
     floor = rms(expected_finger(design, calibrated=False, lack_of_fit_percent=lack_of_fit_percent))
     return Effort(name, np.array(counts), np.array(sds), floor)

@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
+from bayestouch.sampling.laplace import damped_newton_steps
 
 # The search for the location starts from the best of these; a strain profile is some 20° wide.
 START_STEP = np.radians(1.0)
@@ -114,10 +115,7 @@ def _climb(
         jacobian = np.stack([by_angle, by_load], axis=-1)
         information = jacobian.swapaxes(1, 2) @ jacobian
         gradient = (jacobian.swapaxes(1, 2) @ here[..., None])[..., 0]
-        index = np.arange(2)
-        damped = information.copy()
-        damped[:, index, index] *= 1 + damping[:, None]
-        step = -np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step = damped_newton_steps(-gradient, information, damping)
         tried = angle + np.clip(step[:, 0], -0.1, 0.1), np.maximum(load + step[:, 1], 0.1 * load)
         there = miss(*tried)
         lower = 0.5 * (there**2).sum(axis=1)

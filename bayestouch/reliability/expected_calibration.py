@@ -13,10 +13,9 @@ from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.priors.parameters import Prior
 from bayestouch.reliability.known_finger import ElasticErrors, KnownFinger, TouchPlaces
-from bayestouch.sampling.laplace import whiten_rank_one
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
-from bayestouch.simulation.designs import REFERENCE_LOAD
-from bayestouch.simulation.finger import BuiltFinger, plan_touches
+from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
 # Central 68 % of a prior: its standard deviation where it is normal.
 _ONE_SD = np.array([0.15865525, 0.84134475])
@@ -78,7 +77,7 @@ def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
 def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, noise: Noise) -> FloatArray:
     """Covariance of responses, depths (mm), angles (rad), σ and log μ after the design's calibration touches."""
     m, samples = design.n_elements, design.samples_per_touch
-    plan = plan_touches(design, np.random.default_rng(0))
+    plan = design.plan(np.random.default_rng(0))
     n = plan.n_calibration
     touches = TouchPlaces(
         np.asarray(composite_radius(plan.indenter_radius_mm[:n], design.outer_radius_mm)),
@@ -94,7 +93,8 @@ def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, no
     sd = noise.mean_sd(np.full((n, m), samples), np.zeros((n, m)))
     # The load of a calibration touch is measured with an error that moves all elements together.
     by_load = chain.predict(touches.radius_mm, touches.angle, touches.load) / touches.load[:, None]
-    white = whiten_rank_one(rows, sd, by_load * design.force_noise_sd / np.sqrt(samples)).reshape(len(rows), -1)
+    covariance = DiagonalPlusRankOne(sd, by_load * design.force_noise_sd / np.sqrt(samples))
+    white = covariance.whiten(rows).reshape(len(rows), -1)
     information = white @ white.T + np.diag(_prior_precision(built, chain))
     scale = np.sqrt(np.diag(information))
     return np.asarray(np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale))

@@ -13,8 +13,7 @@ from bayestouch.chain.empirical import pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import Neighbours
 from bayestouch.chain.noise import Noise
-from bayestouch.data.sensor import Finger
-from bayestouch.errors import InputError
+from bayestouch.data.sensor import finger_of
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.reading.covariance import reading_covariance
@@ -153,11 +152,10 @@ class KnownFinger:
         InputError
             If the sensor is a pad.
         """
-        if not isinstance(calibration.sensor.body, Finger):
-            raise InputError("radii are read by fingers alone; this sensor is a pad")
+        finger_of(calibration.sensor, "reading a radius")
         elastic = finger_chain(calibration)
         typical = float(calibration.settings["typical_load"])
-        if calibration.settings.get("e_map") == "empirical":
+        if calibration.has_identified_map:
             empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
             return cls(empirical.chain, calibration.noise, EmpiricalErrors(empirical), typical)
         return cls(elastic, calibration.noise, ElasticErrors(elastic, calibration.covariance), typical)
@@ -191,8 +189,8 @@ class KnownFinger:
 
     def load_sd(self, samples: int, use_load: bool) -> float:
         """Standard error of the measured load, N/m; inf where it is not used or there is no force sensor."""
-        sd = self.noise.force_sd / np.sqrt(samples)
-        return float(sd) if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
+        sd = float(self.noise.mean_load_sd(samples))
+        return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
         """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).

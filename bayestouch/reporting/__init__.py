@@ -125,7 +125,7 @@ def report(
         As `bayestouch.calibrate` and `bayestouch.infer`, or the folder cannot be written to.
     """
     from bayestouch.output.files import new_folder
-    from bayestouch.reporting.evidence import gather
+    from bayestouch.reporting.gather import gather
     from bayestouch.reporting.writing import write_report
 
     output = Path(output)

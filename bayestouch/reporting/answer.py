@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from bayestouch.output.text import fixed, listed, number, percent, plural
+from bayestouch.output.text import listed, number, percent, plural
+from bayestouch.reporting.bodies import PAGES
 
 # Coverage is as claimed within so many points of 90 %, or within two standard errors where touches are few; and nearly
 # as claimed within so many more.
@@ -20,151 +21,11 @@ _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x"
 
 def answer(numbers: dict[str, Any]) -> dict[str, Any]:
     """Sentences and key numbers from everything else in `numbers`."""
-    finger = numbers["data"]["body"] == "finger"
-    key: list[dict[str, Any]] = []
-    sentences = [*(_finger(numbers, key) if finger else _pad(numbers, key)), *_intervals(numbers), *_model(numbers)]
+    errors, key_numbers = PAGES[numbers["data"]["body"]].errors_and_limits(numbers)
+    sentences = [*errors, *_intervals(numbers), *_model(numbers)]
     if numbers["data"]["simulated"]:
         sentences.append("These touches are simulated: they say what such a sensor could do, not what one did.")
-    return {"sentences": sentences, "key_numbers": key}
-
-
-def _key(key: list[dict[str, Any]], quantity: str, value: Any, unit: str, detail: str) -> None:
-    key.append({"quantity": quantity, "value": value, "unit": unit, "detail": detail})
-
-
-def _finger(numbers: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    estimates = numbers["estimates"]
-    location, load, radius = (estimates["overall"][name] for name in ("theta_c", "P", "R"))
-    sentences = []
-    if location["n"]:
-        share = f", {_spacings(location['rms'], location['spacing'])}" if location["spacing"] else ""
-        sentences.append(
-            f"Location is read to {number(location['rms'], 2)}° rms ({number(location['rms_mm'], 2)} mm along the "
-            f"surface{share}) over {plural(location['n'], 'touch')}."
-        )
-        _key(
-            key,
-            "location error, rms",
-            location["rms"],
-            "degree",
-            f"{number(location['rms_mm'], 2)} mm along the surface",
-        )
-    else:
-        sd = estimates["posterior_sd"]["theta_c"]
-        sentences.append(
-            "The touches have no reference location, so errors cannot be given; by its own account the sensor knows "
-            f"the location of a typical touch to {number(sd, 2)}° (posterior standard deviation)."
-        )
-        _key(key, "location, posterior sd", sd, "degree", "median over touches; no reference")
-    sentences += _load(load, key)
-    sentences += _radius(estimates, radius, key)
-    return sentences
-
-
-def _spacings(error: float, spacing: float) -> str:
-    """An error as a part of the distance between elements."""
-    if error > 0.4 * spacing:
-        return f"{number(error / spacing, 2)} times the element spacing"
-    return f"1/{fixed(spacing / error, 0)} of the element spacing"
-
-
-def _load(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    if not load["n"]:
-        return ["No load was measured with these touches, so its error cannot be given."]
-    _key(
-        key,
-        "load error, rms",
-        load["rms"],
-        load["unit"],
-        f"{percent(load['rms_percent'])} % of the mean load; the force sensor's reading was not used",
-    )
-    return [
-        f"Without help from the force sensor, load is read to {number(load['rms'], 2)} {load['unit']} rms "
-        f"({percent(load['rms_percent'])} % of the mean load)."
-    ]
-
-
-def _radius(estimates: dict[str, Any], radius: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    if not radius["n"]:
-        sd = estimates["posterior_sd"]["R"]
-        _key(key, "composite radius R, posterior sd", sd, "mm", "median over touches; no reference")
-        return [
-            "No indenter radius is stated for these touches, so nothing can be said of the error of the radius; the "
-            f"posterior standard deviation of the composite radius R is {number(sd, 2)} mm at a typical touch."
-        ]
-    _key(
-        key,
-        "composite radius R error, rms",
-        radius["rms"],
-        "mm",
-        f"bias {number(radius['bias'], 2)} mm, standard deviation {number(radius['sd'], 2)} mm",
-    )
-    rows = sorted(estimates["by_indenter"], key=lambda row: float(row["R"]["rms"]))
-    span = ""
-    if len(rows) > 1:
-        ends = [f"{number(row['R']['rms'], 2)} mm ({row['indenter']})" for row in (rows[0], rows[-1])]
-        span = f", by indenter from {ends[0]} to {ends[1]}"
-    first = f"The composite radius R (1/R = 1/r_b + 1/r_c) is read to {number(radius['rms'], 2)} mm rms{span}."
-    return [first, *_limits(estimates["radius_limits"], key)]
-
-
-def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    share = percent(limits["distinguished_percent"])
-    parts = []
-    for end, name, direction in (
-        ("told_from_edge", "knife edge", "and blunter"),
-        ("told_from_flat", "flat", "and sharper"),
-    ):
-        if not limits[f"{end}_tried"]:
-            continue
-        radius = limits[f"{end}_r_c_mm"]
-        if radius is None:
-            parts.append(f"no tip that was tried is told from a {name}")
-        else:
-            parts.append(f"tips of r_c = {radius:.4g} mm {direction} are told from a {name}")
-        _key(key, f"told from a {name}", radius, "mm", f"r_c {direction}, of the tips tried, at {share} % of touches")
-    if not parts:
-        return ["There are no knife edges or flats beside round tips, so limits of the radius cannot be given."]
-    return [f"At {share} % of touches {listed(parts)}."]
-
-
-def _pad(numbers: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    estimates = numbers["estimates"]
-    rows = {row["where"]: row for row in estimates["errors"]}
-    if not rows:
-        sd = estimates["posterior_sd_mm"]
-        _key(key, "location, posterior sd", sd, "mm", "median over touches; no reference")
-        return [
-            "The touches have no reference location, so errors cannot be given; by its own account the sensor knows "
-            f"the location of a typical touch to {number(sd, 2)} mm (posterior standard deviation)."
-        ]
-    where = "inside the array" if "inside the array" in rows else "all"
-    best = rows[where]["distance"]
-    spacing = estimates["spacing_mm"]
-    share = f" ({_spacings(best['rms'], spacing)})" if spacing and best["rms"] else ""
-    place = "Inside the array of elements, location" if where != "all" else "Location"
-    text = [
-        f"{place} is read to {number(best['rms'], 2)} mm rms{share}, with a median error of "
-        f"{number(best['median_abs'], 2)} mm, over {plural(rows[where]['touches'], 'touch')} not calibrated with."
-    ]
-    _key(key, f"location error, rms, {where}", best["rms"], "mm", f"median {number(best['median_abs'], 2)} mm")
-    outside = rows.get("outside the array")
-    if outside and where != "all":
-        error = outside["distance"]
-        text.append(
-            f"Outside it the error is {number(error['rms'], 2)} mm rms over {plural(outside['touches'], 'touch')}, "
-            f"median {number(error['median_abs'], 2)} mm."
-        )
-        _key(key, "location error, rms, outside", error["rms"], "mm", f"median {number(error['median_abs'], 2)} mm")
-    if best["rms"] and best["median_abs"] and best["rms"] > 3 * best["median_abs"]:
-        text.append("Few touches carry most of that error: the readings are nearly the same at more than one place.")
-    several = rows["all"]["several_modes_percent"]
-    if several >= 0.05:
-        text.append(f"At {percent(several)} % of touches the posterior itself names more than one separate place.")
-    load = estimates["load"]
-    if load["n"]:
-        text += _load(load, key)
-    return text
+    return {"sentences": sentences, "key_numbers": key_numbers}
 
 
 def _intervals(numbers: dict[str, Any]) -> list[str]:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger, Pad
 from bayestouch.output.pictures import (
     BLUE,
     GREY,
@@ -21,6 +20,7 @@ from bayestouch.output.pictures import (
     rendered,
 )
 from bayestouch.output.text import listed, number
+from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import error_and_noise
@@ -38,7 +38,8 @@ def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:
 class _Departure:
     """What is drawn by element: draws (n, m) and truth (m,) less the design and a shift that all elements share.
 
-    The shift is zero on a finger; on a pad the origin of the stage that made the touches need not be the design's.
+    The shift is zero where places of elements and touches have one origin, as angles of a finger do; the origin of
+    the stage that touches a pad need not be the design's.
     """
 
     symbol: str
@@ -49,22 +50,15 @@ class _Departure:
 
 
 def _departures(evidence: Evidence) -> list[_Departure]:
-    body, calibration = evidence.sensor.body, evidence.calibration
-    m = body.n_elements
-    if isinstance(body, Finger):
-        design = {"r_s": np.full(m, body.sensing_radius_mm), "theta_s": np.asarray(body.element_angles_deg)}
-    else:
-        assert isinstance(body, Pad)
-        design = {"x_s": np.asarray(body.element_x_mm), "x": np.asarray(body.element_x_mm)}
-        if body.element_y_mm is not None:
-            design |= {"y_s": np.asarray(body.element_y_mm), "y": np.asarray(body.element_y_mm)}
+    sensor, calibration = evidence.sensor, evidence.calibration
+    pages, m = PAGES[sensor.body.kind], sensor.n_elements
     out = []
-    for name, places in design.items():
+    for name, places in pages.design(sensor).items():
         if name in calibration.posterior and calibration.posterior[name].shape[2:] == (m,):
             symbol, unit, _, _ = describe(calibration, name)
             true = evidence.truth.get(name)
             draws = calibration.posterior[name].reshape(-1, m) - places
-            shift = 0.0 if isinstance(body, Finger) else float(draws.mean())
+            shift = 0.0 if pages.origin_known else float(draws.mean())
             true = None if true is None else np.asarray(true) - places - shift
             out.append(_Departure(symbol, unit, draws - shift, true, shift))
     return out

@@ -10,8 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.priors.parameters import Parameter
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.paper_fits import PaperFits
-from bayestouch.reporting.peak_table import error_and_noise, finger_peaks, pad_peaks
+from bayestouch.reporting.peak_table import error_and_noise
 from bayestouch.results.objects import Calibration
 
 _SCORE, _ERROR = "log_score_", "error_percent_peak_"
@@ -40,8 +39,8 @@ _DERIVED = {
 }
 
 
-def about_calibration(evidence: Evidence, paper: PaperFits | None) -> dict[str, Any]:
-    """Everything the report shows of the calibration; `paper` on a finger."""
+def about_calibration(evidence: Evidence, peak: dict[str, Any]) -> dict[str, Any]:
+    """Everything the report shows of the calibration; `peak` is the body's table of errors and noise."""
     calibration = evidence.calibration
     statistics = {name: float(value) for name, value in calibration.statistics.items()}
     return {
@@ -53,7 +52,7 @@ def about_calibration(evidence: Evidence, paper: PaperFits | None) -> dict[str, 
         "lack_of_fit": statistics.get("lack_of_fit"),
         "parameters": parameter_rows(evidence),
         "elements": element_table(calibration),
-        "peak": pad_peaks(calibration) if paper is None else finger_peaks(evidence, paper),
+        "peak": peak,
     }
 
 

@@ -10,9 +10,9 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.output.pictures import BLUE, RED, Picture, drawing, rendered
 from bayestouch.output.text import number
+from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.locations import axes_of, inside_array
 
 # Draws in a corner plot: more only make its file larger.
 _CORNER_DRAWS = 2000
@@ -79,14 +79,12 @@ def corner_columns(names: Sequence[str], draws: Mapping[str, FloatArray], index:
 
 
 def touch_corners(evidence: Evidence) -> Iterator[Picture]:
-    """A typical touch, and on a pad the most uncertain one."""
+    """A typical touch, and where the body's pages name one the hardest."""
     posteriors = evidence.posteriors
-    chosen = _typical_touch(evidence), _hardest_touch(evidence)
+    chosen = PAGES[evidence.sensor.body.kind].examples(evidence)
     labels = {parameter.name: parameter.label for parameter in posteriors.parameters}
     names = [name for name in labels if name in posteriors.posterior]
-    for which, touch in zip(("typical", "hardest"), chosen, strict=True):
-        if touch is None:
-            continue
+    for which, touch in chosen.items():
         reference = [float(posteriors.reference[n][touch]) if n in posteriors.reference else np.nan for n in names]
         marks = [value if np.isfinite(value) else None for value in reference]
         values = corner_columns(names, posteriors.posterior, touch)
@@ -106,31 +104,6 @@ def touch_corners(evidence: Evidence) -> Iterator[Picture]:
             corner_png(values, [labels[name] for name in names], marks),
             "png",
         )
-
-
-def _typical_touch(evidence: Evidence) -> int:
-    """On a finger the touch nearest the middle by a tip near 12.3 mm; on a pad the one of median spread inside."""
-    posteriors = evidence.posteriors
-    if evidence.is_finger:
-        radius = posteriors.rows.radius_mm
-        tip = np.where((radius > 0) & np.isfinite(radius), np.abs(radius - 12.3), np.inf)
-        near = tip == tip.min()
-        angle = posteriors.mean("theta_c")
-        return int(np.where(near, np.abs(angle - np.median(angle)), np.inf).argmin())
-    spread = _spread(evidence)
-    inside = inside_array(evidence)
-    inside = inside if inside.any() else np.ones(len(spread), dtype=bool)
-    return int(np.where(inside, np.abs(spread - np.median(spread[inside])), np.inf).argmin())
-
-
-def _hardest_touch(evidence: Evidence) -> int | None:
-    """On a pad the touch with the widest posterior."""
-    return None if evidence.is_finger else int(_spread(evidence).argmax())
-
-
-def _spread(evidence: Evidence) -> FloatArray:
-    posteriors = evidence.posteriors
-    return np.asarray(np.sqrt(sum(posteriors.sd(axis) ** 2 for axis in axes_of(posteriors))))
 
 
 def element_corner(evidence: Evidence) -> Iterator[Picture]:

@@ -36,7 +36,7 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
     """Search for effects without reading the held-out touches as unknown: a verdict, and prediction errors."""
     from bayestouch.diagnosis import diagnose
     from bayestouch.diagnosis.outcome import sentences
-    from bayestouch.diagnosis.pictures import all_pictures
+    from bayestouch.diagnosis.pictures import diagnosis_pictures
 
     try:
         diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
@@ -45,7 +45,7 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
     numbers = diagnosis.to_dict()
     made = "made with this report, without reading the held-out touches as unknown"
     return Diagnosed(
-        {**numbers, "sentences": sentences(numbers), "made": made}, _of_report(all_pictures(diagnosis.traced))
+        {**numbers, "sentences": sentences(numbers), "made": made}, _of_report(diagnosis_pictures(diagnosis.traced))
     )
 
 

@@ -4,58 +4,74 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.files import reading
 from bayestouch.diagnosis.outcome import VERDICTS
 from bayestouch.errors import InputError, shown
 
-#: Ours have some tens of kB, and figures a MB at most.
-MAX_BYTES, MAX_FIGURE_BYTES = 16_000_000, 50_000_000
-_WHAT = "the diagnosis.json of `bayestouch diagnose`"
-# Beyond this no number is an error, a score or a value of an effect.
-_LARGEST = 1e30
+if TYPE_CHECKING:
+    from jsonschema import ValidationError
 
-_NUMBER, _PERHAPS, _TEXT = "a number", "a number or null", "text"
-_FIGURE = dict.fromkeys(("format", "name", "section", "title", "caption", "alt"), _TEXT)
-# What a report reads. A list holds any number of what it names; a key ... stands for all; a set, a choice of texts.
-_SHAPE: dict[Any, Any] = {
-    "verdict": set(VERDICTS),
-    "data": {"elements": _NUMBER, "held_out_touches": _NUMBER},
-    "before": {...: _PERHAPS, "prediction_error_percent_peak": _PERHAPS},
-    "after": {...: _PERHAPS, "prediction_error_percent_peak": _PERHAPS},
-    "noise_floor_percent_peak": _PERHAPS,
-    "effects": [
-        {
-            "name": _TEXT,
-            "summary": _TEXT,
-            "parameters": {...: {"mean": _NUMBER, "sd": _PERHAPS, "unit": _TEXT}},
-            "indistinguishable_from": [_TEXT],
-        }
-    ],
-    "candidates": [
-        {
-            "name": _TEXT,
-            "stage": _TEXT,
-            "score_z": _PERHAPS,
-            "elpd_gain": _PERHAPS,
-            "explained_fraction": _PERHAPS,
-        }
-    ],
-    "unexplained": {"fraction": _NUMBER, "where": _TEXT},
-    "correction": (None, {"before": {...: _PERHAPS}}),
-    "measure": (None, {"advice": _TEXT}),
-    "figures": [_FIGURE],
-}
-_LIMITS = {"low": _PERHAPS, "high": _PERHAPS, "expected": _NUMBER}
-# The same of keys that a file may do without.
-_LATER: dict[Any, Any] = {
-    "after_against_stated": {...: _PERHAPS, "prediction_error_percent_peak": _PERHAPS},
-    "change_against_stated_se": {...: _PERHAPS},
-    "lack_of_fit_limits": {"before": _LIMITS, "after": _LIMITS},
-    "notes": [_TEXT],
-}
+#: Ours have some tens of kB, and figures a MB at most. 2 MB are checked in some seconds.
+MAX_BYTES, MAX_FIGURE_BYTES = 2_000_000, 50_000_000
+_WHAT = "the diagnosis.json of `bayestouch diagnose`"
+# Beyond this no number is an error, a score or a value of an effect; ours have some tens of entries in a list.
+_LARGEST, MOST_ENTRIES = 1e30, 10_000
+
+_Schema = dict[str, Any]
+
+
+def _one_of(expected: str, kind: str, *others: str, **limits: Any) -> _Schema:
+    """Schema of a value of a kind; its description is what an error says was expected."""
+    return {"description": expected, "type": [kind, *others], **limits}
+
+
+def _list_of(each: _Schema) -> _Schema:
+    return _one_of("a list", "array", maxItems=MOST_ENTRIES, items=each)
+
+
+def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema] = {}, **required: _Schema) -> _Schema:
+    """Schema of an object, its size first: keys that it must have, that it may have, and what other values must be."""
+    counted = _one_of("an object", "object", *null, maxProperties=MOST_ENTRIES)
+    return {**counted, "required": [*required], "properties": {**required, **later}, "additionalProperties": rest}
+
+
+_TEXT = _one_of("text", "string")
+_NUMBER = _one_of("a number", "number", exclusiveMinimum=-_LARGEST, exclusiveMaximum=_LARGEST)
+_PERHAPS = {**_NUMBER, "description": "a number or null", "type": ["number", "null"]}
+_ERRORS = _object(_PERHAPS, prediction_error_percent_peak=_PERHAPS)
+_LIMITS = _object(low=_PERHAPS, high=_PERHAPS, expected=_NUMBER)
+_EFFECT = _object(
+    name=_TEXT,
+    summary=_TEXT,
+    parameters=_object(_object(mean=_NUMBER, sd=_PERHAPS, unit=_TEXT)),
+    indistinguishable_from=_list_of(_TEXT),
+)
+#: What a report reads of the file, as JSON Schema (draft 2020-12).
+SCHEMA = _object(
+    verdict=_one_of(" or ".join(sorted(VERDICTS)), "string", enum=sorted(VERDICTS)),
+    data=_object(elements=_NUMBER, held_out_touches=_NUMBER),
+    before=_ERRORS,
+    after=_ERRORS,
+    noise_floor_percent_peak=_PERHAPS,
+    effects=_list_of(_EFFECT),
+    candidates=_list_of(
+        _object(name=_TEXT, stage=_TEXT, score_z=_PERHAPS, elpd_gain=_PERHAPS, explained_fraction=_PERHAPS)
+    ),
+    unexplained=_object(fraction=_NUMBER, where=_TEXT),
+    correction=_object(True, "null", before=_object(_PERHAPS)),
+    measure=_object(True, "null", advice=_TEXT),
+    figures=_list_of(_object(format=_TEXT, name=_TEXT, section=_TEXT, title=_TEXT, caption=_TEXT, alt=_TEXT)),
+    later={
+        "after_against_stated": _ERRORS,
+        "change_against_stated_se": _object(_PERHAPS),
+        "lack_of_fit_limits": _object(before=_LIMITS, after=_LIMITS),
+        "notes": _list_of(_TEXT),
+    },
+)
 
 
 def read_diagnosis(file: Path) -> dict[str, Any]:
@@ -76,11 +92,11 @@ def read_diagnosis(file: Path) -> dict[str, Any]:
         json.dumps(numbers, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError):
         raise InputError(f"expected {_WHAT}, got no JSON", file=file) from None
-    try:
-        later = {key: shape for key, shape in _LATER.items() if isinstance(numbers, dict) and key in numbers}
-        _check(numbers, _SHAPE | later, "")
-    except InputError as error:
-        raise InputError(f"expected {_WHAT}: {error.message}", file=file) from None
+    from jsonschema import Draft202012Validator
+
+    # The first error: of a file that is wrong everywhere nobody asks for all.
+    if wrong := next(Draft202012Validator(SCHEMA).iter_errors(numbers), None):
+        raise InputError(f"expected {_WHAT}: expected {_expected(wrong)}", file=file)
     checked: dict[str, Any] = numbers
     return checked
 
@@ -101,32 +117,12 @@ def read_figure(folder: Path, name: str, form: str) -> bytes:
         return file.read_bytes()
 
 
-def _check(value: Any, shape: Any, place: str) -> None:
-    """Refuse a value that is not of a shape, with its place."""
-    match shape:
-        case dict():
-            _wanted(isinstance(value, dict), "an object", value, place)
-            for key in (key for key in shape if key is not ...):
-                _wanted(key in value, f"an object with {shown(key)}", sorted(value), place)
-            for key, each in value.items():
-                if (wanted := shape.get(key, shape.get(...))) is not None:
-                    _check(each, wanted, f"{place}.{key}")
-        case list():
-            _wanted(isinstance(value, list), "a list", value, place)
-            for number, each in enumerate(value):
-                _check(each, shape[0], f"{place}[{number}]")
-        case tuple():
-            if value is not None:
-                _check(value, shape[1], place)
-        case set():
-            _wanted(isinstance(value, str) and value in shape, " or ".join(sorted(shape)), value, place)
-        case "text":
-            _wanted(isinstance(value, str), shape, value, place)
-        case _:
-            number = isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < _LARGEST
-            _wanted(number or (shape == _PERHAPS and value is None), shape, value, place)
-
-
-def _wanted(holds: bool, expected: str, value: Any, place: str) -> None:
-    if not holds:
-        raise InputError(f"expected {expected} at {shown(place.lstrip('.') or 'the top')}, got {shown(str(value))}")
+def _expected(wrong: ValidationError) -> str:
+    """What was expected, where, and what stands there."""
+    found, place = wrong.instance, wrong.json_path.removeprefix("$").lstrip(".") or "the top"
+    if wrong.validator == "required":
+        missing = next(key for key in wrong.validator_value if key not in found)
+        return f"an object with {shown(missing)} at {shown(place)}, got {shown(str(sorted(found)))}"
+    if wrong.validator in ("maxItems", "maxProperties"):
+        return f"at most {MOST_ENTRIES} entries at {shown(place)}, got {len(found)}"
+    return f"{wrong.schema['description']} at {shown(place)}, got {shown(str(found))}"

@@ -62,3 +62,13 @@ def three(values: ArrayLike) -> dict[str, Any]:
     if not some.size:
         return {"minimum": None, "average": None, "maximum": None}
     return {"minimum": float(some.min()), "average": float(some.mean()), "maximum": float(some.max())}
+
+
+def load_summary(evidence: Evidence) -> dict[str, Any]:
+    """Load read without the force sensor, against the force sensor."""
+    unit = evidence.sensor.body.load_unit
+    if evidence.without_load is None:
+        return {**error_summary([]), "unit": unit, "rms_percent": None}
+    summary = error_summary(load_errors(evidence))
+    mean = float(np.nanmean(evidence.posteriors.rows.load))
+    return {**summary, "unit": unit, "rms_percent": None if not summary["n"] else 100 * summary["rms"] / mean}

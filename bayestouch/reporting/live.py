@@ -11,8 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from bayestouch.reporting.live_sensor import sensor_figure
-from bayestouch.reporting.live_touches import estimate_figure, posterior_figure, residual_figure, touch_source
+from bayestouch.reporting.bodies import PAGES
+from bayestouch.reporting.live_touches import posterior_figure, residual_figure, touch_source
 
 
 @dataclass(frozen=True)
@@ -45,11 +45,11 @@ def live_figures(numbers: Mapping[str, Any]) -> Live:
     from bokeh.embed.util import standalone_docs_json_and_render_items
     from bokeh.resources import INLINE
 
-    touches = numbers["touches"]
+    touches, pages = numbers["touches"], PAGES[numbers["data"]["body"]]
     source = touch_source(touches)
     figures = {
-        "sensor": sensor_figure(numbers, source),
-        "estimates": estimate_figure(numbers, source),
+        "sensor": pages.live_sensor(numbers, source),
+        "estimates": pages.live_estimates(numbers, source),
         "posterior": posterior_figure(touches),
         "touch_residuals": residual_figure(touches),
     }

@@ -58,19 +58,18 @@ def touch_dots(plot: Any, x: str, y: str, source: Any, colour: Any = BLUE) -> An
     )  # fmt: skip
 
 
-def touch_hover(renderer: Any, body: str) -> Any:
-    """What is said of the touch under the pointer; `body` is finger, line or plane."""
-    from bokeh.models import HoverTool
+def touch_to_choose(plot: Any, dots: Any, tips: list[tuple[str, str]]) -> None:
+    """Let a tap choose the touch, and say `tips` of the touch under the pointer."""
+    from bokeh.models import HoverTool, TapTool
 
-    if body == "finger":
-        tips = [
-            ("touch", "@touch, @indenter"),
-            ("location θ", "@theta_c_reference{0.0}°, read @theta_c_mean{0.00}° ± @theta_c_sd{0.00}"),
-            ("R", "@R_reference{0.00} mm, read @R_mean{0.00} ± @R_sd{0.00} mm"),
-        ]
-    else:
-        axes = [("x", "@x_reference{0.00} mm, read @x_mean{0.00} ± @x_sd{0.00} mm")]
-        tips = [("touch", "@touch"), *axes]
-        if body == "plane":
-            tips += [("y", "@y_reference{0.00} mm, read @y_mean{0.00} ± @y_sd{0.00} mm"), ("error", "@error{0.00} mm")]
-    return HoverTool(renderers=[renderer], tooltips=tips)
+    plot.add_tools(TapTool(renderers=[dots]), HoverTool(renderers=[dots], tooltips=tips))
+
+
+def lowest(source: Any, name: str) -> float:
+    """Least value of a column."""
+    return float(np.nanmin(source.data[name]))
+
+
+def highest(source: Any, name: str) -> float:
+    """Largest value of a column."""
+    return float(np.nanmax(source.data[name]))

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.output.pictures import BLUE, GREY, RED
-from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_hover
+from bayestouch.output.pictures import BLUE, RED
+from bayestouch.reporting.live_common import as_numbers, new_figure
 
 
 def touch_source(touches: Mapping[str, Any]) -> Any:
@@ -29,50 +29,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, str | int):
         return value
     return float(value) if np.isfinite(value) else float("nan")
-
-
-def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """Estimates of every touch over its location: R on a finger, the error on a pad."""
-    from bokeh.models import TapTool
-    from bokeh.palettes import Cividis256
-    from bokeh.transform import factor_cmap
-
-    touches = numbers["touches"]
-    if "R" in touches["parameters"]:
-        known = any(value is not None for value in touches["parameters"]["theta_c"]["reference"])
-        x, label = (
-            ("theta_c_reference", "reference location θ (degree)")
-            if known
-            else ("theta_c_mean", "location θ, as read (degree)")
-        )
-        plot = new_figure(label, "posterior mean of R (mm)", [])
-        tips = list(dict.fromkeys(touches["indenter"]))
-        palette = [Cividis256[int(step)] for step in np.linspace(0, 215, len(tips))]
-        dots = touch_dots(plot, x, "R_mean", source, factor_cmap("indenter", palette, tips))
-        for reference in sorted({value for value in touches["parameters"]["R"]["reference"] if value is not None}):
-            plot.line([_low(source, x), _high(source, x)], [reference] * 2, line_dash="dotted", color=GREY)
-        plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "finger"))
-        return plot
-    if "y" in touches["parameters"]:
-        plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
-        errors = [value for value in source.data["error"] if np.isfinite(value)]
-        colour = coloured("error", float(np.quantile(errors, 0.98)) if errors else 1.0)
-        dots = touch_dots(plot, "x_reference", "y_reference", source, colour)
-        colour_bar(plot, colour, "error of the touch (mm)")
-        plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "plane"))
-        return plot
-    plot = new_figure("reference location x (mm)", "location x, as read (mm)", [])
-    dots = touch_dots(plot, "x_reference", "x_mean", source)
-    plot.add_tools(TapTool(renderers=[dots]), touch_hover(dots, "line"))
-    return plot
-
-
-def _low(source: Any, name: str) -> float:
-    return float(np.nanmin(source.data[name]))
-
-
-def _high(source: Any, name: str) -> float:
-    return float(np.nanmax(source.data[name]))
 
 
 def posterior_figure(touches: Mapping[str, Any]) -> Any:

@@ -7,6 +7,8 @@ from typing import Any
 from bayestouch.checking.lacking import lacking
 from bayestouch.diagnosis.outcome import worse_lines
 from bayestouch.output.text import listed, number, percent
+from bayestouch.reporting.bodies import PAGES
+from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.evidence import Evidence
 
 # Beyond this share of a variance the other part is hardly worth an effort.
@@ -15,33 +17,26 @@ _MOST = 65.0
 
 def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, str]]:
     """Steps, the most useful first: what to do, and why."""
-    steps = _effects(numbers["diagnosis"], numbers["places"]["body"])
+    pages = PAGES[numbers["places"]["body"]]
+    steps = _effects(numbers["diagnosis"], pages)
     # Without repeats noise and what the model misses are one number, and their parts cannot be weighed.
     if numbers["calibration"]["lack_of_fit"] is not None:
-        steps += _limit(numbers["places"])
+        steps += _limit(numbers["places"], pages.read)
     return [*steps, *_sampler(numbers["trust"]), *(_made_up_for(line) for line in lacking(evidence.dataset))]
 
 
-def _effects(found: dict[str, Any] | None, body: str) -> list[dict[str, str]]:
+def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, str]]:
     # A calibration that reads touches worse is nobody's next step.
     if not found or not found.get("effects") or worse_lines(found):
         return []
     names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
-    ways = {
-        "finger": "Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch calibrate "
-        "--model takes",
-        "pad": "Read touches with what was found: bayestouch diagnose writes calibration_after.nc, which bayestouch "
-        "infer takes",
-    }
-    return [
-        {"what": ways[body], "why": f"With {names} the model predicts touches better that were held out of its fit."}
-    ]
+    why = f"With {names} the model predicts touches better that were held out of its fit."
+    return [{"what": pages.next_after_diagnosis, "why": why}]
 
 
-def _limit(places: dict[str, Any]) -> list[dict[str, str]]:
-    """Which part of the variance is worth lowering."""
+def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
+    """Which part of the variance of the quantity is worth lowering."""
     shared, samples = places["shared_percent"], places["samples"]
-    quantity = "radius" if places["body"] == "finger" else "location"
     taken = "one sample a touch" if samples == 1 else f"{samples} samples a touch"
     if shared > _MOST:
         return [

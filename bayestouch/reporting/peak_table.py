@@ -1,4 +1,4 @@
-"""Fit and noise in % of each element's peak: Tables 1 and 2 of the paper."""
+"""Error of the fit and noise in % of each element's peak."""
 
 from __future__ import annotations
 
@@ -8,15 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger
-from bayestouch.paper.published import TABLE_1, TABLE_2, number
 from bayestouch.reporting.differences import three
-from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.paper_fits import PaperFits
 from bayestouch.results.objects import Calibration
-
-#: The paper's range of touches about an element, degree.
-WINDOW_DEG = 50.0
 
 
 def element_peak(calibration: Calibration) -> FloatArray:
@@ -39,16 +32,7 @@ def error_and_noise(calibration: Calibration, near: NDArray[np.bool_] | None = N
     return 100 * rms / peak, 100 * noise / peak
 
 
-def pad_peaks(calibration: Calibration) -> dict[str, Any]:
-    error, noise = error_and_noise(calibration)
-    rows = [
-        _row("error", "% of peak", joint=three(error)),
-        _row("noise of one reading", "% of peak", joint=three(noise)),
-    ]
-    return {"rows": rows, "notes": []}
-
-
-def _row(
+def peak_row(
     quantity: str,
     unit: str,
     *,
@@ -56,6 +40,8 @@ def _row(
     single: dict[str, Any] | None = None,
     paper: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
+    """A row of the table: minimum, mean and maximum over the elements of the joint posterior, of fits element by
+    element, and of the paper's print; each empty where there is none."""
     empty = three([])
     return {
         "quantity": quantity,
@@ -64,65 +50,3 @@ def _row(
         "single": single or empty,
         "paper": paper or empty,
     }
-
-
-def finger_peaks(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
-    """The paper's Tables 1 and 2: this calibration, the paper's method on these data, and the paper's print."""
-    calibration = evidence.calibration
-    design = np.asarray(calibration.sensor.finger.element_angles_deg)
-    off = (calibration.rows.location["theta_c"][:, None] - design + 180) % 360 - 180
-    error_near, noise = error_and_noise(calibration, np.abs(off) <= WINDOW_DEG / 2)
-    error_all, _ = error_and_noise(calibration)
-    single = paper.element_summary()
-    sigma, depth, error, level = (
-        {"minimum": row.minimum, "average": row.average, "maximum": row.maximum} for row in TABLE_1
-    )
-    printed = TABLE_2[0]
-    return {
-        "rows": [
-            _row(
-                "Poisson's ratio σ",
-                "",
-                joint=three(calibration.posterior["sigma"].mean()),
-                single=single["poisson_ratio"],
-                paper=sigma,
-            ),
-            _row(
-                "sensing radius r_s",
-                "mm",
-                joint=three(calibration.posterior["r_s"].mean(axis=(0, 1))),
-                single=single["sensing_radius_mm"],
-                paper=depth,
-            ),
-            _row(
-                "error, touches within 25° of the element",
-                "% of peak",
-                joint=three(error_near),
-                single=single["error_percent_peak"],
-                paper=error,
-            ),
-            _row("error, all touches", "% of peak", joint=three(error_all)),
-            _row(
-                "noise of one reading",
-                "% of peak",
-                joint=three(noise),
-                single=single["noise_percent_peak"],
-                paper=level,
-            ),
-        ],
-        "empirical": {
-            **paper.empirical_summary(),
-            "paper": {"minimum": printed.minimum, "average": printed.average, "maximum": printed.maximum},
-        },
-        "same_finger_as_paper": same_finger_as_paper(evidence),
-        "notes": list(paper.notes),
-    }
-
-
-def same_finger_as_paper(evidence: Evidence) -> bool:
-    """Whether core and outer radius are those of the paper's finger (Figure 7)."""
-    body = evidence.sensor.body
-    if not isinstance(body, Finger):
-        return False
-    built = (body.core_radius_mm, body.outer_radius_mm)
-    return bool(np.allclose(built, (number("core_radius").value, number("outer_radius").value), rtol=1e-6))

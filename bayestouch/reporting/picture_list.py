@@ -5,24 +5,22 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.output.pictures import Picture
+from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_pictures import calibration_pictures
 from bayestouch.reporting.corner_pictures import element_corner, touch_corners
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.finger_pictures import finger_pictures
-from bayestouch.reporting.pad_pictures import pad_pictures
-from bayestouch.reporting.sensor_pictures import sensor_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures
 
 
-def all_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
+def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
     """Every figure that the data give."""
-    estimates = finger_pictures(evidence, numbers) if evidence.is_finger else pad_pictures(evidence)
+    pages = PAGES[evidence.sensor.body.kind]
     diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures
     return (
-        *sensor_pictures(evidence, numbers),
+        pages.sensor_picture(evidence, numbers),
         *calibration_pictures(evidence),
         *element_corner(evidence),
-        *estimates,
+        *pages.pictures(evidence, numbers),
         *trust_pictures(evidence),
         *touch_corners(evidence),
         *diagnosed,

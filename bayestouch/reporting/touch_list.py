@@ -10,6 +10,7 @@ from bayestouch.checking.tables import indenter_name
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.places import rounded
 from bayestouch.reporting.residuals import standardised
+from bayestouch.results.plots import shown_pair
 
 # More touches than these, or draws of each, make the page slow and heavy; all of them are in posterior.nc.
 MOST_TOUCHES, DRAWS = 480, 80
@@ -26,7 +27,7 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
         their standard deviation), ``of`` (how many touches there are).
     """
     posteriors = evidence.posteriors
-    count = len(posteriors.rows.touch)
+    count, shown = len(posteriors.rows.touch), shown_pair(posteriors.posterior)
     chosen = np.unique(np.linspace(0, count - 1, min(count, MOST_TOUCHES)).round().astype(int))
     parameters = {}
     for parameter in posteriors.parameters:
@@ -47,17 +48,10 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
         "touch": [int(each) for each in posteriors.rows.touch[chosen]],
         "indenter": [indenter_name(float(each)) for each in posteriors.rows.radius_mm[chosen]],
         "parameters": parameters,
-        "shown": list(shown_pair(evidence)),
-        "draws": {name: rounded(_draws(posteriors.posterior[name], chosen), 5) for name in shown_pair(evidence)},
+        "shown": list(shown),
+        "draws": {name: rounded(_draws(posteriors.posterior[name], chosen), 5) for name in shown},
         "residuals": rounded(standardised(posteriors.rows)[chosen], 3),
     }
-
-
-def shown_pair(evidence: Evidence) -> tuple[str, str]:
-    """The two parameters that are drawn against each other: location and radius, x and y, or x and load."""
-    if evidence.is_finger:
-        return "theta_c", "R"
-    return ("x", "y") if "y" in evidence.posteriors.posterior else ("x", "P")
 
 
 def _draws(draws: Any, chosen: Any) -> Any:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Finger
 from bayestouch.reporting.differences import turned
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -99,7 +98,7 @@ def reference_ranks(evidence: Evidence) -> Iterator[tuple[str, str, FloatArray]]
     if unseen is not None and "P" in unseen.posterior:
         measured = posteriors.rows.load
         reads = np.maximum(unseen.rows.counts.max(axis=1), 1)
-        sd = evidence.calibration.noise.force_sd / np.sqrt(reads)
+        sd = evidence.calibration.noise.mean_load_sd(reads)
         noise = np.random.default_rng(evidence.seed).standard_normal(unseen.posterior["P"].shape)
         draws = unseen.posterior["P"] + np.where(np.isfinite(sd), sd, 0.0) * noise
         yield "P", units["P"], _ranks(draws - measured, measured)
@@ -128,8 +127,8 @@ def coverage(evidence: Evidence) -> list[dict[str, Any]]:
     return rows
 
 
-def calibration_uncertainty(evidence: Evidence) -> list[dict[str, Any]] | None:
-    """What the calibration's uncertainty does to the posteriors: plugged in beside propagated, by parameter.
+def calibration_uncertainty(evidence: Evidence, names: Sequence[str]) -> list[dict[str, Any]] | None:
+    """What the calibration's uncertainty does to the posteriors of `names`: plugged in beside propagated.
 
     Median posterior standard deviation, and how often intervals hold the reference, in %. Those of the load are read
     without the force sensor, where there is one. None where the touches were read in one way only.
@@ -161,16 +160,3 @@ def calibration_uncertainty(evidence: Evidence) -> list[dict[str, Any]] | None:
 def _coverage_row(name: str, unit: str, n: int, inside: dict[str, float]) -> dict[str, Any]:
     standard_error = 100 * float(np.sqrt(0.9 * 0.1 / n))
     return {"parameter": name, "unit": unit, "touches": int(n), "percent_inside": inside, "se_90": standard_error}
-
-
-def element_spacing(evidence: Evidence) -> tuple[float, str] | None:
-    """Typical distance of neighbouring elements: degree on a finger, mm on a pad; None for one element."""
-    body = evidence.sensor.body
-    if body.n_elements < 2:
-        return None
-    if isinstance(body, Finger):
-        return float(np.median(np.diff(np.sort(body.element_angles_deg)))), "degree"
-    from bayestouch.chain.pad import element_pitch
-
-    columns = [np.asarray(c) for c in (body.element_x_mm, body.element_y_mm) if c is not None]
-    return element_pitch(np.stack(columns, axis=1), float(max(np.ptp(c) for c in columns))), "mm"

@@ -10,13 +10,13 @@ from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.live import live_figures
 from bayestouch.reporting.page import render
-from bayestouch.reporting.picture_list import all_pictures
+from bayestouch.reporting.picture_list import report_pictures
 
 
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     """Write every file of a report into an existing folder; returns what ``report.json`` holds."""
     numbers = report_numbers(evidence)
-    pictures = all_pictures(evidence, numbers)
+    pictures = report_pictures(evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)
     evidence.calibration.save(folder / "calibration.nc")

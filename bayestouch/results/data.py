@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from bayestouch.data.arrays import quantiles
 from bayestouch.data.sensor import Sensor
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Parameter
+from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING
 from bayestouch.results.tips import TipProbabilities
 
 
@@ -63,6 +65,26 @@ class CalibrationData(Summarised):
     statistics: Mapping[str, float]
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def rest_reading(self) -> FloatArray | None:
+        """Reading at rest that was subtracted from the calibration touches, (m,); None where there was none."""
+        return self.extra.get(REST_READING)
+
+    def with_rest_reading(self, rest: FloatArray | None) -> Self:
+        """The same with another reading at rest (m,), or without one."""
+        extra = {name: values for name, values in self.extra.items() if name != REST_READING}
+        return replace(self, extra=extra if rest is None else {**extra, REST_READING: rest})
+
+    @property
+    def has_identified_map(self) -> bool:
+        """Whether the E map of a finger was identified directly, and not taken from the elastic model."""
+        return self.settings.get(E_MAP) == IDENTIFIED_MAP
+
+    @property
+    def has_effects(self) -> bool:
+        """Whether effects are part of the chain."""
+        return EFFECTS in self.settings
 
 
 @dataclass(frozen=True, eq=False, repr=False)

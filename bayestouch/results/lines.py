@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 
 import numpy as np
@@ -14,6 +13,7 @@ from bayestouch.output.text import fixed, number, plural, plus_minus
 from bayestouch.priors.parameters import Parameter
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.draws_on_file import DrawsOnFile
+from bayestouch.results.keys import effect_names
 
 
 def calibration_lines(calibration: CalibrationData) -> list[str]:
@@ -54,10 +54,7 @@ def _draws(posterior: Mapping[str, FloatArray]) -> str:
 
 
 def _effects(calibration: CalibrationData) -> list[str]:
-    try:
-        return list(json.loads(str(calibration.settings.get("effects", "{}")))["parameters"])
-    except (KeyError, TypeError, ValueError):  # none, or a damaged text, which is refused where it is used
-        return []
+    return effect_names(calibration.settings)
 
 
 def _sampler(calibration: CalibrationData) -> list[str]:

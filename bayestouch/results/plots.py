@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -157,8 +158,7 @@ def plot_touch(
     if not place.size:
         raise InputError(f"touch: {touch} is not among the {len(posteriors.rows.touch)} touches")
     if names is None:
-        order = [name for name in ("theta_c", "x", "R", "y", "P") if name in posteriors.posterior]
-        names = (order[0], order[1]) if len(order) > 1 else ("theta_c", "R")
+        names = shown_pair(posteriors.posterior)
     axes = new_axes(axes, 4.6, 4.4)
     columns, reference = [], []
     for name in names:
@@ -214,3 +214,9 @@ def _location(location: Any, count: int) -> tuple[FloatArray, str]:
         if name in location and np.isfinite(location[name]).any():
             return np.asarray(location[name]), label
     return np.arange(count, dtype=float), "touch, in order"
+
+
+def shown_pair(names: Container[str]) -> tuple[str, str]:
+    """The two parameters that are drawn against each other by default: location and radius, x and y, or x and load."""
+    order = [name for name in ("theta_c", "x", "R", "y", "P") if name in names]
+    return (order[0], order[1]) if len(order) > 1 else ("theta_c", "R")

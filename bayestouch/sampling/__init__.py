@@ -1,11 +1,10 @@
-"""Drawing from posteriors: many at once, or one by plain emcee. Nothing here knows of tactile sensors."""
+"""Drawing from many posteriors at once. Nothing here knows of tactile sensors."""
 
 from bayestouch.sampling.diagnostics import bulk_statistics, ess_bulk, rhat
 from bayestouch.sampling.draws import BlockDraws, Demands
 from bayestouch.sampling.importance import ImportanceDraws, importance_blocks
 from bayestouch.sampling.lockstep import sample_blocks
 from bayestouch.sampling.pareto import pareto_shape, pareto_smooth
-from bayestouch.sampling.plain import PlainDraws, sample_plain
 from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentT
 from bayestouch.sampling.streams import BlockStreams
 
@@ -16,7 +15,6 @@ __all__ = [
     "Demands",
     "ImportanceDraws",
     "Mixture",
-    "PlainDraws",
     "StudentT",
     "bulk_statistics",
     "ess_bulk",
@@ -25,5 +23,4 @@ __all__ = [
     "pareto_smooth",
     "rhat",
     "sample_blocks",
-    "sample_plain",
 ]

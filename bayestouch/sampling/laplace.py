@@ -34,6 +34,24 @@ class LaplaceFit:
         return np.sqrt(np.diag(self.covariance))
 
 
+def damped_newton_steps(gradient: FloatArray, hessian: FloatArray, damping: FloatArray) -> FloatArray:
+    """Newton steps of n independent minimisations, damped by Levenberg's and Marquardt's rule; (n, d).
+
+    Parameters
+    ----------
+    gradient : (n, d) array
+        Of minus what is to be minimised.
+    hessian : (n, d, d) array
+        Of what is to be minimised.
+    damping : (n,) array
+        Share by which each diagonal element of the Hessian is raised: 0 gives Newton's step, a large one a short step
+        along the gradient. Not less than 0.
+    """
+    diagonal = np.einsum("nii->ni", hessian)
+    damped = hessian + damping[:, None, None] * np.eye(hessian.shape[1]) * diagonal[:, :, None]
+    return np.asarray(np.linalg.solve(damped, gradient[..., None])[..., 0])
+
+
 def least_squares_map(
     residuals: Callable[[FloatArray], FloatArray],
     jacobian: Callable[[FloatArray], FloatArray],
@@ -61,29 +79,3 @@ def least_squares_map(
     scale[scale == 0] = 1.0
     inverse = np.linalg.inv((jac / scale).T @ (jac / scale))
     return LaplaceFit(solution.x, inverse / np.outer(scale, scale), float(solution.cost))
-
-
-def whiten_rank_one(residual: FloatArray, sd: FloatArray, direction: FloatArray) -> FloatArray:
-    """Whiten rows whose covariance is ``diag(sd²) + v vᵀ``.
-
-    Parameters
-    ----------
-    residual : (..., m) array
-        Residuals; rows beyond the last axis are independent.
-    sd : (..., m) array
-        Independent part; ``inf`` drops an entry (its whitened residual is zero).
-    direction : (..., m) array
-        ``v``: what one standard deviation of the shared error does to each entry.
-
-    Returns
-    -------
-    (..., m) array
-        ``Σ^(-1/2) residual`` with the symmetric root, so that its sum of squares is the Mahalanobis distance.
-    """
-    z = residual / sd
-    u = direction / sd
-    length2 = (u * u).sum(axis=-1, keepdims=True)
-    # (I + u uᵀ)^(-1/2) = I - c u uᵀ with c = (1 - 1/sqrt(1 + |u|²)) / |u|², finite as |u| goes to 0.
-    root = np.sqrt(1 + length2)
-    factor = 1 / (root * (1 + root))
-    return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -13,23 +13,20 @@ import numpy as np
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, summary_html
-from bayestouch.simulation import finger, pad
-from bayestouch.simulation.catalogue import as_read, really_pressed, stated_effects
-from bayestouch.simulation.designs import FingerDesign, PadDesign
-from bayestouch.simulation.effects import SIMULATED_EFFECTS, SimulatedEffect, apply_effects, check_effects
-from bayestouch.simulation.finger import BuiltFinger
-from bayestouch.simulation.pad import BuiltPad
-from bayestouch.simulation.recording import Built
+from bayestouch.simulation.chain import pressed, read
+from bayestouch.simulation.finger import FingerDesign
+from bayestouch.simulation.pad import PadDesign
+from bayestouch.simulation.plan import Design
+from bayestouch.simulation.values import SHAPES, effect_values, stated_again
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 __all__ = [
-    "SIMULATED_EFFECTS",
+    "SHAPES",
     "FingerDesign",
     "PadDesign",
     "SimulatedDataSet",
-    "SimulatedEffect",
     "embedded_dataset",
     "save_simulated",
     "simulate",
@@ -47,9 +44,10 @@ class SimulatedDataSet(Summarised):
     dataset : DataSet
         Sensor and touches, marked as simulated in `sensor.source`.
     truth : mapping
-        ``seed``, ``effects``, ``design``; calibration parameters under the names of a calibration's posterior
-        (``sigma``, ``mu`` in MPa; by element ``r_s`` in mm, ``theta_s`` in degree, ``gain`` in reading per
-        strain, ``response`` in reading per N/m; on a pad ``x``, ``y``, ``gain``, ``response``);
+        ``seed``, ``effects`` as given, ``effect_values`` (every parameter of them), ``design``; calibration
+        parameters under the names of a calibration's posterior (``sigma``, ``mu`` in MPa; by element ``r_s`` in mm,
+        ``theta_s`` in degree, ``gain`` in reading per strain, ``response`` in reading per N/m; on a pad ``x``, ``y``,
+        ``gain``, ``response``);
         ``tactile_sd``, ``force_sd``; true location and load of each touch by ``calibration`` and ``touches``.
     """
 
@@ -87,7 +85,7 @@ def save_simulated(
 
 
 def simulate(
-    design: FingerDesign | PadDesign | None = None,
+    design: Design | None = None,
     *,
     effects: Mapping[str, float] | None = None,
     seed: int,
@@ -102,8 +100,9 @@ def simulate(
     design : FingerDesign or PadDesign, optional
         What to simulate; the paper's finger by default.
     effects : mapping of str to float, optional
-        Effects to add, by name. `SIMULATED_EFFECTS` says what each value means; of any other effect of the catalogue,
-        one of another package too, it is the value of the first parameter.
+        Effects of the catalogue to add, those of other packages too. ``NAME`` is the first parameter of an effect, as
+        `bayestouch effects NAME` lists them, ``NAME.PARAMETER`` any of them: ``{"creep": 0.05, "creep.time": 3}``.
+        Amplitudes that are not given do nothing, other parameters are those of `SHAPES`.
     seed : int
         Seed of everything random, zero or larger.
 
@@ -114,41 +113,32 @@ def simulate(
     Raises
     ------
     InputError
-        If an effect is unknown or does not fit, or the design is impossible.
+        If an effect is unknown or cannot occur here, its value is out of bounds, or the design is impossible.
     """
     design = FingerDesign() if design is None else design
     effects = {} if effects is None else dict(effects)
     if seed < 0 or seed != int(seed):
         raise InputError(f"seed: expected a whole number, zero or larger, got {seed}")
-    check_effects(effects, finger=isinstance(design, FingerDesign))
     of_sensor, of_plan, of_noise = (np.random.default_rng([seed, stream]) for stream in range(3))
-    built: Built
-    if isinstance(design, FingerDesign):
-        built, plan = BuiltFinger.of(design, of_sensor), finger.plan_touches(design, of_plan)
-    else:
-        built, plan = BuiltPad.of(design, of_sensor), pad.plan_touches(design, of_plan)
+    built, plan = design.build(of_sensor), design.plan(of_plan)
+    values = effect_values(effects, built.setting(plan))
+    built = built.with_effects(values)
     sensor = built.sensor({"note": f"simulated by bayestouch, seed {seed}; not a measurement"})
-    others = {name: value for name, value in effects.items() if name not in SIMULATED_EFFECTS}
-    stated = stated_effects(others, plan, sensor, built.reference_load)
-    recording = really_pressed(plan.start(built), stated, built.reference_load)
-    recording = apply_effects(recording, effects, seed, before_body=True)
-    recording = as_read(built.press(recording), stated, built.reference_load)
-    recording = apply_effects(recording, effects, seed, before_body=False)
+    true, acting = pressed(plan, built, values)
+    readings = read(plan, built, acting, values, seed)
     tactile_sd = design.noise_percent_peak / 100 * design.peak_reading
-    recording = replace(
-        recording,
-        signal=recording.signal + tactile_sd * of_noise.standard_normal(recording.signal.shape),
-        load_reading=recording.load_reading + design.force_noise_sd * of_noise.standard_normal(plan.n_rows),
-    )
-    calibration, touches = plan.tables(recording, sensor.body.location_columns)
+    readings = readings + tactile_sd * of_noise.standard_normal(readings.shape)
+    load = plan.rows(plan.load) + design.force_noise_sd * of_noise.standard_normal(plan.n_rows)
+    calibration, touches = plan.tables(readings, load, sensor.body.location_columns)
     truth = {
         "seed": seed,
         "effects": effects,
+        "effect_values": stated_again(values),
         "design": asdict(design),
         **built.truth(),
         "tactile_sd": [tactile_sd] * sensor.n_elements,
         "force_sd": design.force_noise_sd,
-        **plan.true_touches(recording, ("theta_c",) if isinstance(design, FingerDesign) else ("x", "y")),
+        **plan.true_touches(true, built.location_names),
     }
     return SimulatedDataSet(DataSet(sensor=sensor, calibration=calibration, touches=touches), truth)
 

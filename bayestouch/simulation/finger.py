@@ -1,25 +1,141 @@
-"""A simulated finger: sensor as built, plan of touches, contact and body.
-
-The strain is the sum of the Fourier series itself at every touch, not the interpolated response table with
-which the package calibrates and infers. Summed half as far again as the table's modes it is off by less than
-1e-8 of the peak; the contact's own approximation (8 terms) is within 1e-5 of it.
-"""
+"""A simulated finger: its design, plan of touches, sensor as built, contact and body."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
-from bayestouch.chain.response import modes_needed
-from bayestouch.contact import composite_radius, contact_model
+from bayestouch.chain.finger import FingerChain
+from bayestouch.chain.recording import Recording
+from bayestouch.contact import composite_radius
 from bayestouch.data.sensor import Finger, Rubber, Sensor
-from bayestouch.simulation.designs import REFERENCE_LOAD, FingerDesign
-from bayestouch.simulation.recording import Plan, SimulatedRecording
+from bayestouch.effects import Setting
+from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
+from bayestouch.paper.published import TABLE_3
+from bayestouch.simulation.checks import check_counts, check_not_negative, check_positive, check_range
+from bayestouch.simulation.plan import EffectValues, Plan
+from bayestouch.simulation.series import summed_strain
+
+#: Line load (N/m) of the paper's touches: a finger's peak reading and its noise in % of peak refer to it.
+REFERENCE_LOAD = 200.0
+
+
+@dataclass(frozen=True, repr=False)
+class FingerDesign(Summarised):
+    """A cylindrical finger and the touches made on it; by default the paper's finger and the paper's touches.
+
+    Attributes
+    ----------
+    core_radius_mm, sensing_radius_mm, outer_radius_mm : float
+        ``r_a``, ``r_s`` as designed, ``r_b``.
+    n_elements : int
+        Elements, centred on 0°.
+    pitch_deg : float
+        Angle between neighbours: 1.52 mm at 9.9 mm.
+    depth_spread_mm, angle_error_deg : float
+        Standard deviation of the true ``r_s`` and ``θ_s`` about the design.
+    shear_modulus_MPa, poisson_ratio : float
+        μ (not printed in the paper) and σ.
+    peak_reading : float
+        Reading of an element built as designed under a knife edge of 200 N/m right above it.
+    gain_spread : float
+        Standard deviation of the logarithm of the gains.
+    noise_percent_peak : float
+        Noise of one reading in % of `peak_reading`; the same number of counts for every element, so that its
+        share of an element's own peak varies with the gain, as in Table 1.
+    force_noise_sd : float
+        Noise of one load reading, N/m: 0.5 % of 200 N/m.
+    samples_per_touch : int
+        Samples a touch.
+    calibration_span_deg, edge_step_deg, flat_step_deg : float
+        Calibration touches reach from minus to plus the span: knife edges and flats at these steps.
+    touch_radii_mm : tuple of float
+        Indenter radii r_c of the touches to be read (0 a knife edge, inf a flat); those of Table 3.
+    touch_span_deg, touch_step_deg : float
+        Their locations, from minus to plus the span.
+    load_range : (float, float)
+        Loads as read, but for the noise, are uniform between these, N/m; without effects of the rig they are true.
+    contact : str
+        Contact model, see `bayestouch.contact.contact_model`.
+    """
+
+    core_radius_mm: float = 9.4
+    sensing_radius_mm: float = 9.9
+    outer_radius_mm: float = 12.7
+    n_elements: int = 16
+    pitch_deg: float = 8.8
+    depth_spread_mm: float = 0.1
+    angle_error_deg: float = 0.5
+    shear_modulus_MPa: float = 0.15
+    poisson_ratio: float = 0.46
+    peak_reading: float = 1000.0
+    gain_spread: float = 0.15
+    noise_percent_peak: float = 1.72
+    force_noise_sd: float = 1.0
+    samples_per_touch: int = 20
+    calibration_span_deg: float = 90.0
+    edge_step_deg: float = 1.0
+    flat_step_deg: float = 3.0
+    touch_radii_mm: tuple[float, ...] = tuple(row.r_c for row in TABLE_3)
+    touch_span_deg: float = 20.0
+    touch_step_deg: float = 1.0
+    load_range: tuple[float, float] = (160.0, 240.0)
+    contact: str = "layer"
+
+    def __post_init__(self) -> None:
+        check_counts(n_elements=self.n_elements, samples_per_touch=self.samples_per_touch)
+        check_positive(
+            pitch_deg=self.pitch_deg,
+            shear_modulus_MPa=self.shear_modulus_MPa,
+            peak_reading=self.peak_reading,
+            edge_step_deg=self.edge_step_deg,
+            flat_step_deg=self.flat_step_deg,
+            touch_step_deg=self.touch_step_deg,
+            lowest_load=self.load_range[0],
+        )
+        check_not_negative(
+            depth_spread_mm=self.depth_spread_mm,
+            angle_error_deg=self.angle_error_deg,
+            gain_spread=self.gain_spread,
+            noise_percent_peak=self.noise_percent_peak,
+            force_noise_sd=self.force_noise_sd,
+            calibration_span_deg=self.calibration_span_deg,
+            touch_span_deg=self.touch_span_deg,
+        )
+        check_range(self.load_range)
+        if not self.touch_radii_mm or not all(radius >= 0 for radius in self.touch_radii_mm):
+            raise InputError("touch_radii_mm: expected radii of zero and larger, and at least one")
+
+    @property
+    def element_angles_deg(self) -> FloatArray:
+        """Design angles θ_s, shape (n_elements,)."""
+        return np.asarray((np.arange(self.n_elements) - (self.n_elements - 1) / 2) * self.pitch_deg)
+
+    def build(self, rng: np.random.Generator) -> BuiltFinger:
+        """A finger of which depths, angles and gains are drawn."""
+        return BuiltFinger.of(self, rng)
+
+    def plan(self, rng: np.random.Generator) -> Plan:
+        """Edges and flats to calibrate, then every radius at every location; loads at random."""
+        edges = _locations(self.calibration_span_deg, self.edge_step_deg)
+        flats = _locations(self.calibration_span_deg, self.flat_step_deg)
+        reads = _locations(self.touch_span_deg, self.touch_step_deg)
+        radii = np.asarray(self.touch_radii_mm, dtype=float)
+        angle = np.concatenate([edges, flats, np.tile(reads, len(radii))])
+        return Plan(
+            indenter_radius_mm=np.concatenate(
+                [np.zeros(len(edges)), np.full(len(flats), np.inf), np.repeat(radii, len(reads))]
+            ),
+            place=(angle,),
+            load=rng.uniform(*self.load_range, size=len(angle)),
+            n_calibration=len(edges) + len(flats),
+            samples=self.samples_per_touch,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +148,10 @@ class BuiltFinger:
         What it should have been.
     sensing_radius_mm, angle_deg, gain : (m,) arrays
         True ``r_s``, ``θ_s`` and reading per unit of compressive strain.
+    reference_load : float
+        Load of peak readings, N/m.
+    effects : tuple of (Effect, values)
+        Effects on the finger itself. Elements keep their gains where the strain changes.
     """
 
     design: FingerDesign
@@ -39,6 +159,9 @@ class BuiltFinger:
     angle_deg: FloatArray
     gain: FloatArray
     reference_load: float = REFERENCE_LOAD
+    effects: EffectValues = ()
+
+    location_names: ClassVar[tuple[str, ...]] = ("theta_c",)
 
     @classmethod
     def of(cls, design: FingerDesign, rng: np.random.Generator) -> BuiltFinger:
@@ -62,60 +185,65 @@ class BuiltFinger:
         """Angles of the elements, degree."""
         return (self.angle_deg,)
 
-    @cached_property
+    @property
     def response(self) -> FloatArray:
-        """Reading per N/m of a knife edge right above each element, shape (m,)."""
-        edges = np.zeros_like(self.angle_deg)
-        return np.asarray(self.gain * np.diagonal(self.strain(edges, self.angle_deg, edges + 1)))
+        """Reading per N/m of a knife edge right above each element, shape (m,); where strain is linear in the load."""
+        return self._chain_and_gain[0].response
 
-    def strain(
-        self,
-        indenter_radius_mm: FloatArray,
-        angle_deg: FloatArray,
-        load: FloatArray,
-        aperture_mm: float = 0.0,
-    ) -> FloatArray:
-        """Compressive strain at the elements.
+    def strain(self, indenter_radius_mm: FloatArray, angle_deg: FloatArray, load: FloatArray) -> FloatArray:
+        """Compressive strain (t, m), linear in the load, of touches (t,): r_c (mm), θ_c (degree), P (N/m)."""
+        return summed_strain(self._chain_and_gain[0], indenter_radius_mm, np.radians(angle_deg), load)
 
-        Parameters
-        ----------
-        indenter_radius_mm, angle_deg, load : (t,) arrays
-            r_c (mm), θ_c (degree), P (N/m).
-        aperture_mm : float
-            Width over which each element averages, along the arc at its own radius.
-
-        Returns
-        -------
-        (t, m) array
-        """
-        design = self.design
-        radii = (design.core_radius_mm, design.outer_radius_mm)
-        modes = np.arange(1.5 * modes_needed(float(self.sensing_radius_mm.max()), radii[1]))
-        body = solve_annulus(
-            modes, core_radius_mm=radii[0], outer_radius_mm=radii[1], poisson_ratio=design.poisson_ratio
-        )
-        kappa = load / 1000 * composite_radius(indenter_radius_mm, radii[1]) / design.shear_modulus_MPa
-        if kappa.any():
-            spectrum = contact_model(design.contact, radii, design.poisson_ratio).spectrum(kappa, modes)
-        else:  # knife edges need no contact solved
-            spectrum = np.ones((len(kappa), len(modes)))
-        weights = np.where(modes == 0, 1.0, 2.0) * body.radial_strain(self.sensing_radius_mm)
-        # The mean of cos kθ over a width w is cos kθ times sin(kw/2)/(kw/2).
-        weights = weights * np.sinc(modes * (aperture_mm / self.sensing_radius_mm[:, None]) / (2 * np.pi))
-        # cos k(θ_s - θ_c) in two products, so that no (touch, element, mode) array is needed.
-        touch, element = np.outer(np.radians(angle_deg), modes), np.outer(np.radians(self.angle_deg), modes)
-        series = (spectrum * np.cos(touch)) @ (weights * np.cos(element)).T
-        series += (spectrum * np.sin(touch)) @ (weights * np.sin(element)).T
-        scale = load / 1000 / design.shear_modulus_MPa / (2 * np.pi * radii[1])
-        return np.asarray(scale[:, None] * series)
-
-    def press(self, recording: SimulatedRecording) -> SimulatedRecording:
-        """Contact, body and gain: the signal, without noise. Equal touches are worked out once."""
-        touches = np.stack([recording.indenter_radius_mm, recording.angle_deg, recording.load], axis=1)
+    def press(self, recording: Recording) -> FloatArray:
+        """Readings (n, m) by contact, body and gain, without noise. Equal touches are worked out once."""
+        touches = np.stack([recording.indenter_radius_mm, recording.place[0], recording.load], axis=1)
         distinct, row = np.unique(touches, axis=0, return_inverse=True)
         radius, angle, load = distinct.T
-        strain = self.strain(radius, angle, load, recording.aperture_mm)
-        return replace(recording, signal=(self.gain * strain)[row.ravel()])
+        chain, gain = self._chain_and_gain
+        readings = chain.offset + gain * self.strain(radius, angle, load)
+        if chain.finite_strain:
+            composite = composite_radius(radius, chain.outer_radius_mm)
+            readings += chain.beyond_linear(composite, np.radians(angle), load)
+        return np.asarray(readings[row.ravel()])
+
+    @cached_property
+    def _chain_and_gain(self) -> tuple[FingerChain, FloatArray]:
+        """The finger with its effects, and reading per strain (m,)."""
+        design = self.design
+        plain = FingerChain(
+            core_radius_mm=design.core_radius_mm,
+            outer_radius_mm=design.outer_radius_mm,
+            response=np.ones_like(self.gain),
+            sensing_radius_mm=self.sensing_radius_mm,
+            angle=np.radians(self.angle_deg),
+            offset=np.zeros_like(self.gain),
+            poisson_ratio=design.poisson_ratio,
+            shear_modulus_MPa=design.shear_modulus_MPa,
+            largest_load=design.load_range[1],
+            contact=design.contact,
+        )
+        chain = plain = plain.with_(response=self.gain * _peak_strain(plain))
+        for effect, values in self.effects:
+            chain = effect.finger(chain, values)
+        # What an effect makes of the responses is a matter of the gains; aperture and the like leave those as they are.
+        gain = self.gain * (chain.response / plain.response)
+        return chain.with_(response=gain * _peak_strain(chain)), gain
+
+    def with_effects(self, effects: EffectValues) -> BuiltFinger:
+        """The same finger with effects on the body itself."""
+        return replace(self, effects=effects)
+
+    def setting(self, plan: Plan) -> Setting:
+        """What effects may suit themselves to."""
+        design = self.design
+        return plan.setting(
+            (design.element_angles_deg,),
+            self.reference_load,
+            Finger.load_unit,
+            finger=True,
+            contact=design.contact,
+            radii_mm=(design.core_radius_mm, design.outer_radius_mm),
+        )
 
     def sensor(self, source: dict[str, str]) -> Sensor:
         """The sensor as it was designed."""
@@ -147,22 +275,10 @@ class BuiltFinger:
         }
 
 
-def plan_touches(design: FingerDesign, rng: np.random.Generator) -> Plan:
-    """Edges and flats to calibrate, then every radius at every location; loads at random."""
-    edges = _locations(design.calibration_span_deg, design.edge_step_deg)
-    flats = _locations(design.calibration_span_deg, design.flat_step_deg)
-    reads = _locations(design.touch_span_deg, design.touch_step_deg)
-    radii = np.asarray(design.touch_radii_mm, dtype=float)
-    angle = np.concatenate([edges, flats, np.tile(reads, len(radii))])
-    return Plan(
-        indenter_radius_mm=np.concatenate(
-            [np.zeros(len(edges)), np.full(len(flats), np.inf), np.repeat(radii, len(reads))]
-        ),
-        place=(angle,),
-        load=rng.uniform(*design.load_range, size=len(angle)),
-        n_calibration=len(edges) + len(flats),
-        samples=design.samples_per_touch,
-    )
+def _peak_strain(chain: FingerChain) -> FloatArray:
+    """Compressive strain of each element under a knife edge of 1 N/m right above it, (m,)."""
+    edges = np.zeros(chain.n_elements)
+    return np.asarray(np.diagonal(summed_strain(chain, edges, chain.angle, edges + 1)))
 
 
 def _locations(span: float, step: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""A simulated pad: sensor as built, plan of touches, body.
+"""A simulated pad: its design, plan of touches, sensor as built, body.
 
 The response is the kernel of the bonded layer (`bayestouch.body.layer.layer_kernel_2d`) at the distance
 between touch and element, times the load; contact is a disc of constant radius.
@@ -6,16 +6,109 @@ between touch and element, times the load; contact is a disc of constant radius.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import Pad, Rubber, Sensor
-from bayestouch.simulation.designs import PadDesign
-from bayestouch.simulation.recording import Plan, SimulatedRecording
+from bayestouch.effects import Setting
+from bayestouch.output.summary import Summarised
+from bayestouch.simulation.checks import check_counts, check_not_negative, check_positive, check_range
+from bayestouch.simulation.plan import EffectValues, Plan
+
+
+@dataclass(frozen=True, repr=False)
+class PadDesign(Summarised):
+    """A flat pad of rubber on a board with pressure sensors, touched by a probe of constant contact size.
+
+    Attributes
+    ----------
+    element_x_mm : tuple of float
+        Places of the elements; by default two rows of four at the pitch of 6.75 mm.
+    element_y_mm : tuple of float or None
+        None for a line of elements, touched along the line.
+    thickness_mm : float
+        Layer thickness; the elements lie at its base.
+    poisson_ratio : float
+        σ.
+    contact_radius_mm : float
+        Radius of the disc over which the load is spread (Hertz pressure).
+    peak_reading : float
+        Reading right under the middle of the load range, at nominal gain.
+    gain_spread, noise_percent_peak, samples_per_touch
+        As in `FingerDesign`.
+    position_error_mm : float
+        Standard deviation of the true places of the elements about the design.
+    force_noise_sd : float
+        Noise of one load reading, N.
+    margin_mm, calibration_step_mm : float
+        Calibration touches lie on a grid that reaches this far beyond the elements, at this step.
+    n_touches : int
+        Touches to be read, uniformly at random over the same area.
+    load_range : (float, float)
+        Loads as read, but for the noise, are uniform between these, N; without effects of the rig they are true.
+    """
+
+    element_x_mm: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 6.75, 6.75, 6.75, 6.75)
+    element_y_mm: tuple[float, ...] | None = (0.0, 6.75, 13.5, 20.25, 0.0, 6.75, 13.5, 20.25)
+    thickness_mm: float = 6.0
+    poisson_ratio: float = 0.48
+    contact_radius_mm: float = 1.0
+    peak_reading: float = 1000.0
+    gain_spread: float = 0.15
+    position_error_mm: float = 0.05
+    noise_percent_peak: float = 1.0
+    force_noise_sd: float = 0.01
+    samples_per_touch: int = 3
+    margin_mm: float = 3.0
+    calibration_step_mm: float = 1.5
+    n_touches: int = 150
+    load_range: tuple[float, float] = (1.0, 3.0)
+
+    def __post_init__(self) -> None:
+        check_counts(
+            n_elements=len(self.element_x_mm),
+            samples_per_touch=self.samples_per_touch,
+            n_touches=self.n_touches,
+        )
+        check_positive(
+            thickness_mm=self.thickness_mm,
+            peak_reading=self.peak_reading,
+            calibration_step_mm=self.calibration_step_mm,
+            lowest_load=self.load_range[0],
+        )
+        check_not_negative(
+            contact_radius_mm=self.contact_radius_mm,
+            gain_spread=self.gain_spread,
+            position_error_mm=self.position_error_mm,
+            noise_percent_peak=self.noise_percent_peak,
+            force_noise_sd=self.force_noise_sd,
+            margin_mm=self.margin_mm,
+        )
+        check_range(self.load_range)
+
+    def build(self, rng: np.random.Generator) -> BuiltPad:
+        """A pad of which places and gains are drawn."""
+        return BuiltPad.of(self, rng)
+
+    def plan(self, rng: np.random.Generator) -> Plan:
+        """A grid to calibrate, then places at random over the same area; loads at random."""
+        ends = [(axis.min() - self.margin_mm, axis.max() + self.margin_mm) for axis in _axes(self)]
+        lines = [np.arange(low, high + 1e-9, self.calibration_step_mm) for low, high in ends]
+        grid = [axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")]
+        reads = [rng.uniform(low, high, self.n_touches) for low, high in ends]
+        n = len(grid[0]) + self.n_touches
+        return Plan(
+            indenter_radius_mm=np.full(n, np.nan),
+            place=tuple(np.concatenate(pair) for pair in zip(grid, reads, strict=True)),
+            load=rng.uniform(*self.load_range, size=n),
+            n_calibration=len(grid[0]),
+            samples=self.samples_per_touch,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +129,8 @@ class BuiltPad:
     place: tuple[FloatArray, ...]
     gain: FloatArray
 
+    location_names: ClassVar[tuple[str, ...]] = ("x", "y")
+
     @classmethod
     def of(cls, design: PadDesign, rng: np.random.Generator) -> BuiltPad:
         """Draw places and gains."""
@@ -55,11 +150,19 @@ class BuiltPad:
         """Middle of the load range, N."""
         return float(np.mean(self.design.load_range))
 
-    def press(self, recording: SimulatedRecording) -> SimulatedRecording:
-        """Body and gain: the signal, without noise."""
+    def press(self, recording: Recording) -> FloatArray:
+        """Readings (n, m) by body and gain, without noise."""
         axes = zip(recording.place, self.place, strict=True)
         distance = np.sqrt(sum((touch[:, None] - element) ** 2 for touch, element in axes))
-        return replace(recording, signal=recording.load[:, None] * self.gain * self._stress(distance))
+        return np.asarray(recording.load[:, None] * self.gain * self._stress(distance))
+
+    def with_effects(self, effects: EffectValues) -> BuiltPad:
+        """The same pad: no effect changes its body."""
+        return self
+
+    def setting(self, plan: Plan) -> Setting:
+        """What effects may suit themselves to."""
+        return plan.setting(tuple(_axes(self.design)), self.reference_load, Pad.load_unit)
 
     def _stress(self, distance_mm: FloatArray) -> FloatArray:
         """Mean stress at the base of the layer at a distance from a load, MPa per N."""
@@ -90,22 +193,6 @@ class BuiltPad:
         """True calibration parameters, ready for JSON."""
         places = {name: axis.tolist() for name, axis in zip("xy", self.place, strict=False)}
         return places | {"gain": self.gain.tolist(), "response": self.response.tolist()}
-
-
-def plan_touches(design: PadDesign, rng: np.random.Generator) -> Plan:
-    """A grid to calibrate, then places at random over the same area; loads at random."""
-    ends = [(axis.min() - design.margin_mm, axis.max() + design.margin_mm) for axis in _axes(design)]
-    lines = [np.arange(low, high + 1e-9, design.calibration_step_mm) for low, high in ends]
-    grid = [axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")]
-    reads = [rng.uniform(low, high, design.n_touches) for low, high in ends]
-    n = len(grid[0]) + design.n_touches
-    return Plan(
-        indenter_radius_mm=np.full(n, np.nan),
-        place=tuple(np.concatenate(pair) for pair in zip(grid, reads, strict=True)),
-        load=rng.uniform(*design.load_range, size=n),
-        n_calibration=len(grid[0]),
-        samples=design.samples_per_touch,
-    )
 
 
 def _axes(design: PadDesign) -> list[FloatArray]:

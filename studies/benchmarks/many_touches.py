@@ -21,16 +21,17 @@ import numpy as np
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.covariance import CalibrationCovariance
-from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.modes import find_modes
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings, noise_whitener
 from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.reading.draws import DrawPlan, draw
 
 ELEMENTS, LOAD, NOISE_PERCENT, MODULUS = 16, 200.0, 1.72, 0.15
 ESS = 400.0
 # Draws that leave nearly every touch above that. Bulk ESS is itself uncertain by 8 % in such chains: 67 touches of
 # 4,800 come out below by chance and are drawn again. Weights are not: the least of 4,800 is 97 % of the points.
-DRAWS, IMPORTANCE_DRAWS = 640, 416
+CHAINS, IMPORTANCE = DrawPlan(640, seed=1), DrawPlan(416, seed=1, method="importance")
 # The shortest of so many runs counts: what else the machine does only adds.
 REPEATS = 3
 PLAIN_TOUCHES, PLAIN_WALKERS, PLAIN_STEPS = 4, 32, 1500
@@ -43,7 +44,7 @@ def finger() -> FingerChain:
     return FingerChain(9.4, 12.7, one, 9.9 * one, angles, 0 * one, 0.46, MODULUS, 1.5 * LOAD)
 
 
-def design(n: int, seed: int = 0) -> tuple[DrawTask, TouchReadings]:
+def design(n: int, seed: int = 0) -> tuple[FingerSampler, TouchReadings]:
     """Raw samples over 40 locations, composite radii over (0.3, 12.6) mm."""
     chain = finger()
     rng = np.random.default_rng(seed)
@@ -62,10 +63,10 @@ def design(n: int, seed: int = 0) -> tuple[DrawTask, TouchReadings]:
     covariance = np.diag(np.concatenate([sd, [3e-4, 6e-3]]) ** 2)
     priors = IndenterPriors.of(chain, LOAD)
     table = ReadingTable.of(chain, *priors.location.support)
-    return DrawTask(chain, priors, table, noise, CalibrationCovariance(chain, covariance), "emcee", DRAWS, 1), touches
+    return FingerSampler(chain, priors, table, noise, CalibrationCovariance(chain, covariance)), touches
 
 
-def plain_emcee(task: DrawTask, touches: TouchReadings) -> float:
+def plain_emcee(sampler: FingerSampler, touches: TouchReadings) -> float:
     """Seconds a touch that plain emcee needs for the effective sample size, from a few touches."""
     import emcee
 
@@ -73,50 +74,53 @@ def plain_emcee(task: DrawTask, touches: TouchReadings) -> float:
     rows = np.linspace(0, touches.n_touches - 1, PLAIN_TOUCHES).astype(np.int64)
     for row in rows:
         one = touches.select(np.array([row]))
-        posterior = FingerPosterior(task.chain, one, task.priors, noise_whitener(task.noise, one), task.table)
+        posterior = FingerPosterior(
+            sampler.chain, one, sampler.priors, noise_whitener(sampler.noise, one), sampler.table
+        )
         mode, hessian = find_modes(posterior)
         rng = np.random.default_rng(int(row))
         root = np.linalg.cholesky(np.linalg.inv(hessian[0]))
         start = mode[0] + rng.standard_normal((PLAIN_WALKERS, 3)) @ root.T
         begun = time.process_time()
-        sampler = emcee.EnsembleSampler(
+        ensemble = emcee.EnsembleSampler(
             PLAIN_WALKERS, 3, lambda x, p=posterior: p.log_density(x[None], np.array([0]))[0], vectorize=True
         )
-        sampler.run_mcmc(start, PLAIN_STEPS)
+        ensemble.run_mcmc(start, PLAIN_STEPS)
         spent += time.process_time() - begun
         # independent draws from the autocorrelation time: walkers of one ensemble are no independent chains
-        tau = sampler.get_autocorr_time(tol=0).max()
+        tau = ensemble.get_autocorr_time(tol=0).max()
         least.append(PLAIN_WALKERS * PLAIN_STEPS / tau)
     return spent / PLAIN_TOUCHES * ESS / float(np.mean(least))
 
 
-def timed(task: DrawTask, touches: TouchReadings) -> tuple[float, float, dict[str, np.ndarray]]:
+def timed(sampler: FingerSampler, touches: TouchReadings, plan: DrawPlan) -> tuple[float, float, dict[str, np.ndarray]]:
     """Seconds for all touches on all cores, seconds of processor time, and the draws with their grades."""
     best, drawn = (np.inf, np.inf), {}
     for _ in range(REPEATS):
         begun, used = time.perf_counter(), sum(os.times()[:4])
-        drawn = draw_all(task, touches)
+        drawn = draw(sampler, touches, plan)
         best = min(best, (time.perf_counter() - begun, sum(os.times()[:4]) - used))
     return *best, drawn
 
 
 def main(n: int = 4800) -> dict[str, float]:
     """Print the table; returns seconds by method."""
-    task, touches = design(n)
+    sampler, touches = design(n)
+    plug_in = replace(sampler, reading_covariance=None)
     runs = {
-        "emcee in lockstep, calibration propagated": task,
-        "emcee in lockstep, plug-in": replace(task, reading_covariance=None),
-        "importance, calibration propagated": replace(task, method="importance", draws=IMPORTANCE_DRAWS),
-        "importance, plug-in": replace(task, method="importance", draws=IMPORTANCE_DRAWS, reading_covariance=None),
+        "emcee in lockstep, calibration propagated": (sampler, CHAINS),
+        "emcee in lockstep, plug-in": (plug_in, CHAINS),
+        "importance, calibration propagated": (sampler, IMPORTANCE),
+        "importance, plug-in": (plug_in, IMPORTANCE),
     }
-    plain = plain_emcee(task, touches) * n
+    plain = plain_emcee(sampler, touches) * n
     seconds = {"plain emcee, touch by touch (extrapolated)": plain}
     print(
         f"{n} touches, ESS >= {ESS:.0f} of each parameter of each touch, {os.cpu_count()} cores; plain emcee plugged in"
     )
     print(f"  {'plain emcee, touch by touch (extrapolated)':42s} {plain:7.1f} s")
-    for name, run in runs.items():
-        seconds[name], used, drawn = timed(run, touches)
+    for name, (run, plan) in runs.items():
+        seconds[name], used, drawn = timed(run, touches, plan)
         print(
             f"  {name:42s} {seconds[name]:7.2f} s  {used:6.2f} s of processor  {plain / seconds[name]:6.0f} x plain  "
             f"least ESS {drawn['ess_bulk'].min():4.0f}  good {drawn['grade'].mean():7.2%}  "

@@ -27,9 +27,10 @@ import numpy as np
 sys.path.append(str(Path(__file__).parent))
 import many_touches
 
-from bayestouch.finger.reading.draws import DrawTask, draw_all
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.modes import find_modes
 from bayestouch.finger.reading.reader import FingerPosterior, TouchReadings, noise_whitener
+from bayestouch.reading.draws import draw
 from bayestouch.sampling.diagnostics import ess_bulk
 
 HERE = Path(__file__).parent
@@ -45,18 +46,20 @@ def environment(folder: Path) -> Path:
     return python
 
 
-def written(task: DrawTask, touches: TouchReadings, path: Path) -> None:
+def written(sampler: FingerSampler, touches: TouchReadings, path: Path) -> None:
     """Write the posteriors with their Laplace fits."""
-    posterior = FingerPosterior(task.chain, touches, task.priors, noise_whitener(task.noise, touches), task.table)
+    posterior = FingerPosterior(
+        sampler.chain, touches, sampler.priors, noise_whitener(sampler.noise, touches), sampler.table
+    )
     mode, hessian = find_modes(posterior)
-    table = task.table
+    table = sampler.table
     grid = (table.kappa_scale, table.kappa_first, table.kappa_step, table.angle_first, table.angle_step)
     np.savez(
         path,
         rows=table.rows,
-        grid=(*grid, task.chain.shear_modulus_MPa, task.chain.outer_radius_mm),
+        grid=(*grid, sampler.chain.shear_modulus_MPa, sampler.chain.outer_radius_mm),
         shape=table.shape,
-        support=(*task.priors.location.support, task.priors.load.support[1]),
+        support=(*sampler.priors.location.support, sampler.priors.load.support[1]),
         readings=touches.readings,
         precision=posterior.whitener,
         load=touches.load,
@@ -68,13 +71,13 @@ def written(task: DrawTask, touches: TouchReadings, path: Path) -> None:
 
 def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[str, float]:
     """Print the table; returns processor seconds for 4,800 touches by method. The peers draw the first n."""
-    task, every = many_touches.design(whole)
-    task, touches = replace(task, reading_covariance=None), every.select(np.arange(n))
-    draw_all(task, touches.select(np.arange(8)))  # imports emcee
+    sampler, every = many_touches.design(whole)
+    sampler, touches = replace(sampler, reading_covariance=None), every.select(np.arange(n))
+    draw(sampler, touches.select(np.arange(8)), many_touches.CHAINS)  # imports emcee
     rows = []
     with tempfile.TemporaryDirectory() as temporary:
         given, drawn = Path(temporary) / "posteriors.npz", Path(temporary) / "draws.npz"
-        written(task, touches, given)
+        written(sampler, touches, given)
         python = environment(folder or Path(tempfile.gettempdir()) / "bayestouch-peers")
         command = [str(python), str(HERE / "peers_jax.py"), str(given), str(drawn)]
         clean = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
@@ -84,16 +87,13 @@ def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[st
             with np.load(drawn) as draws:
                 z = draws[name]
             rows.append((title, spent["seconds"], spent["processor"], worst(z), z.shape[0] * z.shape[1], n))
-    runs = {
-        "emcee in lockstep": task,
-        "importance": replace(task, method="importance", draws=many_touches.IMPORTANCE_DRAWS),
-    }
-    for title, run in runs.items():
+    runs = {"emcee in lockstep": many_touches.CHAINS, "importance": many_touches.IMPORTANCE}
+    for title, plan in runs.items():
         begun, used = time.perf_counter(), sum(os.times()[:4])
-        result = draw_all(run, every)
+        result = draw(sampler, every, plan)
         spent = time.perf_counter() - begun, sum(os.times()[:4]) - used
-        rows.append((title, *spent, result["ess_bulk"], run.draws, whole))
-    plain = many_touches.plain_emcee(task, touches)
+        rows.append((title, *spent, result["ess_bulk"], plan.draws, whole))
+    plain = many_touches.plain_emcee(sampler, touches)
     print(f"peers on {n} touches, ours on {whole}, calibration plugged in; seconds of processor for 4,800 at ESS 400")
     titles = f"{'s here':>8s} {'s of proc.':>10s} {'draws':>6s} {'ESS 1 %':>8s} {'median':>7s} {'4,800, median':>14s}"
     print(f"  {'':24s} {titles} {'1 %':>8s}")

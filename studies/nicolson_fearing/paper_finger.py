@@ -22,8 +22,7 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.paper.published import TABLE_1, TABLE_2, TABLE_3, number
 from bayestouch.paper.simplex import ElementTable, EmpiricalFinger, EmpiricalTable, table_1, table_2
 from bayestouch.simulation import FingerDesign, SimulatedDataSet, simulate
-from bayestouch.simulation.designs import REFERENCE_LOAD
-from bayestouch.simulation.finger import BuiltFinger
+from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 from nicolson_fearing.paper_physics import TrueFinger
 
 FloatArray = NDArray[np.float64]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.body.annulus import solve_annulus
-from bayestouch.body.finite_length import length_ratio_of_compliance, length_ratio_of_strain
 from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, Measure
 from bayestouch.contact import LayerContact, composite_radius
 from bayestouch.contact.compliance import SurfaceCompliance
 from bayestouch.paper.published import TABLE_1, number
 from bayestouch.simulation import FingerDesign
-from bayestouch.simulation.designs import REFERENCE_LOAD
+from bayestouch.simulation.finger import REFERENCE_LOAD
+from nicolson_fearing.finite_length import length_ratio_of_compliance, length_ratio_of_strain
 
 FloatArray = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.contact import composite_radius, contact_model, indenter_radius
-from bayestouch.simulation.designs import REFERENCE_LOAD
+from bayestouch.simulation.finger import REFERENCE_LOAD
 from nicolson_fearing.many_fits import fit_many_touches
 from nicolson_fearing.paper_finger import (
     CALIBRATIONS,

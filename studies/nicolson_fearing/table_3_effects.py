@@ -1,7 +1,7 @@
 """What each effect explains of Tables 1 and 3: posterior of μ and of the authors' squeeze, residual, evidence.
 
 Table 3's second contact model is "squeezed and stretched" Hertz. How much it squeezes is not printed; it is inferred as
-a width taken off every contact (`bayestouch.contact.approximate.SqueezedHertz`), beside the modulus. The exact layer
+a width taken off every contact (`SqueezedHertz`), beside the modulus. The exact layer
 squeezes, too, but by a width that vanishes with the contact.
 """
 
@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.contact import HertzContact, composite_radius, contact_model
-from bayestouch.contact.approximate import SqueezedHertz
-from bayestouch.paper.published import TABLE_1
 from nicolson_fearing.modulus import ModulusPosterior
 from nicolson_fearing.paper_finger import CALIBRATIONS, POISSON_RATIO, TIPS_MM
 from nicolson_fearing.paper_physics import BUILT_RADIUS_MM, LINEAR, TIP_LENGTH_MM, Physics
 from nicolson_fearing.published_fits import BiasCurves, infer_from_table_3, printed, with_table_1
 from nicolson_fearing.simulated_fits import HERTZ, R_B, RADII, SimulatedFits, WidthModel
+from nicolson_fearing.squeezed_hertz import SqueezedHertz
 
 FloatArray = NDArray[np.float64]
 
@@ -176,7 +175,3 @@ def _interval(values: FloatArray, share: FloatArray) -> tuple[float, float, floa
     mass = density / density.sum()
     low, high = np.interp([0.05, 0.95], np.cumsum(mass), fine)
     return float(mass @ fine), float(low), float(high)
-
-
-TABLE_1_FITTED = tuple(row.average for row in TABLE_1[:3])
-"""σ, r_s (mm) and error (% of the peak) as printed."""

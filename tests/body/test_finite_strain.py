@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 from study_modules import study
 
-from bayestouch.body.finite_strain import MEASURES, FiniteStrainTable, finite_strain_correction
+from bayestouch.body.finite_strain import MEASURES, FiniteStrainTable, Measure
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.noise import Noise
@@ -21,6 +22,13 @@ from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, To
 from bayestouch.finger.reading.reading_table import ReadingTable
 
 ANGLES = np.radians((np.arange(16) - 7.5) * 8.8)
+
+
+def finite_strain_correction(
+    load: ArrayLike, radius: ArrayLike, turn: ArrayLike, sensing: ArrayLike, *, measure: Measure = "projected"
+) -> NDArray[np.float64]:
+    """Response that finite strain adds to elements at depths `sensing` (mm), `turn` (rad) from the touch."""
+    return FiniteStrainTable.load(measure).for_elements(sensing)(load, radius, turn)
 
 
 def finger(finite_strain: float = 0.0, modulus: float = 0.1) -> FingerChain:

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from independent import catalogue_forms as forms
 
 import bayestouch
 from bayestouch.effects.stated import StatedModel
@@ -14,15 +18,33 @@ FINGER = bayestouch.FingerDesign(n_elements=8, edge_step_deg=2.0, flat_step_deg=
 CROSSTALK = StatedModel("finger", "layer", (("crosstalk", {}),))
 
 
+Design = bayestouch.FingerDesign | bayestouch.PadDesign
+
+
+def with_written_effect(design: Design, form: Callable[[bayestouch.Touches, dict], np.ndarray]) -> bayestouch.DataSet:
+    """Touches simulated without an effect, the effect as it is written out in tests/independent, and noise on top."""
+    made = bayestouch.simulate(replace(design, noise_percent_peak=0.0), seed=4)
+    rng, sd = np.random.default_rng(5), design.noise_percent_peak / 100 * design.peak_reading
+
+    def read(table: bayestouch.Touches) -> bayestouch.Touches:
+        readings = form(table, dict(made.truth))
+        return table.with_(readings=readings + sd * rng.standard_normal(readings.shape))
+
+    assert made.dataset.calibration is not None
+    return replace(made.dataset, calibration=read(made.dataset.calibration), touches=read(made.dataset.touches))
+
+
 @pytest.fixture(scope="module")
 def finger() -> bayestouch.DataSet:
-    return bayestouch.simulate(FINGER, effects={"crosstalk": SHARE}, seed=4).dataset
+    return with_written_effect(
+        FINGER, lambda table, true: forms.crosstalk_finger(table.readings, np.array(true["theta_s"]), SHARE, 0.0, 0.0)
+    )
 
 
 @pytest.fixture(scope="module")
 def pad() -> bayestouch.DataSet:
     design = bayestouch.PadDesign(samples_per_touch=8, n_touches=60)
-    return bayestouch.simulate(design, effects={"creep": CREEP}, seed=4).dataset
+    return with_written_effect(design, lambda table, _: forms.creep(table.readings, 0.25 * table.sample, CREEP, 1.0))
 
 
 def test_a_stated_prior_counts_beside_effects(finger: bayestouch.DataSet) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from known_fingers import dataset, known_touches
 
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.data.dataset import save_dataset
 
 
@@ -135,7 +135,7 @@ def test_bad_cell_is_placed(folder: Path, tmp_path: Path, capsys: pytest.Capture
 
 def test_help_imports_nothing_heavy() -> None:
     code = (
-        "import sys; from bayestouch.cli import main; main(['--help'])\n"
+        "import sys; from bayestouch.commands.cli import main; main(['--help'])\n"
         "heavy = {'numpy', 'scipy', 'arviz', 'pandas', 'matplotlib', 'xarray', 'emcee'} & set(sys.modules)\n"
         "sys.exit(','.join(sorted(heavy)) or 0)"
     )

@@ -20,7 +20,7 @@ import pytest
 from known_fingers import dataset, known_touches
 
 import bayestouch
-from bayestouch.cli import cli, main
+from bayestouch.commands.cli import cli, main
 from bayestouch.data.dataset import save_dataset
 from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError

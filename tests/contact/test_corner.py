@@ -1,26 +1,27 @@
-"""Indenters, and the corner on half-plane and layer."""
+"""The corner on half-plane and layer."""
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 from bayestouch.body.annulus import surface_displacement_response
-from bayestouch.contact import (
-    Corner,
-    CornerContact,
-    Flat,
-    KnifeEdge,
-    LayerContact,
-    Round,
-    indenter_from_radius,
-)
+from bayestouch.contact import CornerContact, LayerContact
 from bayestouch.contact.compliance import wedge_transform
-from bayestouch.contact.corner import half_plane_half_width, half_plane_spectrum
+from bayestouch.contact.corner import half_plane_half_width
+from bayestouch.contact.hertz import elliptic_spectrum
 from bayestouch.errors import InputError
 
 PAPER = (9.4, 12.7, 0.46)
 FINGER = {"face_slope": 1.0, "outer_radius_mm": 12.7, "poisson_ratio": 0.46}
 MODES = np.arange(151)
+
+
+def half_plane_spectrum(load):
+    """Spectrum of the corner on a round finger taken as a half-plane: a wedge's and a Hertz pressure."""
+    width = half_plane_half_width(load, **FINGER)[..., np.newaxis]
+    wedge, ellipse = 2 * FINGER["face_slope"], np.pi * width / (2 * 12.7)
+    spectra = wedge_transform(width / 12.7 * MODES), elliptic_spectrum(width[..., 0] / 12.7, MODES)
+    return (wedge * spectra[0] + ellipse * spectra[1]) / (wedge + ellipse)
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +77,7 @@ def test_small_loads_go_to_the_half_plane(corner):
     expected = widths * (1 - (1 - 2 * 0.46) / (2 * 0.54 * np.pi) * moment * beta)
     # the layer narrows a parabola's contact by 5 β² at this core; twice that, and more, for the wedge
     np.testing.assert_allclose(corner.half_width(load), expected, rtol=15 * beta[-1] ** 2, atol=1e-15)
-    difference = np.abs(corner.spectrum(load, MODES) - half_plane_spectrum(load, MODES, **FINGER)).max(axis=1)
+    difference = np.abs(corner.spectrum(load, MODES) - half_plane_spectrum(load)).max(axis=1)
     assert np.all(difference < [1e-14, 1e-7, 1e-5, 1e-3])
 
 
@@ -102,41 +103,12 @@ def test_terms_and_knots(corner):
     np.testing.assert_allclose(corner.spectrum(load, MODES), fine.spectrum(load, MODES), atol=1e-5)
 
 
-def test_indenters():
-    s = np.array([-0.4, 0.0, 0.4])
-    assert Round(12.7).composite_radius(12.7) == pytest.approx(6.35)
-    np.testing.assert_allclose(Round(12.7).profile_slope(s, 12.7), s / 6.35)
-    assert Flat().composite_radius(12.7) == 12.7
-    np.testing.assert_allclose(Flat().profile_slope(s, 12.7), s / 12.7)
-    angle = s / 12.7
-    np.testing.assert_allclose(Flat().profile_slope(s, 12.7, "circle"), np.sin(angle) / np.cos(angle) ** 2)
-    assert Corner().face_slope == pytest.approx(1)
-    np.testing.assert_allclose(Corner().profile_slope(s, 12.7), np.sign(s) + s / 12.7)
-    # straight faces over the circle: ρ = r_b/(cos θ - m sin θ), differentiated numerically
-    step = 1e-6
-    faces = [1 / (np.cos(x) - np.abs(np.sin(x))) for x in (angle + step, angle - step)]
-    numeric = (faces[0] - faces[1]) / (2 * step)
-    np.testing.assert_allclose(Corner().profile_slope(s, 12.7, "circle"), numeric, atol=1e-8)
-    assert Corner().composite_radius(12.7) == KnifeEdge().composite_radius(12.7) == 0
-    np.testing.assert_array_equal(KnifeEdge().profile_slope(s, 12.7), [-np.inf, 0, np.inf])
-
-
-def test_indenter_from_radius():
-    assert indenter_from_radius(0.0) == KnifeEdge()
-    assert indenter_from_radius(np.inf) == Flat()
-    assert indenter_from_radius(3.9) == Round(3.9)
-    for bad in (-1.0, np.nan, -np.inf):
-        with pytest.raises(InputError):
-            indenter_from_radius(bad)
-
-
 @pytest.mark.parametrize(
     "call",
     [
         lambda c: c.half_width(-1.0),
         lambda c: c.half_width(1e4),
         lambda c: c.spectrum(np.nan, [0]),
-        lambda c: Corner(180.0),
         lambda c: CornerContact.for_body(*PAPER, face_slope=0.0),
     ],
 )

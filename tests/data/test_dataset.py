@@ -10,6 +10,7 @@ import pytest
 from data_strategies import sensors, touches_for
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from same_touches import same_touches
 
 from bayestouch.data.dataset import DataSet, load_dataset, save_dataset
 from bayestouch.data.sensor import Finger, Pad, Sensor
@@ -72,10 +73,10 @@ def test_saved_and_read_back_is_the_same_data_set(
     save_dataset(dataset, path, format)  # type: ignore[arg-type]
     again = load_dataset(path)
     assert again.sensor == dataset.sensor
-    assert again.touches.same_as(dataset.touches)
+    assert same_touches(again.touches, dataset.touches)
     assert (again.calibration is None) == (dataset.calibration is None)
     if again.calibration is not None and dataset.calibration is not None:
-        assert again.calibration.same_as(dataset.calibration)
+        assert same_touches(again.calibration, dataset.calibration)
 
 
 def test_every_column_of_a_finger(tmp_path: Path) -> None:
@@ -102,7 +103,7 @@ def test_every_column_of_a_finger(tmp_path: Path) -> None:
         reads=np.array([10, nan]),
         extra={"operator": np.array(["Ann", ""], dtype=object)},
     )
-    assert touches.same_as(expected)
+    assert same_touches(touches, expected)
     assert "touches.csv: columns not known here, kept and not used: operator" in touches.notes
 
 
@@ -179,7 +180,7 @@ def test_saving_replaces_the_whole_data_set_and_nothing_else(tmp_path: Path) -> 
     (tmp_path / "readme.txt").write_text("mine")
     save_dataset(DataSet(sensor, None, small(4)), tmp_path, "parquet")
     assert sorted(p.name for p in tmp_path.iterdir()) == ["readme.txt", "sensor.toml", "touches.parquet"]
-    assert load_dataset(tmp_path).touches.same_as(small(4))
+    assert same_touches(load_dataset(tmp_path).touches, small(4))
 
 
 def test_a_failed_save_changes_nothing(tmp_path: Path) -> None:
@@ -245,7 +246,7 @@ def test_measured_data_load(shared_folder: Path, name: str, tmp_path: Path) -> N
     assert said <= {"no load measured", "60 of 180 rows without contact (contact, depth or load is 0)"}
     save_dataset(dataset, tmp_path)
     again = load_dataset(tmp_path)
-    assert again.sensor == dataset.sensor and again.touches.same_as(touches)
+    assert again.sensor == dataset.sensor and same_touches(again.touches, touches)
 
 
 @pytest.mark.parametrize("letter", "abcde")

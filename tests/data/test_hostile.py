@@ -324,6 +324,8 @@ FIGURE = dict.fromkeys(("section", "title", "caption", "alt"), "") | {"format": 
         ({"unexplained": {"fraction": True, "where": ""}}, "a number at 'unexplained.fraction'"),
         ({"effects": [None]}, "an object at 'effects[0]'"),
         ({"measure": {"advice": 3}}, "text at 'measure.advice'"),
+        ({"notes": [""] * 400_000}, "at most 10000 entries at 'notes', got 400000"),
+        ({"notes": [""] * 2_000_000}, "at most 2000000 bytes"),
         ({"notes": "\ud800"}, "no JSON"),  # half of a character, which no file in UTF-8 can hold
         ({"figures": [FIGURE | {"name": "/../../x"}]}, "a figure's name of letters"),
         ({"figures": [FIGURE | {"name": "absent"}]}, "no such file"),

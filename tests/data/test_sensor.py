@@ -10,8 +10,9 @@ import pytest
 from data_strategies import sensors
 from hypothesis import given, settings
 
+from bayestouch.data.files import write_together
 from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
-from bayestouch.data.sensor_toml import read_sensor, sensor_from_toml, sensor_to_toml, write_sensor
+from bayestouch.data.sensor_toml import read_sensor, sensor_from_toml, sensor_to_toml, sensor_writer
 from bayestouch.errors import InputError
 
 FINGER = """
@@ -177,7 +178,13 @@ PAD_NEEDS = "element_x_mm under [geometry]"
     ("text", "old", "new", "key", "message"),
     [
         (FINGER, "core_radius_mm", "core_radius", "core_radius_mm", f"a finger needs {FINGER_NEEDS}"),
-        (FINGER, 'name = "f"', 'body = "pad"', "element_x_mm", f"a pad needs {PAD_NEEDS}"),
+        (
+            FINGER,
+            'name = "f"',
+            'body = "pad"',
+            "element_x_mm",
+            f'a pad needs {PAD_NEEDS}, or body = "finger" at the top',
+        ),
         (PAD, "[geometry]", "[geometri]", "element_x_mm", f"a pad needs {PAD_NEEDS}"),
         (
             PAD,
@@ -230,7 +237,7 @@ def test_too_large_a_file_is_not_read(tmp_path, monkeypatch) -> None:
 def test_what_toml_cannot_hold_is_refused_and_nothing_written(tmp_path) -> None:
     file = tmp_path / "sensor.toml"
     with pytest.raises(InputError, match="cannot be written as TOML"):
-        write_sensor(Sensor("lone \ud800", Pad((0.0,))), file)
+        write_together({file: sensor_writer(Sensor("lone \ud800", Pad((0.0,))))})
     assert list(tmp_path.iterdir()) == []
 
 

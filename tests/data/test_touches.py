@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from same_touches import same_touches
 
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.touches import Touches, numbered, touches_from
@@ -66,7 +67,7 @@ def test_arrays_are_read_only_and_leave_the_callers_alone() -> None:
 def test_select_by_mask_index_and_slice() -> None:
     touches = finger_touches(extra={"note": ["a", "b", "c", "d", "e"]}, reads=[1, 1, 2, 1, 1])
     mask = touches.select(touches.touch == 3)
-    assert mask.same_as(touches.select([3, 4])) and mask.same_as(touches.select(slice(3, None)))
+    assert same_touches(mask, touches.select([3, 4])) and same_touches(mask, touches.select(slice(3, None)))
     assert mask.touch.tolist() == [3, 3] and mask.extra["note"].tolist() == ["d", "e"]
     assert mask.angle_deg is not None and mask.angle_deg.tolist() == [-2.0, -2.0]
     assert mask.y_mm is None
@@ -77,13 +78,13 @@ def test_select_by_mask_index_and_slice() -> None:
 
 def test_same_as_sees_every_difference() -> None:
     touches = finger_touches(extra={"note": list("abcde")})
-    assert touches.same_as(touches.with_(notes=("a note",)))
-    assert not touches.same_as(touches.with_(load=np.where(touches.load == 0, -0.0, touches.load)))
-    assert not touches.same_as(touches.with_(load=np.nan_to_num(touches.load)))
-    assert not touches.same_as(touches.with_(angle_deg=None))
-    assert not touches.same_as(touches.with_(extra={"note": list("abcdf")}))
-    assert not touches.same_as(touches.with_(extra={}))
-    assert not touches.same_as(touches.select([0, 1]))
+    assert same_touches(touches, touches.with_(notes=("a note",)))
+    assert not same_touches(touches, touches.with_(load=np.where(touches.load == 0, -0.0, touches.load)))
+    assert not same_touches(touches, touches.with_(load=np.nan_to_num(touches.load)))
+    assert not same_touches(touches, touches.with_(angle_deg=None))
+    assert not same_touches(touches, touches.with_(extra={"note": list("abcdf")}))
+    assert not same_touches(touches, touches.with_(extra={}))
+    assert not same_touches(touches, touches.select([0, 1]))
 
 
 @pytest.mark.parametrize(
@@ -231,7 +232,7 @@ def test_baseline_of_the_table_where_a_touch_has_none() -> None:
 def test_no_baseline_leaves_the_readings_and_says_so() -> None:
     touches = finger_touches(load=[1.0] * 5)
     corrected = touches.baseline_corrected()
-    assert corrected.same_as(touches)
+    assert same_touches(corrected, touches)
     assert corrected.notes == ("no reading without contact: readings are taken as they are",)
     assert touches.rest_reading() is None
 

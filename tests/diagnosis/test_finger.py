@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.effects import StatedModel, read_model
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
 

@@ -98,7 +98,7 @@ def test_a_calibration_with_effects_reads_the_same_from_its_file(
     two = bayestouch.infer(touches, again, draws=200)
     for name in ("x", "P"):
         np.testing.assert_allclose(one.mean(name), two.mean(name), rtol=1e-12)
-    # The load is that of the force sensor, not the one that acts on a linear pad; it is known to 0.5 % here.
+    # The load is the true one, not the one that acts on a linear pad; it is known to 0.5 % here.
     assert np.abs(one.mean("P") / table.load[:12] - 1).max() < 0.05
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.data import DiagnosisData

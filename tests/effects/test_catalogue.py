@@ -11,7 +11,7 @@ from study_modules import study
 
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.response import modes_needed
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
 from bayestouch.effects.listing import effect_facts, listing, typical

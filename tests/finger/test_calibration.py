@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from known_fingers import ANGLES, SAMPLES, dataset, known_touches, sensor, true_chain
+from plain_sampler import sample_plain
 from scipy.special import logsumexp
 
 import bayestouch
@@ -20,8 +21,6 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 from bayestouch.priors.prior_text import priors_from_text
 from bayestouch.results.reading import load_calibration
-from bayestouch.sampling import sample_plain
-from bayestouch.sampling.laplace import whiten_rank_one
 
 PLAIN_STEPS = 16_000
 
@@ -29,16 +28,6 @@ PLAIN_STEPS = 16_000
 @pytest.fixture(scope="module")
 def calibration() -> bayestouch.Calibration:
     return bayestouch.calibrate(dataset(known_touches(1)), draws=2000, seed=3)
-
-
-def test_whitening_is_the_mahalanobis_distance() -> None:
-    rng = np.random.default_rng(0)
-    residual, sd, v = rng.normal(size=(3, 6)), rng.uniform(0.5, 2, (3, 6)), rng.normal(size=(3, 6))
-    z = whiten_rank_one(residual, sd, v)
-    for row in range(3):
-        covariance = np.diag(sd[row] ** 2) + np.outer(v[row], v[row])
-        expected = residual[row] @ np.linalg.solve(covariance, residual[row])
-        assert (z[row] ** 2).sum() == pytest.approx(expected, rel=1e-12)
 
 
 def test_noiseless_touches_return_the_truth() -> None:

@@ -14,7 +14,7 @@ from pad_simulation import grid, line, square
 
 import bayestouch.diagnosis.finger as diagnosis_of_finger
 import bayestouch.diagnosis.pad as diagnosis_of_pad
-import bayestouch.reporting.evidence as evidence
+import bayestouch.reporting.gather as gathering
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches, touches_from
@@ -163,7 +163,7 @@ def seen_by_fit(module: object, name: str, dataset: DataSet, monkeypatch: pytest
 @pytest.mark.parametrize("layout", ["two tables", "two tables, few to be read", "one table"])
 def test_the_fit_of_a_diagnosed_finger_sees_no_held_out_reading(layout: str, monkeypatch: pytest.MonkeyPatch) -> None:
     dataset = LAYOUTS[layout][0]()
-    observed = seen_by_fit(diagnosis_of_finger, "base_fit", dataset, monkeypatch, contact="layer")[0]
+    observed = seen_by_fit(diagnosis_of_finger, "finger_start", dataset, monkeypatch, contact="layer")[0]
     held = DiagnosisData.of(dataset)
     seen = marks(observed.table, np.ones(observed.table.n_rows, bool))
     assert seen == marks(held.table, held.training) and not seen & marks(held.table, held.held_out)
@@ -187,7 +187,7 @@ def test_a_report_calibrates_with_touches_that_it_does_not_read(monkeypatch: pyt
 
     monkeypatch.setattr("bayestouch.calibration.calibrate", spy)
     with pytest.raises(Stop):
-        evidence.gather(pads(400, 2), seed=0, draws=64, plug_in=False)
+        gathering.gather(pads(400, 2), seed=0, draws=64, plug_in=False)
     parted = caught["dataset"]
     assert not marks(parted.calibration, np.ones(parted.calibration.n_rows, bool)) & marks(
         parted.touches, np.ones(parted.touches.n_rows, bool)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import operator
 import os
 import pickle
+import re
 import signal
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,6 +22,7 @@ from bayestouch.calibration import calibrate
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.parallel import cluster as cluster_module
+from bayestouch.parallel.cluster import on_cluster
 from bayestouch.reading import driver as run_module
 from bayestouch.reading.options import Kept, Options
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -99,13 +101,13 @@ def test_blocks_in_any_order(
     bayestouch.infer(*read, draws=DRAWS, seed=5, output=usual)
 
     def backwards(workers: int | None) -> run_module.Executor:
-        def hands(reader: Any, kept: Kept, blocks: Any, within: Any) -> Any:
+        def execute(reader: Any, kept: Kept, blocks: Any, within: Any) -> Any:
             for first, block in list(blocks)[::-1]:
                 yield first, run_module.keep(reader.read(block, first, 1, None), kept)
 
-        return hands
+        return execute
 
-    monkeypatch.setattr("bayestouch.inference.own_hands", backwards)
+    monkeypatch.setattr("bayestouch.inference.local_executor", backwards)
     bayestouch.infer(*read, draws=DRAWS, seed=5, output=turned)
     assert turned.read_bytes() == usual.read_bytes()
 
@@ -117,6 +119,35 @@ def test_a_scheduler_that_is_not_there(
     with pytest.raises(InputError, match=r"tcp://127\.0\.0\.1:1"):
         bayestouch.infer(*read, draws=DRAWS, output=tmp_path / "a.nc", scheduler="tcp://127.0.0.1:1")
     assert not (tmp_path / "a.nc").exists()
+
+
+def test_a_scheduler_that_goes_away_ends_the_run_in_one_line_and_what_is_done_is_kept(
+    read: tuple[Touches, Calibration], tmp_path: Path
+) -> None:
+    """The same command without a cluster goes on from the blocks that are finished."""
+    output, undisturbed = tmp_path / "a.nc", tmp_path / "b.nc"
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as lost:
+        address = lost.scheduler_address
+        with pytest.raises(InputError, match=re.escape(f"the cluster at {address} does no work")) as caught:
+            bayestouch.infer(
+                *read, draws=DRAWS, seed=5, output=output, scheduler=address, progress=lambda share: lost.close()
+            )
+    assert "\n" not in str(caught.value) and not output.exists()
+    bayestouch.infer(*read, draws=DRAWS, seed=5, output=output)
+    bayestouch.infer(*read, draws=DRAWS, seed=5, output=undisturbed)
+    assert output.read_bytes() == undisturbed.read_bytes()
+
+
+def test_workers_that_all_go_end_the_run_in_one_line() -> None:
+    """The scheduler would wait for others for ever."""
+    with distributed.LocalCluster(n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None) as lost:
+        address = lost.scheduler_address
+        pieces = on_cluster(address, operator.add, 10, [(number, number) for number in range(20)], patience=1.0)
+        assert next(pieces)[1] in range(10, 14)
+        lost.scale(0)
+        lost.sync(lost._correct_state)
+        with pytest.raises(InputError, match="no worker is at work although work is left"):
+            list(pieces)
 
 
 def test_a_worker_of_another_version_is_refused(

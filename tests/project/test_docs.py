@@ -14,7 +14,7 @@ import pytest
 from report_cases import FINGER, small
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.simulation import FingerDesign
 
 ROOT = Path(__file__).resolve().parents[2]

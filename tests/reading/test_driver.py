@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import xarray as xr
 from known_fingers import dataset, known_touches
-from streamed_cases import DRAWS, blocks_of_seven, calibrated, saved
+from same_touches import same_touches
+from streamed_cases import DRAWS, blocks_of_seven, calibrated, same, saved
 
 import bayestouch
-from bayestouch.cli import main
+from bayestouch.commands.cli import main
 from bayestouch.data import parquet, tables, touch_source
 from bayestouch.data import survey as survey_module
 from bayestouch.data.touch_source import joined_touches
@@ -38,18 +39,6 @@ def small_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.fixture(scope="module")
 def whole(read: tuple[Touches, Calibration]) -> TouchPosteriors:
     return bayestouch.infer(*read, draws=DRAWS, seed=5)
-
-
-def same(mine: TouchPosteriors, other: TouchPosteriors) -> None:
-    for name in ("posterior", "sample_stats", "reference"):
-        first, second = getattr(mine, name), getattr(other, name)
-        assert set(first) == set(second)
-        for key in first:
-            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
-    for name in ("touch", "observed", "predicted", "sd", "counts", "load", "radius_mm"):
-        np.testing.assert_array_equal(getattr(mine.rows, name), getattr(other.rows, name))
-    assert mine.settings == other.settings
-    assert mine.notes == other.notes
 
 
 @pytest.mark.usefixtures("small_blocks")
@@ -262,8 +251,8 @@ def test_a_file_is_read_once_where_there_is_room(
     first, again = list(source.pieces()), list(source.pieces())
     assert len(times) == (1 if room else 2)
     assert len(first) == len(again) > 5
-    assert all(one.same_as(other) and one.notes == other.notes for one, other in zip(first, again, strict=True))
-    assert source.whole().same_as(_several_samples())
+    assert all(same_touches(one, other) and one.notes == other.notes for one, other in zip(first, again, strict=True))
+    assert same_touches(source.whole(), _several_samples())
 
 
 def test_the_command_says_how_many_missed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

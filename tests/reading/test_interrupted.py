@@ -105,19 +105,19 @@ def test_a_run_killed_a_hundred_times_ends_the_same(files: tuple[Path, Path], tm
 
 _DEADLY = """
 import os, signal, sys, bayestouch
-from bayestouch.finger.reading import draws as finger_draws
-here, usual, finger_draws.SHARED_FROM = os.getpid(), finger_draws.draw_touches, 1
+from bayestouch.reading import draws
+here, usual, draws.SHARED_FROM = os.getpid(), draws.draw_groups, 1
 
-def deadly(task, touches, numbers, rounds):
-    if os.getpid() != here and numbers[0] > 0:
+def deadly(sampler, touches, rows, *more):
+    if os.getpid() != here and rows[0] > 0:
         os.kill(os.getpid(), signal.SIGKILL)
-    return usual(task, touches, numbers, rounds)
+    return usual(sampler, touches, rows, *more)
 
 data = bayestouch.load_dataset({folder!r})
 calibration = bayestouch.load({calibration!r})
 options = dict(method="importance", draws=128, seed=1)
 whole = bayestouch.infer(data.touches, calibration, workers=1, **options)
-finger_draws.draw_touches = deadly
+draws.draw_groups = deadly
 rest = bayestouch.infer(data.touches, calibration, workers=2, **options)
 assert all((rest.posterior[name] == draws).all() for name, draws in whole.posterior.items())
 """

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from jsonschema import Draft202012Validator
 
 import bayestouch
 from bayestouch.reporting.diagnosed import saved_diagnosis
-from bayestouch.reporting.diagnosis_file import read_figure
+from bayestouch.reporting.diagnosis_file import SCHEMA, read_figure
 
 
 def test_a_report_tells_of_a_saved_diagnosis_with_an_effect(tmp_path: Path) -> None:
@@ -27,3 +28,10 @@ def test_a_report_tells_of_a_saved_diagnosis_with_an_effect(tmp_path: Path) -> N
 def test_figures_of_other_folders_are_refused(tmp_path: Path, name: str) -> None:
     with pytest.raises(bayestouch.InputError, match="expected a figure's name of letters and hyphens"):
         read_figure(tmp_path, name, "png")
+
+
+def test_the_schema_is_one_and_any_other_object_fails_it() -> None:
+    """A keyword in the wrong place would be ignored: the schema would then let anything pass."""
+    Draft202012Validator.check_schema(SCHEMA)
+    missing = {error.message.split("'")[1] for error in Draft202012Validator(SCHEMA).iter_errors({})}
+    assert missing >= {"verdict", "data", "before", "after", "effects", "candidates", "unexplained", "figures"}

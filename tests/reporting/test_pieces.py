@@ -16,22 +16,16 @@ from numpy.typing import NDArray
 
 import bayestouch
 from bayestouch.checking.tables import indenter_name
-from bayestouch.contact import composite_radius
 from bayestouch.data.json_values import strict
-from bayestouch.data.touches import touches_from
 from bayestouch.errors import InputError
 from bayestouch.output.files import new_folder, write_numbers
 from bayestouch.output.text import exact, fixed, listed, number, percent, plural, plus_minus
-from bayestouch.paper.simplex import fit_touch
 from bayestouch.priors.parameters import Parameter, Uniform
 from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import _verdict, answer
 from bayestouch.reporting.calibration_tables import model_rows, statistic_rows
 from bayestouch.reporting.differences import error_summary, turned
-from bayestouch.reporting.error_split import _touch_of_sample
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.point_fits import fit_points, model_finger
-from bayestouch.reporting.radii import _told_from_ends, radius_limits
 from bayestouch.reporting.trust import convergence, coverage
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -166,37 +160,6 @@ def test_convergence_counts_touches_that_miss(calibration: Calibration) -> None:
     assert grades["pareto_k"]["missed"] == 0
 
 
-def limits(edge: list[float | None], flat: list[float | None]) -> dict[str, Any]:
-    tips = [1.0, 3.0, 9.0]
-    return radius_limits(
-        [
-            {"r_c_mm": r, "told_from_edge_percent": a, "told_from_flat_percent": b}
-            for r, a, b in zip([0.0, *tips, np.inf], [None, *edge, None], [None, *flat, None], strict=True)
-        ]
-    )
-
-
-def test_radius_limits_hold_for_every_tip_beyond() -> None:
-    found = limits([80.0, 96.0, 100.0], [100.0, 99.0, 40.0])
-    assert (found["told_from_edge_r_c_mm"], found["told_from_flat_r_c_mm"]) == (3.0, 3.0)
-    # A tip that fails between two that pass ends the range on its far side.
-    assert limits([100.0, 90.0, 100.0], [100.0, 90.0, 100.0])["told_from_edge_r_c_mm"] == 9.0
-    assert limits([100.0, 90.0, 100.0], [100.0, 90.0, 100.0])["told_from_flat_r_c_mm"] == 1.0
-    nothing = limits([100.0, 100.0, 94.0], [0.0, 0.0, 0.0])
-    assert nothing["told_from_edge_r_c_mm"] is None and nothing["told_from_edge_tried"]
-    assert not limits([None] * 3, [None] * 3)["told_from_flat_tried"]
-
-
-def test_told_from_ends() -> None:
-    radius = np.repeat([0.0, 3.0, np.inf], 100)
-    mean = np.r_[np.linspace(0, 1, 100), np.linspace(0.9, 2.0, 100), np.linspace(11, 12, 100)]
-    edge, flat = _told_from_ends(mean, radius)
-    # The 95 % quantile of the edges is 0.95: of 0.9 … 2.0 in 100 steps, 95 lie above it.
-    assert edge == {3.0: pytest.approx(95.0)}
-    assert flat == {3.0: 100.0}
-    assert _told_from_ends(mean[100:], radius[100:])[0] == {}
-
-
 @pytest.mark.parametrize(
     ("inside", "touches", "words"),
     [
@@ -272,49 +235,6 @@ def test_models_are_told_apart_from_statistics() -> None:
         ("layer", False),
     ]
     assert [row["value"] for row in statistic_rows(statistics)] == [30.0, -1.0, 4.0]
-
-
-@pytest.mark.parametrize("contact", ["layer", "hertz"])
-def test_point_fits_recover_noise_free_touches(calibration: Calibration, contact: str) -> None:
-    finger = model_finger(calibration, contact)
-    radius = composite_radius([1.59, 3.9, 12.3, 25.25], finger.outer_radius_mm)
-    angle, load = np.array([-8.0, 3.0, 0.5, 11.0]), np.array([180.0, 200.0, 220.0, 190.0])
-    readings = finger.predict(radius, np.radians(angle), load)
-    means = touches_from(np.arange(4), readings, load=load, angle_deg=angle).averaged()
-    found = fit_points(means, calibration, finger)
-    # The search ends when a step gains less than 1e-4 in log density, 0.015 standard deviations; those of a reading
-    # at 1.7 % noise are 1 mm, 0.15 degree and 5 N/m (Table 4).
-    np.testing.assert_allclose(found.R, radius, rtol=0, atol=0.015)
-    np.testing.assert_allclose(found.theta_c, angle, rtol=0, atol=0.0025)
-    np.testing.assert_allclose(found.P, load, rtol=0, atol=0.08)
-    np.testing.assert_allclose(found.r_c, [1.59, 3.9, 12.3, 25.25], rtol=0.02)
-
-
-def test_point_fits_are_those_of_the_papers_simplex(calibration: Calibration) -> None:
-    """All elements alike, so that weighing by noise and by gain (the paper's strain error) is the same."""
-    gain = calibration.mode["gain"]
-    alike = replace(
-        calibration,
-        noise=replace(calibration.noise, tactile_sd=0.002 * gain, discrepancy_sd=np.zeros(len(gain))),
-    )
-    finger = model_finger(alike, "layer")
-    rng = np.random.default_rng(3)
-    clean = finger.predict(np.array([3.0, 6.0]), np.radians([2.0, -7.0]), np.array([200.0, 190.0]))
-    readings = clean + 0.001 * gain * rng.standard_normal(clean.shape)
-    means = touches_from(np.arange(2), readings).averaged()
-    found = fit_points(means, alike, finger)
-    for i, row in enumerate(readings):
-        paper = fit_touch(finger, row)
-        # Tolerances: 0.03 of the standard deviations that this noise gives (some 0.1 mm, 0.02 degree, 0.8 N/m).
-        assert found.R[i] == pytest.approx(paper.composite_radius_mm, abs=0.01)
-        assert found.theta_c[i] == pytest.approx(paper.angle_deg, abs=0.002)
-        assert found.P[i] == pytest.approx(paper.load, abs=0.1)
-
-
-def test_samples_find_their_touch() -> None:
-    table = touches_from([7, 3, 7, 5, 3], np.arange(10.0).reshape(5, 2))
-    means = table.averaged()
-    assert means.touch[_touch_of_sample(means, table.touch)].tolist() == [7, 3, 7, 5, 3]
 
 
 def test_notes_are_sentences_and_indenters_counted(calibration: Calibration) -> None:

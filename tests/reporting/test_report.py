@@ -23,9 +23,9 @@ from bayestouch.paper.published import TABLE_3
 from bayestouch.reporting import Report
 from bayestouch.reporting.assemble import report_numbers
 from bayestouch.reporting.corner_pictures import touch_corners
-from bayestouch.reporting.evidence import gather
+from bayestouch.reporting.gather import gather
 from bayestouch.reporting.page import render
-from bayestouch.reporting.picture_list import all_pictures
+from bayestouch.reporting.picture_list import report_pictures
 from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.reporting.writing import write_report
 
@@ -254,7 +254,7 @@ def test_report_on_a_line_of_elements(tmp_path: Path) -> None:
 def test_plane_numbers_and_pictures() -> None:
     plane_evidence = pad_evidence(PLANE)
     numbers = report_numbers(plane_evidence)
-    pictures = all_pictures(plane_evidence, numbers)
+    pictures = report_pictures(plane_evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     posteriors = plane_evidence.posteriors
     error = np.stack([posteriors.mean(axis) - posteriors.reference[axis] for axis in "xy"])
@@ -277,7 +277,7 @@ def test_without_references_the_report_says_so() -> None:
     touches = dataset.touches.with_(angle_deg=None, indenter_radius_mm=unknown, load=unknown)
     blind_evidence = gather(replace(dataset, touches=touches), seed=0, draws=128, plug_in=True)
     numbers = report_numbers(blind_evidence)
-    pictures = all_pictures(blind_evidence, numbers)
+    pictures = report_pictures(blind_evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     text = "".join(Page(render(numbers, pictures)).text)
     assert {picture.name for picture in pictures}.isdisjoint({"coverage", "all_tips", "estimate_by_location"})

@@ -11,6 +11,7 @@ import arviz as az
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
+from plain_sampler import sample_plain
 from scipy import stats
 
 from bayestouch.sampling import (
@@ -23,7 +24,6 @@ from bayestouch.sampling import (
     pareto_shape,
     pareto_smooth,
     sample_blocks,
-    sample_plain,
 )
 from bayestouch.sampling.ensembles import ensemble_round
 from bayestouch.sampling.run import Run

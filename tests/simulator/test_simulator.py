@@ -17,7 +17,7 @@ from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.data.sensor import Finger
 from bayestouch.finger.fit import fit_finger
 from bayestouch.finger.priors import FingerPriors
-from bayestouch.simulation.designs import FingerDesign
+from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.finger import BuiltFinger
 
 PAPER = Annulus(9.4, 12.7, 0.46)

@@ -267,7 +267,7 @@ def test_distinguishability() -> None:
 
 def test_sweet_spots(tmp_path: Path) -> None:
     """Errors are as large as predicted, and where the model misses something their sign is predicted too."""
-    by_size, by_sign = study("sweet_spots").main(small=True, folder=tmp_path)
+    by_size, by_sign, _ = study("sweet_spots").main(small=True, folder=tmp_path)
     # 51 errors that neighbours and tips share: a root mean square is good to a quarter or so
     assert 0.6 < by_size[0].ratio < 1.5
     assert by_sign[0].score.r_squared > 0.2

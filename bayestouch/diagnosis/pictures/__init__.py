@@ -11,10 +11,10 @@ from bayestouch.diagnosis.pictures.views import pair_picture, view_picture
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.output.pictures import Picture
 
-__all__ = ["all_pictures"]
+__all__ = ["diagnosis_pictures"]
 
 
-def all_pictures(traced: Traced) -> tuple[Picture, ...]:
+def diagnosis_pictures(traced: Traced) -> tuple[Picture, ...]:
     """Every figure that the data give, the most telling first."""
     return tuple(_each(traced))
 

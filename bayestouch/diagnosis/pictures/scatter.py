@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayestouch.diagnosis.rounds import Round
+from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.model.fitting import Fitted
 from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, legend_below, rendered
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def scatter_picture(number: int, each: Round, following: Round) -> Picture:
+def scatter_picture(number: int, each: SearchRound, following: SearchRound) -> Picture:
     """Samples before and after an effect that acts within touches, or on the noise."""
     assert each.added is not None
     effect = each.added.effect

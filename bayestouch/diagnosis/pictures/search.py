@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayestouch.diagnosis.rounds import Round, Tried
+from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.output.pictures import BLUE, GREY, ORANGE, Picture, canvas, drawing, rendered
 
@@ -38,7 +38,7 @@ def search_picture(traced: Traced) -> Picture:
     )
 
 
-def draw_round(axes: Axes, number: int, each: Round, names: Sequence[str]) -> None:
+def draw_round(axes: Axes, number: int, each: SearchRound, names: Sequence[str]) -> None:
     """Bars of one round: blue was added, orange cannot be told from it."""
     tried = {one.effect.name: one for one in each.tried}
     place = np.arange(len(names))
@@ -54,7 +54,7 @@ def _share(tried: Tried | None) -> float:
     return 100 * tried.share
 
 
-def _colour(each: Round, name: str) -> str:
+def _colour(each: SearchRound, name: str) -> str:
     if each.added is None:
         return GREY
     if name == each.added.effect.name:
@@ -62,5 +62,5 @@ def _colour(each: Round, name: str) -> str:
     return ORANGE if name in each.added.indistinguishable else GREY
 
 
-def _outcome(each: Round) -> str:
+def _outcome(each: SearchRound) -> str:
     return "nothing added" if each.added is None else f"{each.added.effect.name} added"

@@ -204,7 +204,7 @@ def _known_sd(fit: FingerFit) -> FloatArray:
     counts = np.where(fit.likelihood.missing, 0, touches.counts)
     bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
     _, slope = fit.likelihood.predicted(fit.laplace.mode)
-    by_load = slope * fit.likelihood.errors(fit.vector).load_sd[:, None]
+    by_load = slope * fit.likelihood.standard_errors(fit.vector).load_sd[:, None]
     return np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
 
 

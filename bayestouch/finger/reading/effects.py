@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,7 +14,8 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.model import FingerModel
-from bayestouch.model.observations import Observations, PlainRows
+from bayestouch.finger.reading.reader import TouchContext
+from bayestouch.model.observations import Observations, UntimedTouches
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +61,18 @@ class EffectContext:
             slopes=self.slopes[:, :, index],
         )
 
+    def joined(self, parts: Sequence[TouchContext]) -> EffectContext:
+        """The same effects on the touches of several contexts, of which this is one."""
+        contexts = [part for part in parts if isinstance(part, EffectContext)]
+        return replace(
+            self,
+            scale=np.concatenate([part.scale for part in contexts]),
+            shift=np.concatenate([part.shift for part in contexts]),
+            extra=np.concatenate([part.extra for part in contexts]),
+            reads=np.concatenate([part.reads for part in contexts]),
+            slopes=np.concatenate([part.slopes for part in contexts], axis=2),
+        )
+
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
@@ -87,10 +101,10 @@ class EffectContext:
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
-        model = self._static.observing(PlainRows(len(load))).at(radius_mm, angle, load)
+        model = self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
         vector = self.effects_chain.vector[self._static_rows]
         signal = model.predict(vector).touches
-        total = self.extra + self._noise(signal)
+        total = self.extra + self.effects_chain.listed.noise.covariance(signal, model.peak, self.reads)
         correction_table = self.effects_chain.correction_table
         if correction_table is not None:
             sd = correction_table.sd_at(np.degrees(angle))
@@ -107,15 +121,6 @@ class EffectContext:
         )
         spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
         return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
-
-    def _noise(self, signal: FloatArray) -> FloatArray:
-        """What effects of the noise add."""
-        noise, peak = self.effects_chain.listed.noise, self.effects_chain.model.peak
-        m = signal.shape[1]
-        together = noise.together(peak)
-        own = noise.variance(signal, peak) / self.reads[:, None]
-        common = noise.shared_variance(self.reads)[:, None, None] * np.outer(together, together)
-        return np.asarray(common + own[:, :, None] * np.eye(m))
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

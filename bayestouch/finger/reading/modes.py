@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.reading.reader import FingerPosterior
+from bayestouch.sampling.laplace import damped_newton_steps
 
 # Radii at which the search over location is made, as shares of the way from the sharpest (an edge) to the bluntest.
 START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
@@ -96,14 +97,10 @@ def _climb(
     x = start.copy()
     value = posterior.log_density(x[:, None], blocks)[:, 0]
     damping = np.full(len(x), 1e-2)
-    hessian = np.zeros((len(x), 3, 3))
     active = np.arange(len(x))
     for _ in range(MAX_ITERATIONS):
         gradient, hess = _expansion(posterior, x[active], blocks[active])
-        hessian[active] = hess
-        scale = np.einsum("nii->ni", hess)
-        damped = hess + damping[active, None, None] * np.eye(3) * scale[:, :, None]
-        step = np.linalg.solve(damped, gradient[..., None])[..., 0]
+        step = damped_newton_steps(gradient, hess, damping[active])
         step[:, 0] = np.clip(step[:, 0], -2.0, 2.0)
         tried = x[active] + step
         tried_value = posterior.log_density(tried[:, None], blocks[active])[:, 0]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -51,6 +52,10 @@ class TouchContext(Protocol):
 
     def select(self, index: IntArray) -> TouchContext:
         """Some of the touches."""
+        ...
+
+    def joined(self, parts: Sequence[TouchContext]) -> TouchContext:
+        """The touches of several contexts of the same effects, of which this is one."""
         ...
 
     def readings(

@@ -7,23 +7,21 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect
 from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
 from bayestouch.finger.reading.effects import EffectContext, timed_scale_and_shift, timed_slopes
 from bayestouch.finger.reading.modes import find_modes, with_whitener
 from bayestouch.finger.reading.reader import (
     FingerPosterior,
-    IndenterPriors,
     TouchReadings,
     full_whitener,
     noise_whitener,
 )
-from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import without_wrong
@@ -38,7 +36,7 @@ STEPS = np.array([3e-2, 3e-3, 3e-3])
 def observe(
     corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
 ) -> tuple[Observations, str]:
-    """Touches of a file on their clock, without readings that are wrong; and a note, empty where there is none."""
+    """Touches of a table on their clock, without readings that are wrong; and what was assumed of the clock."""
     timing = Timing.of(corrected)
     values = effects_chain.values.get("outliers")
     table = corrected
@@ -48,23 +46,28 @@ def observe(
     if each_sample:
         table = table.with_(touch=np.arange(table.n_rows), sample=np.zeros(table.n_rows, dtype=np.int64))
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
-    depends_on_time = effects_chain.listed.drifts or any(e.needs_samples for e in effects_chain.model.effects)
-    note = timing.note if depends_on_time else ""
-    return Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span), note
+    observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
+    if each_sample:
+        # one touch a row; each goes by the number that its touch has in the table
+        observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
+    return observed, timing.note
+
+
+def changes_load(effects_chain: ChainWithEffects) -> bool:
+    """Whether the force sensor reads another load than the one that acts."""
+    return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
 
 
 def prepare(
     readings: TouchReadings,
     observed: Observations,
     effects_chain: ChainWithEffects,
-    chain: FingerChain,
-    table: ReadingTable,
-    priors: IndenterPriors,
-    noise: Noise,
+    sampler: FingerSampler,
     *,
     plug_in: bool,
 ) -> TouchReadings:
     """Readings with the effects of each touch's own time, with drifts found and loads set right."""
+    noise = sampler.noise
     scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector)
     t, m = scale.shape
     context = EffectContext(
@@ -77,22 +80,24 @@ def prepare(
         exact=plug_in,
     )
     readings = replace(readings, context=context)
-    changes_load = any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
-    if not effects_chain.listed.drifts and not changes_load:
+    corrects_load = changes_load(effects_chain)
+    if not effects_chain.listed.drifts and not corrects_load:
         return readings
     start = None
     raw_load, raw_sd = readings.load, readings.load_sd
     for _ in range(ROUNDS):
         current = readings.context
         assert isinstance(current, EffectContext)
-        posterior = FingerPosterior(chain, readings, priors, noise_whitener(noise, readings), table)
+        posterior = FingerPosterior(
+            sampler.chain, readings, sampler.priors, noise_whitener(noise, readings), sampler.table
+        )
         mode, _ = find_modes(posterior, start)
         radius = posterior.radius(mode[:, 0])
         covariance = current.covariance(radius, mode[:, 1], mode[:, 2])
         posterior = with_whitener(posterior, full_whitener(noise, readings, covariance))
         mode, _ = find_modes(posterior, mode)
         start = mode
-        if changes_load:
+        if corrects_load:
             load, load_sd = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd)
             readings = replace(readings, load=load, load_sd=load_sd)
         if effects_chain.listed.drifts:

@@ -1,4 +1,4 @@
-"""Draws of touches on a pad: by emcee, window by window, on as many processes as there are cores."""
+"""Touches on a calibrated pad as the sampler wants them: their density, a proposal, and what is kept of draws."""
 
 from __future__ import annotations
 
@@ -8,15 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
+from bayestouch.chain.pad import COORDINATES
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
-from bayestouch.pad.reading.lattice import Lattice
+from bayestouch.pad.reading.lattice import Lattice, lattice_for
 from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
-from bayestouch.parallel.processes import cores, may_fork, shared_empty, spread_out
-from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, Demands, sample_blocks
-
-CHAINS = 4
+from bayestouch.reading.touch_reader import Drawn
 
 # Touches of which one process holds the parts of the posteriors in memory: at most 1,000 parts of 150 B each.
 _WINDOW = 256
@@ -24,137 +22,110 @@ _WINDOW = 256
 # Touches drawn together, of about the same number of parts.
 _TOGETHER = 128
 
-# Fewer effective draws than this share of all, or than 400, call for another round.
-_LEAST_SHARE = 0.4
-
 # Draws of each touch that the level of its reference is found from, and that its readings are predicted with.
 _THINNED = 200
 
-
-STATS = ("ess_bulk", "rhat", "acceptance", "pareto_k", "second_round", "grade", "modes", "reference_level")
+#: What a posterior says of places, (t,); readings as they are predicted, and their standard deviations, (m, t).
+PLACES = ("modes", "reference_level")
+PREDICTED = ("predicted", "predicted_sd")
 
 
 @dataclass(frozen=True, eq=False)
-class PadDraws:
-    """Draws of touches, their grades, and what they predict; t touches, m elements.
+class PadGroup:
+    """Touches on a pad that are drawn together. A `bayestouch.reading.touch_reader.TouchGroup`.
 
     Attributes
     ----------
-    draws : (chain, draw, t, D + 1) array
-        Location (mm), then load as it acts.
-    stats : dict of (t,) arrays
-        Grades by the names of `STATS`.
-    predicted, sd : (t, m) arrays
-        Posterior mean of the readings, and the standard deviation of a reading about it.
-    """
-
-    draws: FloatArray
-    stats: dict[str, FloatArray]
-    predicted: FloatArray
-    sd: FloatArray
-
-
-def draw_pad(
-    reader: PadReader,
-    known: PadTouches,
-    location: FloatArray,
-    lattice: Lattice,
-    *,
-    draws: int,
-    seed: int,
-    first: int,
-    workers: int | None,
-    progress: Progress | None,
-) -> PadDraws:
-    """Draw the posteriors of touches.
-
-    Parameters
-    ----------
+    rows : (t,) int array
+        Their places in the block.
     reader : PadReader
         What the calibration says of readings.
     known : PadTouches
         The touches.
     location : (t, D) array
         Reference locations, mm; NaN unknown. They decide ``reference_level`` alone.
+    proposal : ManyParts
+        Of the sampler.
+    modes : (t,) int array
+        Separate places that each posterior names.
+    """
+
+    rows: IndexArray
+    reader: PadReader
+    known: PadTouches
+    location: FloatArray
+    proposal: ManyParts
+    modes: IndexArray
+
+    def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
+        """Log posterior density (B, n) of points (B, n, D + 1), load last, of the touches at the places `touch`."""
+        return self.reader.log_density(self.known, x, touch)
+
+    def results(self, draws: FloatArray) -> Drawn:
+        """Location (mm) and load as it acts of draws (chain, draw, t, D + 1), `PLACES` and `PREDICTED`."""
+        names = coordinates(self.reader)
+        thinned = _thinned(draws)
+        predicted, sd = _predicted(self.reader, self.known, thinned)
+        return {
+            **{name: draws[..., axis] for axis, name in enumerate(names)},
+            "modes": self.modes.astype(float),
+            "reference_level": _levels(self.proposal, thinned, self.location),
+            "predicted": predicted.T,
+            "predicted_sd": sd.T,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class PadSampler:
+    """A calibrated pad that touches are drawn with. A `bayestouch.reading.touch_reader.TouchSampler`.
+
+    Attributes
+    ----------
+    reader : PadReader
+        What the calibration says of readings.
     lattice : Lattice
         Places that are tried for every touch.
-    draws, seed : int
-        Draws of each touch in all, and the seed.
-    first : int
-        Number of the first touch.
-    workers : int, optional
-        How many processes draw; as many as there are cores by default. The result does not depend on it.
-    progress : callable, optional
-        Called with the share of the work done.
     """
-    n, t = -(-draws // CHAINS), known.n_touches
-    windows = [np.arange(start, min(start + _WINDOW, t)) for start in range(0, t, _WINDOW)]
-    workers = cores(workers) if len(windows) > 1 else 1
-    empty = np.empty if workers == 1 or not may_fork() else shared_empty
-    out = PadDraws(
-        draws=empty((CHAINS, n, t, location.shape[1] + 1)),
-        stats={name: empty((t,)) for name in STATS},
-        predicted=empty(known.readings.shape),
-        sd=empty(known.readings.shape),
-    )
 
-    def draw(window: IndexArray) -> int:
-        for index, parts, modes in _groups(reader, known, lattice, window):
-            result = sample_blocks(
-                lambda x, blocks: reader.log_density(known, x, blocks - first),
-                parts,
-                walkers=CHAINS,
-                draws=n,
-                seed=seed,
-                blocks=first + index,
-                demands=demands(n),
+    reader: PadReader
+    lattice: Lattice
+
+    # A proposal of many parts takes long to make, so that a poor touch is drawn again from the one it has.
+    redraws_together = False
+
+    @classmethod
+    def of(cls, reader: PadReader) -> PadSampler:
+        """With the lattice that the pad's map asks for."""
+        return cls(reader, lattice_for(reader))
+
+    def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
+        """Rows in windows."""
+        return [rows[start : start + _WINDOW] for start in range(0, len(rows), _WINDOW)]
+
+    def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
+        """Of coordinates and load, `PLACES` and `PREDICTED`."""
+        m = self.reader.map.n_elements
+        drawn = dict.fromkeys(coordinates(self.reader), (chains, draws))
+        return {**drawn, **dict.fromkeys(PLACES, ()), **dict.fromkeys(PREDICTED, (m,))}
+
+    def groups(self, touches: TouchMeans, rows: IndexArray) -> Iterator[PadGroup]:
+        """Some of the touches, in groups of those whose proposals have about as many parts."""
+        window = touches.select(rows)
+        known = self.reader.touches(window)
+        components = components_of(self.reader, known, self.lattice)
+        modes = count_places(components, len(rows))
+        parts = many_parts(components, len(rows))
+        order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
+        for start in range(0, len(order), _TOGETHER):
+            some = np.sort(order[start : start + _TOGETHER])
+            yield PadGroup(
+                rows[some], self.reader, known.select(some), window.location[some], parts.select(some), modes[some]
             )
-            out.draws[:, :, index] = result.draws
-            for name, values in _grades(result).items():
-                out.stats[name][index] = values
-            out.stats["modes"][index] = modes
-            thinned = _thinned(result.draws)
-            out.stats["reference_level"][index] = _levels(parts, thinned, location[index])
-            out.predicted[index], out.sd[index] = _predicted(reader, known.select(index), thinned)
-        return len(window)
-
-    done = 0
-    with spread_out(draw, workers) as spread:
-        for count in spread(windows):
-            done += count
-            if progress is not None:
-                progress(done / t)
-    return out
 
 
-def demands(n: int) -> Demands:
-    """What chains of n draws must reach."""
-    # R-hat of chains that are right scatters by as many hundredths as there are chains for each hundred draws.
-    return Demands(ess_bulk=min(400.0, _LEAST_SHARE * CHAINS * n), rhat=1 + max(0.02, 3 / n))
-
-
-def _groups(
-    reader: PadReader, known: PadTouches, lattice: Lattice, window: IndexArray
-) -> Iterator[tuple[IndexArray, ManyParts, IndexArray]]:
-    """Touches of a window to be drawn together: which, their proposals, and how many places each names."""
-    components = components_of(reader, known.select(window), lattice)
-    modes = count_places(components, len(window))
-    parts = many_parts(components, len(window))
-    order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
-    for start in range(0, len(order), _TOGETHER):
-        some = np.sort(order[start : start + _TOGETHER])
-        yield window[some], parts.select(some), modes[some]
-
-
-def _grades(result: BlockDraws) -> dict[str, FloatArray]:
-    return {
-        "ess_bulk": result.worst_ess,
-        "rhat": result.worst_rhat,
-        "acceptance": result.acceptance,
-        "pareto_k": result.pareto_k,
-        "second_round": result.second_round.astype(float),
-        "grade": result.grade.astype(float),
-    }
+def coordinates(reader: PadReader) -> tuple[str, ...]:
+    """Names of what is drawn of a touch: its location and its load."""
+    return (*COORDINATES[: reader.map.dimensions], "P")
 
 
 def _thinned(draws: FloatArray) -> FloatArray:

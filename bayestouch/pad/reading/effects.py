@@ -1,4 +1,4 @@
-"""Loads of touches that a calibration with effects has read: from loads as they act to loads as a sensor reads them."""
+"""Loads of touches that a calibration with effects has read: from loads as they act to true loads."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.reading.reader import PadReader
 
 
-def loads_as_read(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
-    """Mean and standard deviation of a calibration's loads as a force sensor reads them."""
-    load = effects.as_read(acting[np.isfinite(acting)])
+def true_load_prior(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
+    """Mean and standard deviation of a calibration's true loads, from its loads as they act."""
+    load = effects.pressing(acting[np.isfinite(acting)])
     return float(load.mean()), float(load.std())
 
 
-def as_loads_vary(
+def with_true_loads(
     posterior: dict[str, FloatArray],
     effects: PadEffects,
     reader: PadReader,
@@ -23,7 +23,7 @@ def as_loads_vary(
     measured: FloatArray,
     seed: int,
 ) -> dict[str, FloatArray]:
-    """Draws with loads as they are read, under the prior that loads have as they are read.
+    """Draws with true loads, under a prior that is normal in the true load.
 
     The sampler's prior is normal in the load as it acts. Where that flattens out, loads far beyond all that was ever
     pressed act like those that were: draws of touches without a measured load are drawn again by their weight under a
@@ -42,11 +42,11 @@ def as_loads_vary(
     seed : int
     """
     acting = posterior["P"]
-    out = {**posterior, "P": effects.as_read(acting)}
+    out = {**posterior, "P": effects.pressing(acting)}
     if not reader.load_measured:
         return out
-    mean, sd = loads_as_read(effects, calibrated)
-    log = np.log(np.maximum(effects.as_read_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
+    mean, sd = true_load_prior(effects, calibrated)
+    log = np.log(np.maximum(effects.pressing_slope(acting), 1e-300)) - 0.5 * ((out["P"] - mean) / sd) ** 2
     log = log + 0.5 * ((acting - reader.load) / reader.load_sd) ** 2
     rng = np.random.default_rng([seed, 5])
     shape = acting.shape[:2]

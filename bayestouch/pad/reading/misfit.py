@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.data.averages import TouchMeans
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.fault_tests import SensorMisfit
+from bayestouch.sampling.laplace import damped_newton_steps
 
 # As on a finger: with less of a reading's own information left, the other columns hardly tell what it should read.
 LEAST_TOLD = 0.01
@@ -29,13 +30,13 @@ class PadMisfit:
         The calibrated pad.
     lattice : Lattice
         Places where the search for a touch begins.
-    readings : PadReadings
+    readings : TouchMeans
         The touches.
     """
 
     reader: PadReader
     lattice: Lattice
-    readings: PadReadings
+    readings: TouchMeans
 
     @property
     def columns(self) -> FloatArray:
@@ -134,9 +135,7 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
         gradient = np.einsum("tkm,tm->tk", slope, weight * residual)
         gradient[:, -1] += (known.load - x[:, -1]) / known.load_sd**2
         hessian = _precision(reader, known, slope, weight)
-        diagonal = np.einsum("tkk->tk", hessian)
-        hessian = hessian + damping[:, None, None] * np.eye(x.shape[1]) * diagonal[:, None]
-        tried = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
+        tried = np.clip(x + damped_newton_steps(gradient, hessian, damping), low, high)
         found = reader.log_density(known, tried[:, None], blocks)[:, 0]
         better = found > value
         x[better], value[better] = tried[better], found[better]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import PadReadings
+from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
 
 
@@ -104,10 +105,10 @@ class PadReader:
             load_sd=float(settings["load_sd"]),
             load_measured=bool(settings["load_measured"]),
             samples=str(settings["samples"]),
-            usable=np.asarray(calibration.extra["usable"]) > 0,
+            usable=np.asarray(calibration.extra[USABLE]) > 0,
         )
 
-    def touches(self, readings: PadReadings) -> PadTouches:
+    def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the prior of their loads: the force sensor's reading, or what the calibration says."""
         here = np.isfinite(readings.load) & self.load_measured
         reads = np.maximum(readings.counts.max(axis=1), 1)
@@ -115,7 +116,7 @@ class PadReader:
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
-            load_sd=np.where(here, self.noise.force_sd / np.sqrt(reads), self.load_sd),
+            load_sd=np.where(here, self.noise.mean_load_sd(reads), self.load_sd),
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
@@ -162,7 +163,3 @@ class PadReader:
         noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
-
-    def with_load(self, load: float, load_sd: float) -> PadReader:
-        """The same reader with another prior of loads that are not measured."""
-        return replace(self, load=load, load_sd=load_sd)

@@ -17,7 +17,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.paper.simplex.pressure import KnownPressure, shallowest_radius
 
@@ -100,9 +100,7 @@ def fit_element(
     """
     from scipy.optimize import minimize
 
-    finger = sensor.body
-    if not isinstance(finger, Finger):
-        raise InputError("the simplex fits of Table 1 are of a finger; this sensor is a pad")
+    finger = finger_of(sensor, "the simplex fit of Table 1")
     pressure = pressure or KnownPressure.of(means, finger, shear_modulus_MPa, contact)
     readings = means.readings[pressure.rows, element]
     design = finger.element_angles_deg[element]

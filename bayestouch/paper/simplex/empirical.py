@@ -17,7 +17,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import radial_strain_response
 from bayestouch.body.emap import condition_number, empirical_e_matrix, traction_coefficients
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.paper.simplex.summary import summary
 
@@ -99,7 +99,7 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
     InputError
         If there are too few knife edges.
     """
-    finger = finger_of(sensor)
+    finger = finger_of(sensor, "the empirical map of Table 2")
     if means.angle_deg is None:
         raise InputError("the empirical map needs angle_deg")
     rows = (means.indenter_radius_mm == 0) & np.isfinite(means.load) & np.isfinite(means.angle_deg)
@@ -157,10 +157,3 @@ def _rms(residual: FloatArray) -> FloatArray:
     count = there.sum(axis=0)
     mean = np.divide(total.sum(axis=0), count, out=np.full(len(count), np.nan), where=count > 0)
     return np.asarray(np.sqrt(mean))
-
-
-def finger_of(sensor: Sensor) -> Finger:
-    """Body of a finger; raises for a pad."""
-    if not isinstance(sensor.body, Finger):
-        raise InputError("the empirical map of Table 2 is of a finger; this sensor is a pad")
-    return sensor.body

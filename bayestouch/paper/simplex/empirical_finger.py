@@ -11,8 +11,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.emap import traction_coefficients
 from bayestouch.chain.response import KAPPA_KNOTS
 from bayestouch.contact import contact_model
-from bayestouch.data.sensor import Sensor
-from bayestouch.paper.simplex.empirical import EmpiricalTable, finger_of
+from bayestouch.data.sensor import Sensor, finger_of
+from bayestouch.paper.simplex.empirical import EmpiricalTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class EmpiricalFinger:
         contact: str = "layer",
     ) -> EmpiricalFinger:
         """Join an identified map and a contact model."""
-        finger = finger_of(sensor)
+        finger = finger_of(sensor, "the empirical map of Table 2")
         scale = 0.1 * (finger.outer_radius_mm - finger.core_radius_mm) ** 2
         largest_kappa = largest_load / 1000 * finger.outer_radius_mm / shear_modulus_MPa
         coordinates = np.linspace(0.0, np.log1p(largest_kappa / scale), KAPPA_KNOTS)

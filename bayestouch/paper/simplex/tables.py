@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.sensor import Finger, Sensor
+from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.paper.simplex.elements import FEWEST_TOUCHES, ElementFit, fit_element
 from bayestouch.paper.simplex.pressure import KnownPressure
@@ -57,9 +57,7 @@ def table_1(means: TouchMeans, sensor: Sensor, shear_modulus_MPa: float, *, cont
     InputError
         If not one element can be fitted.
     """
-    finger = sensor.body
-    if not isinstance(finger, Finger):
-        raise InputError("the simplex fits of Table 1 are of a finger; this sensor is a pad")
+    finger = finger_of(sensor, "the simplex fit of Table 1")
     pressure = KnownPressure.of(means, finger, shear_modulus_MPa, contact)
     fits, left_out = [], []
     for element in range(finger.n_elements):

@@ -1,0 +1,39 @@
+"""Public names and the modules that define them, for type checkers, editors and lazy_loader alike."""
+
+from .calibration import calibrate as calibrate
+from .checking import DataCheck as DataCheck
+from .checking import check as check
+from .checks.ranks import RankStatistics as RankStatistics
+from .checks.touches import sbc as sbc
+from .data.dataset import DataSet as DataSet
+from .data.dataset import load_dataset as load_dataset
+from .data.dataset import save_dataset as save_dataset
+from .data.sensor import Finger as Finger
+from .data.sensor import Pad as Pad
+from .data.sensor import Rubber as Rubber
+from .data.sensor import Sensor as Sensor
+from .data.template import new_dataset as new_dataset
+from .data.touches import Touches as Touches
+from .diagnosis import diagnose as diagnose
+from .diagnosis.result import Diagnosis as Diagnosis
+from .errors import InputError as InputError
+from .inference import infer as infer
+from .priors.indenters import EdgeOrRound as EdgeOrRound
+from .priors.indenters import IndenterDistribution as IndenterDistribution
+from .priors.indenters import KnownTips as KnownTips
+from .priors.indenters import UniformCurvature as UniformCurvature
+from .priors.indenters import UniformRadius as UniformRadius
+from .reporting import Report as Report
+from .reporting import report as report
+from .reporting.comparison import Comparison as Comparison
+from .reporting.comparison import compare as compare
+from .results.objects import Calibration as Calibration
+from .results.objects import TouchPosteriors as TouchPosteriors
+from .results.probability_plot import pp_plot as pp_plot
+from .results.reading import load as load
+from .simulation import FingerDesign as FingerDesign
+from .simulation import PadDesign as PadDesign
+from .simulation import SimulatedDataSet as SimulatedDataSet
+from .simulation import simulate as simulate
+
+__version__: str

@@ -1,0 +1,87 @@
+"""The command line: a command in each file beside this one, errors in one line, exit status 0, 1, 2 or 130."""
+
+from __future__ import annotations
+
+import os
+import sys
+from typing import Any
+
+import click
+
+from bayestouch.commands.calibrate import calibrate
+from bayestouch.commands.check import check
+from bayestouch.commands.diagnose import diagnose
+from bayestouch.commands.effects import effects
+from bayestouch.commands.infer import infer
+from bayestouch.commands.init import init
+from bayestouch.commands.output import Interrupted
+from bayestouch.commands.report import report
+from bayestouch.commands.simulate import simulate
+from bayestouch.errors import InputError
+from bayestouch.version import __version__
+
+STOPPED = 130  # what a shell gives for a command that Ctrl-C ended
+
+
+class Verbs(click.Group):
+    """Verbs in the order in which they are used; Ctrl-C ends any of them in one line."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(self.commands)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            raise Interrupted from None
+
+
+@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(__version__, prog_name="bayestouch")
+@click.pass_context
+def cli(ctx: click.Context) -> None:
+    """How far a tactile sensor's readings can be trusted.
+
+    \b
+    A sensor of your own:      bayestouch init my-finger
+    A first look at its data:  bayestouch check my-finger
+    How far to trust it:       bayestouch report my-finger -o my-report
+    """
+    ctx.color = _colour()
+
+
+for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate):
+    cli.add_command(verb)
+
+
+def _colour() -> bool | None:
+    """None where click decides: colours on a terminal, none in a file; never with NO_COLOR (https://no-color.org)."""
+    return False if os.environ.get("NO_COLOR") else None
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the command line; returns the exit status: 0 done, 2 wrong input or options, 130 Ctrl-C, 1 anything else."""
+    try:
+        cli.main(args=arguments, prog_name="bayestouch", standalone_mode=False)
+    except InputError as error:
+        return _fail(str(error), 2)
+    except click.exceptions.NoArgsIsHelpError as error:
+        click.echo(error.format_message(), err=True)
+        return 2
+    except Interrupted as stop:
+        return _fail(str(stop), STOPPED)
+    except click.ClickException as error:
+        return _fail(" ".join(error.format_message().split()), 2)
+    except (click.Abort, KeyboardInterrupt):
+        return _fail("stopped", STOPPED)
+    return 0
+
+
+def _fail(message: str, status: int) -> int:
+    click.echo(f"{click.style('bayestouch:', fg='red', bold=True)} {message}", err=True, color=_colour())
+    return status
+
+
+def run() -> None:
+    """Entry point of the console script."""
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""Geometry of a finger: what the rest of the package asks a body, answered for this one.
+
+`bayestouch.data.pad` has the same names.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from bayestouch.data.checked import checked_numbers, checked_positive
+from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
+
+# A length of 0 is refused by name and line when the data set is read, so that none is forgotten.
+_TEMPLATE = """\
+[geometry]                  # every 0 must be replaced: lengths in mm, angles in degree
+core_radius_mm = 0          # r_a: the rigid core under the rubber
+outer_radius_mm = 0         # r_b: the surface that is touched
+sensing_radius_mm = 0       # r_s: where the elements lie, between the two (as designed; it is calibrated)
+element_angles_deg = []     # theta_s: {elements} angles, in the order of the columns {columns}
+
+[force_sensor]              # measures the load of each touch; leave out what you do not know
+# noise_sd_N_per_m = 1.0    # standard deviation of one reading of the load
+"""
+
+
+@dataclass(frozen=True, repr=False)
+class Finger(Summarised):
+    """A rigid cylindrical core with a bonded layer of rubber; elements at one depth, read as radial strain.
+
+    Parameters
+    ----------
+    core_radius_mm, outer_radius_mm : float
+        r_a and r_b, 0 < r_a < r_b.
+    sensing_radius_mm : float
+        Design radius r_s of the elements, r_a < r_s < r_b.
+    element_angles_deg : tuple of float, shape (n_elements,)
+        Design angles θ_s, positive in the sense of `angle_deg` of the touch table.
+
+    Raises
+    ------
+    InputError
+        A value is not a finite number, or the radii are not in order.
+    """
+
+    core_radius_mm: float
+    outer_radius_mm: float
+    sensing_radius_mm: float
+    element_angles_deg: tuple[float, ...]
+
+    kind: ClassVar[str] = "finger"
+    geometry_keys: ClassVar[tuple[str, ...]] = (
+        "core_radius_mm",
+        "outer_radius_mm",
+        "sensing_radius_mm",
+        "element_angles_deg",
+    )
+    required_keys: ClassVar[tuple[str, ...]] = geometry_keys
+    elements_key: ClassVar[str] = "element_angles_deg"
+    force_noise_key: ClassVar[str] = "noise_sd_N_per_m"
+    template: ClassVar[str] = _TEMPLATE
+    all_location_columns: ClassVar[tuple[str, ...]] = ("angle_deg",)
+    load_column: ClassVar[str] = "load_N_per_m"
+    load_unit: ClassVar[str] = "N/m"
+    reads_radius: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        core = checked_positive(self.core_radius_mm, "core_radius_mm")
+        outer = checked_positive(self.outer_radius_mm, "outer_radius_mm")
+        sensing = checked_positive(self.sensing_radius_mm, "sensing_radius_mm")
+        if core >= outer:
+            raise InputError(
+                f"expected a core smaller than the outer radius {outer!r} mm, got {core!r}",
+                column="core_radius_mm",
+            )
+        if not core < sensing < outer:
+            raise InputError(
+                f"expected a radius between core and outer, {core!r} and {outer!r} mm, got {sensing!r}",
+                column="sensing_radius_mm",
+            )
+        angles = checked_numbers(self.element_angles_deg, "element_angles_deg")
+        object.__setattr__(self, "core_radius_mm", core)
+        object.__setattr__(self, "outer_radius_mm", outer)
+        object.__setattr__(self, "sensing_radius_mm", sensing)
+        object.__setattr__(self, "element_angles_deg", angles)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.element_angles_deg)
+
+    @property
+    def location_columns(self) -> tuple[str, ...]:
+        """Columns of the touch table that hold the reference location."""
+        return self.all_location_columns
+
+    @property
+    def pitch_deg(self) -> float | None:
+        """Median angle between neighbouring elements, degree; None for one element."""
+        if self.n_elements < 2:
+            return None
+        return float(np.median(np.diff(np.sort(self.element_angles_deg))))
+
+    def as_built(self) -> tuple[tuple[str, Any, str], ...]:
+        """Quantity, value and unit of the geometry, for a table; the value is None where it is not known."""
+        pitch = self.pitch_deg
+        arc = None if pitch is None else round(float(np.radians(pitch)) * self.outer_radius_mm, 3)
+        return (
+            ("core radius r_a", self.core_radius_mm, "mm"),
+            ("sensing radius r_s, design", self.sensing_radius_mm, "mm"),
+            ("outer radius r_b", self.outer_radius_mm, "mm"),
+            ("angle between neighbouring elements", pitch, "degree"),
+            ("the same along the surface", arc, "mm"),
+        )

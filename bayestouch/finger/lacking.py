@@ -1,0 +1,47 @@
+"""What a data set lacks for the calibration of a finger."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import finger_of
+from bayestouch.data.splits import with_calibration
+from bayestouch.errors import InputError
+from bayestouch.finger.known_touches import KnownTouches
+
+
+def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    """A line for each kind of touch that the calibration needs or would gain by.
+
+    Parameters
+    ----------
+    dataset : DataSet
+    known : TouchMeans
+        Touches with references: of the calibration table, or of the one table that there is.
+    """
+    finger = finger_of(dataset.sensor)
+    if known.angle_deg is None:
+        yield "cannot be calibrated: no angle_deg"
+        return
+    table = with_calibration(dataset).calibration
+    assert table is not None
+    try:
+        KnownTouches.of(table.baseline_corrected().averaged(), finger)
+    except InputError as error:
+        yield f"cannot be calibrated: {error.message}"
+        return
+    edges = known.angle_deg[(known.indenter_radius_mm == 0) & np.isfinite(known.angle_deg)]
+    pitch = finger.pitch_deg
+    if not edges.size:
+        yield "no knife edge to calibrate with: it is the sharpest look at the depth of each element"
+    elif pitch is not None:
+        nearest = np.abs((np.asarray(finger.element_angles_deg)[:, None] - edges + 180) % 360 - 180).min(axis=1)
+        bare = [f"e{e + 1:02d}" for e in np.flatnonzero(nearest > pitch / 2)]
+        if bare:
+            yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"
+    if not np.isinf(known.indenter_radius_mm).any():
+        yield "no flat to calibrate with: it says how the rubber spreads a load (Poisson's ratio)"

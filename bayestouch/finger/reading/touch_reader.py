@@ -1,0 +1,228 @@
+"""Touches on a finger: how rows become touches, and what is read of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
+from bayestouch.contact import composite_radius
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.survey import Survey
+from bayestouch.data.touches import Touches
+from bayestouch.finger.calibration import finger_chain
+from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.reading.covariance import CalibrationCovariance
+from bayestouch.finger.reading.draws import DRAWN, TIPS, FingerSampler
+from bayestouch.finger.reading.misfit import FingerMisfit
+from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reading_table import ReadingTable
+from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
+from bayestouch.finger.reading.touches_with_effects import changes_load, observe, prepare
+from bayestouch.model.observations import Observations
+from bayestouch.priors.indenters import UniformRadius
+from bayestouch.priors.parameters import Parameter, Uniform
+from bayestouch.priors.radius import RadiusOfTips
+from bayestouch.reading.check import widened
+from bayestouch.reading.faults import SensorCheck
+from bayestouch.reading.options import Options
+from bayestouch.reading.touch_reader import Drawn, Estimates
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import Calibration
+from bayestouch.results.tips import TipProbabilities
+
+ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class AveragedTouches:
+    """Touches averaged over their samples; on their clock where there are effects, and what was assumed of it."""
+
+    means: TouchMeans
+    observed: Observations | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class FingerTouchReader:
+    """A calibrated finger that reads touches. A `bayestouch.reading.touch_reader.TouchReader`.
+
+    Attributes
+    ----------
+    options : Options
+        Of the inference.
+    sampler : FingerSampler
+        Draws touches.
+    covariance : callable
+        What the calibration leaves uncertain of readings, whether the sampler takes it as exact or not.
+    typical_load : float
+        Of the calibration, N/m.
+    noise : Noise
+        Of the calibration; that of the sampler is wider where the check found readings that miss the model.
+    effects_chain : ChainWithEffects or None
+        Effects of the calibration.
+    check : SensorCheck or None
+        What was found in the check of the sensor, where that is to be left out.
+    """
+
+    options: Options
+    sampler: FingerSampler
+    covariance: ReadingCovariance
+    typical_load: float
+    noise: Noise
+    effects_chain: ChainWithEffects | None
+    check: SensorCheck | None = None
+
+    least_share = 0.5
+    load_unit = "N/m"
+    unchecked = ""
+
+    @classmethod
+    def from_calibration(cls, calibration: Calibration, options: Options) -> FingerTouchReader:
+        """Reader from a calibration, as made or as loaded from a file."""
+        typical = float(calibration.settings["typical_load"])
+        effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
+        chain, table, covariance = _model(calibration, typical, effects_chain)
+        priors = IndenterPriors.of(chain, typical, options.indenter)
+        noise = calibration.noise
+        sampler = FingerSampler(chain, priors, table, noise, None if options.plug_in else covariance)
+        return cls(options, sampler, covariance, typical, noise, effects_chain)
+
+    @property
+    def needs_whole_table(self) -> bool:
+        """Drifts and the touches before: of other touches. Loads as they act: of places, found for all at once."""
+        return self._with_time or (self.effects_chain is not None and changes_load(self.effects_chain))
+
+    @property
+    def drifts_are_estimated(self) -> bool:
+        """Drifts of zeros and gains are."""
+        return self.effects_chain is not None and bool(self.effects_chain.listed.drifts)
+
+    @property
+    def _with_time(self) -> bool:
+        """Whether effects depend on when a touch was made."""
+        chain = self.effects_chain
+        return chain is not None and (self.drifts_are_estimated or any(e.needs_samples for e in chain.model.effects))
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Unknowns of a touch: R, θ_c and P."""
+        priors = self.sampler.priors
+        low, high = np.degrees(priors.location.support)
+        return (
+            Parameter("R", "R", "R", "mm", priors.radius, "composite radius, 1/R = 1/r_b + 1/r_c"),
+            Parameter("theta_c", "θ_c", r"\theta_c", "degree", Uniform(float(low), float(high)), "contact location"),
+            Parameter("P", "P", "P", "N/m", priors.load, "line load"),
+        )
+
+    @property
+    def settings(self) -> dict[str, str | float]:
+        """Contact model, and the options of fingers."""
+        return {
+            "contact": self.sampler.chain.contact,
+            "each_sample": float(self.options.each_sample),
+            "method": self.options.method,
+            "indenter": str(self.options.indenter or UniformRadius()),
+        }
+
+    def average(self, piece: Touches) -> AveragedTouches:
+        """Touches of a piece of the table, the rest reading subtracted; of each sample one, if that is wanted."""
+        if self.effects_chain is None:
+            return AveragedTouches(rows_as_touches(piece) if self.options.each_sample else piece.averaged())
+        observed, note = observe(piece, self.effects_chain, self.noise, self.options.each_sample)
+        return AveragedTouches(observed.means, observed, note if self._with_time else "")
+
+    def ready(self, touches: AveragedTouches) -> FingerTouches:
+        """A block, with the effects of each touch's own time, drifts estimated from all of it, and true loads."""
+        means, use_load = touches.means, self.options.use_load
+        if self.check is not None:
+            means = self.check.corrected(means)
+            use_load = use_load and not self.check.force_left_out
+        unknown = readings_of(means, self.noise.force_sd, use_load)
+        if touches.observed is not None and self.effects_chain is not None:
+            unknown = prepare(unknown, touches.observed, self.effects_chain, self.sampler, plug_in=self.options.plug_in)
+        return FingerTouches(means, unknown)
+
+    def fitted(self, block: FingerTouches) -> FingerMisfit:
+        """Fits of the touches for the check of the sensor, whatever indenters may have made them."""
+        sampler, readings = self.sampler, block.readings
+        covariance = self.covariance if readings.context is None else readings.context.covariance
+        priors = IndenterPriors.of(sampler.chain, self.typical_load)
+        return FingerMisfit(
+            sampler.chain, sampler.table, priors, sampler.noise, covariance, readings, self.typical_load
+        )
+
+    def without(self, check: SensorCheck) -> FingerTouchReader:
+        """The reader that goes on without faulty columns."""
+        noise = widened(self.sampler.noise, check.excess)
+        return replace(self, check=check, sampler=replace(self.sampler, noise=noise))
+
+    def unknown(self, block: FingerTouches) -> TouchReadings:
+        """What was read, without reference locations and radii."""
+        return block.readings
+
+    def estimates(self, block: FingerTouches, drawn: Drawn) -> Estimates:
+        """Draws of r_c, R, θ_c and P; readings are predicted at their means."""
+        means, radius = block.means, self.sampler.priors.radius
+        log_probability = drawn.pop(TIPS, None)
+        posterior = {name: drawn[name] for name in DRAWN}
+        reference = self._reference(means)
+        predicted = self._predicted(block.readings, posterior)
+        rows = TouchRows(
+            touch=means.touch,
+            location={"theta_c": reference["theta_c"]},
+            radius_mm=means.indenter_radius_mm,
+            load=means.load,
+            observed=means.readings,
+            predicted=predicted,
+            sd=self.sampler.noise.mean_sd(block.readings.counts, predicted),
+            counts=block.readings.counts,
+        )
+        tips = None
+        if log_probability is not None and isinstance(radius, RadiusOfTips):
+            tips = TipProbabilities.of(radius, log_probability)
+        stats = {name: values for name, values in drawn.items() if name not in posterior}
+        return Estimates(posterior, stats, reference, rows, tips)
+
+    def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
+        """How many touches are read without a load although loads are used, and what was assumed of the clock."""
+        missing = found.rows_without_load if self.options.each_sample else found.touches_without_load
+        notes = []
+        if self.options.use_load and missing:
+            notes.append(f"{missing} touches have no measured load: their load is inferred from the elements.")
+        if whole is not None and whole.note:
+            notes.append(whole.note)
+        return tuple(notes)
+
+    def _reference(self, means: TouchMeans) -> dict[str, FloatArray]:
+        radius, outer = means.indenter_radius_mm, self.sampler.chain.outer_radius_mm
+        composite = composite_radius(np.where(np.isnan(radius), 0.0, radius), outer)
+        angle = means.angle_deg if means.angle_deg is not None else np.full(means.n_touches, np.nan)
+        return {"r_c": radius, "R": np.where(np.isnan(radius), np.nan, composite), "theta_c": angle, "P": means.load}
+
+    def _predicted(self, readings: TouchReadings, draws: Drawn) -> FloatArray:
+        radius, degrees, load = (draws[name].mean(axis=(0, 1)) for name in ("R", "theta_c", "P"))
+        angle = np.radians(degrees)
+        predicted = self.sampler.chain.predict(radius, angle, load)
+        if readings.context is None:
+            return predicted
+        return np.asarray(readings.context.readings(predicted, radius, angle, load, np.arange(len(load))))
+
+
+def _model(
+    calibration: Calibration, typical: float, effects_chain: ChainWithEffects | None
+) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
+    """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
+    elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
+    ends = IndenterPriors.of(elastic, typical).location.support
+    if calibration.has_identified_map:
+        from bayestouch.finger.empirical.map import EmpiricalCalibration
+        from bayestouch.finger.empirical.reading import reading_table
+
+        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
+    return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)

@@ -1,0 +1,26 @@
+"""What a data set lacks for the calibration of a pad."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import pad_of
+
+
+def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    """A line for each kind of touch that the calibration needs.
+
+    Parameters
+    ----------
+    dataset : DataSet
+    known : TouchMeans
+        Touches with references: of the calibration table, or of the one table that there is.
+    """
+    columns = {name: getattr(known, name) for name in pad_of(dataset.sensor).location_columns}
+    absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]
+    if absent:
+        yield f"cannot be calibrated: no {' and '.join(absent)}"

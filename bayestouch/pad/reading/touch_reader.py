@@ -1,0 +1,187 @@
+"""Touches on a pad: how rows become touches, and what is read of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.survey import Survey
+from bayestouch.data.touches import Touches
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.known_touches import pad_readings
+from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
+from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
+from bayestouch.pad.reading.misfit import PadMisfit
+from bayestouch.pad.reading.reader import PadReader
+from bayestouch.priors.parameters import Normal, Parameter, Uniform
+from bayestouch.reading.check import widened
+from bayestouch.reading.faults import SensorCheck
+from bayestouch.reading.options import Options
+from bayestouch.reading.touch_reader import Drawn, Estimates
+from bayestouch.results.data import TouchRows
+from bayestouch.results.objects import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class PadTouchReader:
+    """A calibrated pad that reads touches. A `bayestouch.reading.touch_reader.TouchReader`.
+
+    In what is read, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
+    ``"reference_level"`` the probability of the smallest region (of highest density) that contains the reference
+    location, NaN where it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the
+    posterior mean of the readings. Without measured loads, loads are as uncertain as they varied in the calibration.
+
+    Attributes
+    ----------
+    options : Options
+        Of the inference.
+    sampler : PadSampler
+        Draws touches; its loads are those that act.
+    kernel, load_unit : str
+        Of the calibration.
+    calibrated_load : (n,) array
+        Loads of the calibration as they act.
+    effects : PadEffects or None
+        Effects that readings and loads are corrected for.
+    check : SensorCheck or None
+        What was found in the check of the sensor, where that is to be left out.
+    """
+
+    options: Options
+    sampler: PadSampler
+    kernel: str
+    load_unit: str
+    calibrated_load: FloatArray
+    effects: PadEffects | None
+    check: SensorCheck | None = None
+
+    least_share = 0.4
+    drifts_are_estimated = False
+
+    @classmethod
+    def from_calibration(cls, calibration: Calibration, options: Options) -> PadTouchReader:
+        """Reader from a calibration, as made or as loaded from a file."""
+        settings = calibration.settings
+        sampler = PadSampler.of(PadReader.from_calibration(calibration, plug_in=options.plug_in))
+        kernel, load_unit = str(settings["kernel"]), str(settings["load_unit"])
+        return cls(options, sampler, kernel, load_unit, calibration.rows.load, PadEffects.of(calibration))
+
+    @property
+    def needs_whole_table(self) -> bool:
+        """Effects of the touches before do."""
+        return self.effects is not None and any(effect.needs_samples for effect in self.effects.listed.plain)
+
+    @property
+    def unchecked(self) -> str:
+        """A drift is not taken out of touches, and looks like a changed element: there is nothing to tell them by."""
+        drifts = self.effects is not None and bool(self.effects.listed.drifts)
+        return "the elements are not checked: a drift looks like a fault" if drifts else ""
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Unknowns of a touch: x, y and P."""
+        reader = self.sampler.reader
+        low, high = reader.map.low, reader.map.high
+        where = [
+            Parameter(name, name, name, "mm", Uniform(float(low[k]), float(high[k])), "contact location")
+            for k, name in enumerate(COORDINATES[: len(low)])
+        ]
+        about = "load" if reader.load_measured else "load over that of the calibration"
+        prior = Normal(reader.load, reader.load_sd, 0.0)
+        if self.effects is not None and reader.load_measured:
+            prior = Normal(*true_load_prior(self.effects, self.calibrated_load), 0.0)
+        return (*where, Parameter("P", "P", "P", "N" if self.load_unit == "N" else "", prior, about))
+
+    @property
+    def settings(self) -> dict[str, str | float]:
+        """Kernel, and which samples of a touch count."""
+        return {"kernel": self.kernel, "samples": self.sampler.reader.samples}
+
+    def average(self, piece: Touches) -> TouchMeans:
+        """Touches of a piece of the table, the rest reading subtracted, corrected for effects."""
+        corrected = piece if self.effects is None else self.effects.corrected(piece)
+        readings = pad_readings(corrected, self.sampler.reader.map.dimensions, self.sampler.reader.samples)
+        return readings if self.options.use_load else readings.without_load()
+
+    def ready(self, touches: TouchMeans) -> TouchMeans:
+        """A block, without what the check left out."""
+        if self.check is None:
+            return touches
+        corrected = self.check.corrected(touches)
+        return corrected.without_load() if self.check.force_left_out else corrected
+
+    def fitted(self, block: TouchMeans) -> PadMisfit:
+        """Fits of the touches for the check of the sensor."""
+        return PadMisfit(self.sampler.reader, self.sampler.lattice, block)
+
+    def without(self, check: SensorCheck) -> PadTouchReader:
+        """The reader that goes on without faulty columns."""
+        reader = self.sampler.reader
+        if check.excess == 1:
+            return replace(self, check=check)
+        wider = replace(reader, noise=widened(reader.noise, check.excess))
+        return replace(self, check=check, sampler=PadSampler.of(wider))
+
+    def unknown(self, block: TouchMeans) -> TouchMeans:
+        """What was read; of the reference locations the sampler takes the level alone."""
+        return block
+
+    def estimates(self, block: TouchMeans, drawn: Drawn) -> Estimates:
+        """Draws of x, y and P; readings are predicted by their posterior means."""
+        reader, effects = self.sampler.reader, self.effects
+        posterior = {name: drawn.pop(name) for name in coordinates(reader)}
+        predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
+        stats = {**drawn, "second_round": (drawn["round"] > 1).astype(float)}
+        del stats["round"]
+        load = block.load
+        if effects is not None:
+            load = effects.as_read(block.load)
+            posterior = with_true_loads(posterior, effects, reader, self.calibrated_load, block.load, self.options.seed)
+        location = {name: block.location[:, axis] for axis, name in enumerate(COORDINATES[: block.location.shape[1]])}
+        rows = TouchRows(
+            touch=block.touch,
+            location=location,
+            radius_mm=block.indenter_radius_mm,
+            load=load,
+            observed=block.readings,
+            predicted=predicted,
+            sd=sd,
+            counts=reader.touches(block).counts,
+        )
+        return Estimates(posterior, stats, {**location, "P": load}, rows)
+
+    def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
+        """How loads are used, and what readings are corrected for."""
+        return (*self._load_notes(found), *self._effect_notes())
+
+    def _load_notes(self, found: Survey) -> list[str]:
+        reader = self.sampler.reader
+        missing = found.touches_without_load if self.options.use_load else found.n_touches
+        if missing < found.n_touches and not reader.load_measured:
+            return ["loads are measured but were not in the calibration: they are not used"]
+        if reader.load_measured and missing:
+            return [
+                f"{missing} touches have no measured load: their prior is that of the calibration's loads, "
+                f"{reader.load:.3g} ± {reader.load_sd:.2g} N"
+            ]
+        return []
+
+    def _effect_notes(self) -> list[str]:
+        effects = self.effects
+        if effects is None:
+            return []
+        corrected = [effect.name for effect in effects.listed.plain if effect.name not in effects.left_to_map]
+        notes = (
+            [f"readings and loads are corrected for {' and '.join(corrected)}, at its most probable values"]
+            if corrected
+            else []
+        )
+        if effects.listed.drifts:
+            names = " and ".join(effect.name for effect in effects.listed.drifts)
+            notes.append(f"{names} is not taken out of touches that are read: it adds to the noise")
+        return notes

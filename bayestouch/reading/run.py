@@ -1,0 +1,124 @@
+"""Touches made ready to be read, and read block by block: one way for every body, with effects and without."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from bayestouch.data.baseline import Baseline
+from bayestouch.data.survey import Survey
+from bayestouch.data.touch_source import TouchSource
+from bayestouch.progress import Progress
+from bayestouch.reading.check import check_sensor
+from bayestouch.reading.draws import DrawPlan, draw
+from bayestouch.reading.driver import TouchRun, in_blocks
+from bayestouch.reading.fault_notes import fault_notes, fault_settings
+from bayestouch.reading.options import Options
+from bayestouch.reading.touch_reader import TouchReader
+from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.version import __version__
+
+
+@dataclass(frozen=True, eq=False)
+class ReadyReader:
+    """A calibrated sensor that is ready to read blocks of touches. A `bayestouch.reading.driver.BlockReader`.
+
+    Attributes
+    ----------
+    calibration : Calibration
+        The calibrated sensor.
+    reader : TouchReader
+        Reads touches on this body, without what the check of the sensor left out.
+    plan : DrawPlan
+        How touches are drawn.
+    settings, notes
+        Of the result.
+    """
+
+    calibration: Calibration
+    reader: TouchReader
+    plan: DrawPlan
+    settings: Mapping[str, str | float]
+    notes: tuple[str, ...]
+
+    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+        """Posteriors of touches that are numbered from `first`, by so many processes."""
+        reader = self.reader
+        unknown = reader.unknown(block)
+        drawn = draw(reader.sampler, unknown, self.plan, workers=workers, progress=progress, first=first)
+        estimates = reader.estimates(block, drawn)
+        return TouchPosteriors(
+            sensor=self.calibration.sensor,
+            parameters=reader.parameters,
+            posterior=estimates.posterior,
+            sample_stats=estimates.sample_stats,
+            reference=estimates.reference,
+            rows=estimates.rows,
+            settings=self.settings,
+            notes=self.notes,
+            tips=estimates.tips,
+        )
+
+
+def touch_run(
+    reader: TouchReader, source: TouchSource, found: Survey, calibration: Calibration, options: Options
+) -> TouchRun:
+    """Make touches ready to be read.
+
+    Parameters
+    ----------
+    reader : TouchReader
+        The calibrated sensor.
+    source, found : TouchSource, Survey
+        The touches, and what was found in going through them once.
+    calibration, options : Calibration, Options
+        What `reader` was made of.
+
+    Raises
+    ------
+    InputError
+        The rest reading of the calibration is not that of the table's elements.
+    """
+    baseline = Baseline.of(found.rest, calibration.rest_reading)
+    # What is read of a touch may depend on other touches: then the table is in memory, and made ready at once.
+    whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
+    block = None if whole is None else reader.ready(whole)
+    notes = [*found.notes, baseline.note, *reader.notes(found, whole)]
+    check = None
+    if options.check_sensor and reader.unchecked:
+        notes.append(reader.unchecked)
+    elif options.check_sensor:
+        touches = reader.average(baseline.subtracted(found.sample)) if whole is None else whole
+        looked_at = reader.ready(touches) if block is None else block
+        check = check_sensor(reader, touches, looked_at, source.n_elements)
+        notes += fault_notes(check, reader.load_unit)
+        if not check.sound:
+            reader = reader.without(check)
+            block = None if whole is None else reader.ready(whole)
+    draws = options.kept.draws
+    plan = DrawPlan(draws, options.seed, options.method, min(400.0, reader.least_share * draws))
+    settings: dict[str, str | float] = {
+        "body": calibration.settings["body"],
+        **reader.settings,
+        "plug_in": float(options.plug_in),
+        "use_load": float(options.use_load),
+        **({} if check is None else fault_settings(check)),
+        "draws": float(draws),
+        "least_ess": plan.least_ess,
+        "seed": float(options.seed),
+        "version": __version__,
+    }
+
+    def parts() -> Iterator[Any]:
+        if block is not None:
+            return iter([block])
+        pieces = (baseline.subtracted(piece) for piece in source.pieces() if piece.in_contact.any())
+        return (reader.ready(reader.average(piece)) for piece in pieces)
+
+    count = found.n_rows if options.each_sample else found.n_touches
+    return TouchRun(
+        ReadyReader(calibration, reader, plan, settings, tuple(dict.fromkeys(notes))),
+        count if block is None else block.n_touches,
+        lambda size: in_blocks(parts(), size),
+    )

@@ -1,0 +1,1 @@
+"""What a report on a finger has of its own."""

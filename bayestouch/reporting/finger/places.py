@@ -1,0 +1,71 @@
+"""Where a finger reads well and where not, predicted from its calibration."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.checking.tables import indenter_name, known_indenters
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
+
+#: Tips that are asked for where no touch says with which it was made, r_c in mm.
+TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
+# Steps along the finger.
+_ALONG = 121
+
+
+def about_places(evidence: Evidence) -> dict[str, Any]:
+    """Errors of R, θ_c and P to expect along the finger, with the parts that noise and calibration have in them."""
+    from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
+
+    known = KnownFinger.of(evidence.calibration)
+    samples = typical_samples(evidence)
+    elements = np.sort(np.degrees(known.chain.angle))
+    pitch = float(np.median(np.diff(elements))) if len(elements) > 1 else 10.0
+    angle = np.linspace(elements[0] - pitch / 2, elements[-1] + pitch / 2, _ALONG)
+    tips = known_indenters(evidence.posteriors.rows.radius_mm)
+    tips = np.array(TIPS) if len(tips) < 2 else tips
+    spots = sweet_spots(known, tips, angle, samples=samples)
+    threshold = threshold_radii(known, angle, samples=samples)
+    right = distinguished(known, tips, angle, samples=samples)
+    error = np.sqrt((spots.radius_error**2).mean(axis=0))
+    columns = {
+        "angle_deg": angle,
+        "R_error_mm": error,
+        "R_noise_mm": _rms(spots.noise_sd["R"]),
+        "R_shared_mm": _rms(spots.bias_rms["R"]),
+        "theta_c_error_deg": _rms(spots.sd("theta_c")),
+        "P_error_N_per_m": _rms(spots.sd("P")),
+        "told_from_edge_r_c_mm": threshold,
+    }
+    noise, shared = float(np.mean(columns["R_noise_mm"] ** 2)), float(np.mean(columns["R_shared_mm"] ** 2))
+    return {
+        "body": "finger",
+        "samples": samples,
+        "elements_deg": np.degrees(known.chain.angle),
+        "tips": [indenter_name(float(tip)) for tip in tips],
+        "by_location": rounded_columns(columns),
+        "best": place_at(columns, int(error.argmin())),
+        "worst": place_at(columns, int(error.argmax())),
+        "shared_percent": 100 * shared / (noise + shared),
+        "distinguished_percent": 100 * right.mean(axis=0),
+        "distinguished_least_percent": 100 * right.min(axis=0),
+        "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},
+        "nowhere_percent": float(100 * np.isnan(threshold).mean()),
+    }
+
+
+def _rms(values: FloatArray) -> FloatArray:
+    """Over the indenters."""
+    return np.asarray(np.sqrt((values**2).mean(axis=0)))
+
+
+def _least(values: FloatArray) -> float | None:
+    return float(np.nanmin(values)) if np.isfinite(values).any() else None
+
+
+def _most(values: FloatArray) -> float | None:
+    return float(np.nanmax(values)) if np.isfinite(values).any() else None

@@ -1,0 +1,99 @@
+"""The work behind a report: calibrate, read the touches, search for what the model misses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.splits import with_calibration
+from bayestouch.reporting.bodies import PAGES
+from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.results.objects import TouchPosteriors
+
+StepProgress = Callable[[float], None]
+
+# Of the time that a run takes, and so of its progress bar.
+_CALIBRATED, _READ = 0.25, 0.5
+
+
+def gather(
+    dataset: DataSet | None,
+    *,
+    seed: int,
+    draws: int,
+    plug_in: bool,
+    diagnosis: bool | Path = False,
+    progress: StepProgress | None = None,
+) -> Evidence:
+    """Calibrate and read the touches.
+
+    Parameters
+    ----------
+    dataset : DataSet or None
+        None for the embedded simulated finger.
+    seed, draws, plug_in
+        As in `bayestouch.infer`.
+    diagnosis : bool or Path
+        Whether to search for effects, or the folder of a saved diagnosis.
+    progress : callable, optional
+        Called with the fraction of the whole report that is done.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.calibrate` and `bayestouch.infer`.
+    """
+    from bayestouch.calibration import calibrate
+    from bayestouch.inference import infer
+
+    embedded, truth = dataset is None, {}
+    if dataset is None:
+        from bayestouch.simulation import embedded_dataset
+
+        simulated = embedded_dataset()
+        dataset, truth = simulated.dataset, dict(simulated.truth)
+    advance = progress or _ignore
+    given, dataset = dataset, with_calibration(dataset)
+    # Read before the work, so that a wrong folder is told at once.
+    saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
+    calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
+    advance(_CALIBRATED)
+    both_ways = bool(PAGES[dataset.sensor.body.kind].plug_in_compared)
+    runs = 4 if both_ways else 2
+
+    def read(exact: bool, use_load: bool, run: int) -> TouchPosteriors:
+        return infer(
+            dataset.touches,
+            calibration,
+            plug_in=exact,
+            use_load=use_load,
+            draws=draws,
+            seed=seed,
+            progress=lambda done: advance(_CALIBRATED + (_READ - _CALIBRATED) * (run + done) / runs),
+        )
+
+    def both(exact: bool, run: int) -> tuple[TouchPosteriors, TouchPosteriors | None]:
+        posteriors = read(exact, True, run)
+        measured = np.isfinite(posteriors.rows.load).any()
+        return posteriors, read(exact, False, run + 1) if measured else None
+
+    seen, unseen = both(plug_in, 0)
+    evidence = Evidence(dataset, calibration, seen, unseen, embedded, truth, seed, draws, plug_in)
+    if both_ways:
+        seen, unseen = both(not plug_in, 2)
+        other = replace(evidence, posteriors=seen, without_load=unseen, plug_in=not plug_in)
+        evidence = replace(evidence, counterpart=other)
+    advance(_READ)
+    if diagnosis is not False:
+        # The search parts the touches in its own way, as `bayestouch diagnose` does: a scan of a pad by blocks in time.
+        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed))
+    return evidence
+
+
+def _ignore(fraction: float) -> None:
+    """Progress that nobody asked for."""

@@ -1,0 +1,1 @@
+"""What a report on a pad has of its own."""

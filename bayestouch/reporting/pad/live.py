@@ -1,0 +1,82 @@
+"""The pad to point into: the error to expect at every place, and the estimates of its touches."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bayestouch.output.pictures import BLUE, GREY, ORANGE
+from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_to_choose
+
+#: What is said of a touch under the pointer.
+TIPS_LINE = [("touch", "@touch"), ("x", "@x_reference{0.00} mm, read @x_mean{0.00} ± @x_sd{0.00} mm")]
+TIPS_PLANE = [
+    *TIPS_LINE,
+    ("y", "@y_reference{0.00} mm, read @y_mean{0.00} ± @y_sd{0.00} mm"),
+    ("error", "@error{0.00} mm"),
+]
+
+
+def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
+    """The error of the location to expect: over a plane with the touches, or along a line."""
+    places = numbers["places"]
+    return _plane(places, source) if "y_mm" in places["by_location"] else _line(places)
+
+
+def _plane(places: Mapping[str, Any], source: Any) -> Any:
+    from bokeh.models import HoverTool
+
+    columns = {name: as_numbers(values) for name, values in places["by_location"].items()}
+    x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
+    plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
+    colour = coloured("error_mm", float(columns["error_mm"].max()), float(columns["error_mm"].min()))
+    cells = plot.rect(
+        "x_mm", "y_mm", float(np.diff(x).min()) * 1.02, float(np.diff(y).min()) * 1.02, fill_color=colour,
+        line_color=None, source={name: values.tolist() for name, values in columns.items()},
+    )  # fmt: skip
+    plot.add_tools(
+        HoverTool(
+            renderers=[cells],
+            tooltips=[("place", "@x_mm{0.0}, @y_mm{0.0} mm"), ("error to expect", "@error_mm{0.000} mm"),
+                      ("part of noise", "@noise_mm{0.000} mm"), ("part shared there", "@shared_mm{0.000} mm")],
+        )
+    )  # fmt: skip
+    colour_bar(plot, colour, "rms error (mm)")
+    elements = np.array(places["elements_mm"], dtype=float)
+    plot.scatter(
+        elements[:, 0], elements[:, 1], marker="triangle", size=12, fill_color=None, line_color="#ffffff", line_width=2
+    )
+    dots = touch_dots(plot, "x_reference", "y_reference", source, "#ffffff")
+    touch_to_choose(plot, dots, TIPS_PLANE)
+    return plot
+
+
+def _line(places: Mapping[str, Any]) -> Any:
+    columns = {name: values for name, values in places["by_location"].items()}
+    plot = new_figure(
+        "location x (mm)", "rms error to expect (mm)", [("x", "@x_mm{0.0} mm"), ("error", "@error_mm{0.000} mm")]
+    )
+    for name, colour, dash, label in (
+        ("error_mm", BLUE, "solid", "error"), ("noise_mm", ORANGE, "dashed", "part of noise"),
+        ("shared_mm", GREY, "dotted", "part shared there"),
+    ):  # fmt: skip
+        plot.line("x_mm", name, source=columns, color=colour, line_dash=dash, line_width=2, legend_label=label)
+    return plot
+
+
+def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
+    """The error of every touch over the plane, or its location as read over its reference."""
+    if "y" in numbers["touches"]["parameters"]:
+        plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
+        errors = [value for value in source.data["error"] if np.isfinite(value)]
+        colour = coloured("error", float(np.quantile(errors, 0.98)) if errors else 1.0)
+        dots = touch_dots(plot, "x_reference", "y_reference", source, colour)
+        colour_bar(plot, colour, "error of the touch (mm)")
+        touch_to_choose(plot, dots, TIPS_PLANE)
+        return plot
+    plot = new_figure("reference location x (mm)", "location x, as read (mm)", [])
+    dots = touch_dots(plot, "x_reference", "x_mean", source)
+    touch_to_choose(plot, dots, TIPS_LINE)
+    return plot

@@ -1,0 +1,48 @@
+"""Where a pad reads well and where not, predicted from its calibration."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.pad.locations import element_places
+from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
+
+# Steps along a line, and along each side of a plane.
+_ALONG, _ACROSS = 121, 41
+
+
+def about_places(evidence: Evidence) -> dict[str, Any]:
+    """Errors of the location to expect over the pad, with the parts that noise and calibration have in them."""
+    from bayestouch.pad.reading.reader import PadReader
+    from bayestouch.reliability import pad_spots
+
+    reader = PadReader.from_calibration(evidence.calibration)
+    samples = typical_samples(evidence)
+    low, high = np.asarray(reader.map.low), np.asarray(reader.map.high)
+    axes = [np.linspace(a, b, _ALONG if len(low) == 1 else _ACROSS) for a, b in zip(low, high, strict=True)]
+    where = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")], axis=1)
+    spots = pad_spots(reader, where, reads=samples)
+    places = element_places(evidence)
+    inside = ((where >= places.min(axis=0)) & (where <= places.max(axis=0))).all(axis=1)
+    inside = inside if inside.any() else np.ones(len(where), dtype=bool)
+    columns = {name: where[:, i] for i, name in enumerate(("x_mm", "y_mm")[: where.shape[1]])}
+    columns |= {
+        "error_mm": spots.sd,
+        "noise_mm": np.sqrt((spots.noise_sd**2).sum(axis=1)),
+        "shared_mm": np.sqrt((spots.bias_rms**2).sum(axis=1)),
+    }
+    noise, shared = (float(np.mean(columns[name][inside] ** 2)) for name in ("noise_mm", "shared_mm"))
+    within = np.flatnonzero(inside)
+    return {
+        "body": "pad",
+        "samples": samples,
+        "by_location": rounded_columns(columns),
+        "elements_mm": places,
+        "best": place_at(columns, int(within[spots.sd[within].argmin()])),
+        "worst": place_at(columns, int(within[spots.sd[within].argmax()])),
+        "inside_rms_mm": float(np.sqrt(np.mean(spots.sd[inside] ** 2))),
+        "shared_percent": 100 * shared / (noise + shared),
+    }

@@ -1,0 +1,41 @@
+"""Sentences and rows that the words of several bodies share."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.output.text import fixed, number, percent
+
+
+def add_key(key: list[dict[str, Any]], quantity: str, value: Any, unit: str, detail: str) -> None:
+    """Add a key number to the list `key`."""
+    key.append({"quantity": quantity, "value": value, "unit": unit, "detail": detail})
+
+
+def verdict_row(question: str, short: str, reason: str) -> dict[str, str]:
+    """One of the questions that a report opens with, and its answer."""
+    return {"question": question, "short": short, "reason": reason}
+
+
+def in_spacings(error: float, spacing: float) -> str:
+    """An error as a part of the distance between elements."""
+    if error > 0.4 * spacing:
+        return f"{number(error / spacing, 2)} times the element spacing"
+    return f"1/{fixed(spacing / error, 0)} of the element spacing"
+
+
+def load_error(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
+    """The error of the load, read without the force sensor; adds it to the list `key`."""
+    if not load["n"]:
+        return ["No load was measured with these touches, so its error cannot be given."]
+    add_key(
+        key,
+        "load error, rms",
+        load["rms"],
+        load["unit"],
+        f"{percent(load['rms_percent'])} % of the mean load; the force sensor's reading was not used",
+    )
+    return [
+        f"Without help from the force sensor, load is read to {number(load['rms'], 2)} {load['unit']} rms "
+        f"({percent(load['rms_percent'])} % of the mean load)."
+    ]

@@ -1,0 +1,111 @@
+"""Covariances of independent errors and of a few that several readings share; nothing here knows of tactile sensors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class DiagonalPlusRankOne:
+    """The covariance ``Σ = diag(sd²) + v vᵀ`` of the m entries of a row; any number of rows.
+
+    Source: G. H. Golub and C. F. Van Loan, Matrix Computations (2013), section 2.1.4 (Sherman-Morrison).
+
+    Attributes
+    ----------
+    sd : (..., m) array
+        Standard deviation of the independent errors; ``inf`` leaves an entry out.
+    direction : (..., m) array
+        ``v``: what one standard deviation of the shared error does to each entry; finite everywhere.
+    """
+
+    sd: FloatArray
+    direction: FloatArray
+
+    @cached_property
+    def scaled(self) -> FloatArray:
+        """``u = v/sd``, (..., m): the shared error in units of the independent ones."""
+        return self.direction / self.sd
+
+    @cached_property
+    def length2(self) -> FloatArray:
+        """``|u|²``, (...)."""
+        return np.asarray((self.scaled * self.scaled).sum(axis=-1))
+
+    def whiten(self, rows: FloatArray) -> FloatArray:
+        """``Σ^(-1/2)`` times rows (..., m), with the symmetric root; zero where an entry is left out."""
+        z, u, length2 = rows / self.sd, self.scaled, self.length2[..., None]
+        # (I + u uᵀ)^(-1/2) = I - c u uᵀ with c = (1 - 1/sqrt(1 + |u|²)) / |u|², finite as |u| goes to 0.
+        root = np.sqrt(1 + length2)
+        factor = 1 / (root * (1 + root))
+        return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))
+
+    def solve(self, rows: FloatArray) -> FloatArray:
+        """``Σ^-1`` times rows (..., m); zero where an entry is left out."""
+        z, u = rows / self.sd, self.scaled
+        along = (u * z).sum(axis=-1, keepdims=True) / (1 + self.length2[..., None])
+        return np.asarray((z - along * u) / self.sd)
+
+    def squared_distance(self, rows: FloatArray) -> FloatArray:
+        """``xᵀ Σ^-1 x`` of rows x (..., m), shape (...)."""
+        z, u = rows / self.sd, self.scaled
+        return np.asarray((z * z).sum(axis=-1) - (u * z).sum(axis=-1) ** 2 / (1 + self.length2))
+
+    @property
+    def shared_log_determinant(self) -> FloatArray:
+        """``log det Σ - log det diag(sd²)``, (...): what the shared error adds to that of the independent ones."""
+        return np.asarray(np.log1p(self.length2))
+
+
+def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present: NDArray[np.bool_]) -> FloatArray:
+    """``L^-1`` of ``diag(variance) + Σ v vᵀ = L Lᵀ`` for t rows of m entries with several shared errors, (t, m, m).
+
+    Parameters
+    ----------
+    variance : (t, m) array
+        Of the independent errors; above zero also where nothing is present.
+    directions : sequence of (t, m) arrays
+        What one standard deviation of each shared error does to the entries.
+    present : (t, m) bool array
+        Entries that are there; rows and columns of others are zero.
+    """
+    eye = np.eye(variance.shape[1])
+    covariance = np.einsum("ti,ij->tij", variance, eye)
+    for direction in directions:
+        seen = np.where(present, direction, 0.0)
+        covariance += seen[:, :, None] * seen[:, None, :]
+    root = np.linalg.solve(np.linalg.cholesky(covariance), eye[None])
+    return np.asarray(root * present[:, :, None])
+
+
+def normal_log_density(root: FloatArray, rows: FloatArray) -> float:
+    """Log density of all rows (t, m) together, up to a constant, from their `inverse_root`; NaN where not present."""
+    z = np.einsum("tij,tj->ti", root, np.nan_to_num(rows))
+    diagonal = np.einsum("tii->ti", root)
+    volume = np.log(np.maximum(diagonal, 1e-300))
+    return float(-0.5 * (z**2).sum() + np.where(diagonal > 0, volume, 0.0).sum())
+
+
+def shared_error(
+    rows: FloatArray, slope: FloatArray, sd: FloatArray, shared_sd: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Pull and precision (...) of the shared error given the rows: its mean is their ratio, its variance 1/precision.
+
+    Parameters
+    ----------
+    rows, slope : (..., m) arrays
+        Errors of the entries, and what a shared error of one does to them; finite everywhere.
+    sd : (..., m) array
+        Standard deviation of the independent errors; ``inf`` leaves an entry out.
+    shared_sd : (...) array
+        Standard deviation of the shared error before the rows are known.
+    """
+    weight = 1 / sd**2
+    return (slope * rows * weight).sum(axis=-1), (slope**2 * weight).sum(axis=-1) + shared_sd**-2.0

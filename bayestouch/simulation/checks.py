@@ -1,0 +1,34 @@
+"""Checks of a design: numbers that no sensor or plan of touches can have."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.errors import InputError
+
+
+def check_counts(**values: int) -> None:
+    """Refuse what is no whole number above zero."""
+    for name, value in values.items():
+        if value < 1 or value != int(value):
+            raise InputError(f"{name}: expected a whole number above zero, got {value}")
+
+
+def check_positive(**values: float) -> None:
+    """Refuse what is not finite and above zero."""
+    for name, value in values.items():
+        if not 0 < value < np.inf:
+            raise InputError(f"{name}: expected a finite number above zero, got {value:g}")
+
+
+def check_not_negative(**values: float) -> None:
+    """Refuse what is not finite, or below zero."""
+    for name, value in values.items():
+        if not 0 <= value < np.inf:
+            raise InputError(f"{name}: expected a finite number, zero or larger, got {value:g}")
+
+
+def check_range(load_range: tuple[float, float]) -> None:
+    """Refuse loads that are not in order."""
+    if not load_range[0] <= load_range[1] < np.inf:
+        raise InputError(f"load_range: expected two finite loads in order, got {load_range}")

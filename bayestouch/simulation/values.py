@@ -1,0 +1,108 @@
+"""Values of the effects of a simulation: what one number means, and what shape an effect has where none is stated."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bayestouch.effects import Effect, EffectParameter, Setting, Values, effect_classes
+from bayestouch.effects.effect import STAGES
+from bayestouch.errors import InputError
+from bayestouch.simulation.plan import EffectValues
+
+#: Shapes that are not stated, by effect: the plainest form of each, and times in s. What is neither here nor an
+#: amplitude is the middle one of the values at which the catalogue takes the effect's signature.
+SHAPES: Mapping[str, Mapping[str, float]] = {
+    "crosstalk": {"reach": 0.0},  # neighbours alone
+    "channel_lag": {"carry": 0.0},  # the channel before alone
+    "proximity": {"load_power": 0.0},  # the same at any load
+    "gain_nonlinearity": {"power": 1.0},  # the gain is linear in the reading
+    "saturation": {"knee": 40.0, "shared": 0.0},  # as hard a limit as the catalogue has, of each element
+    "baseline_drift": {"time": 600.0},
+    "gain_drift": {"time": 600.0, "own": 0.0},  # one course for all elements
+    "creep": {"time": 1.0},
+    "memory": {"time": 10.0, "breadth": 0.0},  # one exponential
+    "common_mode_noise": {"shared": 0.0},  # in proportion to each element's peak
+    "signal_dependent_noise": {"power": 1.0},  # in proportion to the signal
+    "outliers": {"size": 0.58},  # the sd of what lies anywhere within one peak
+}
+
+
+def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues:
+    """Effects with the values of all their parameters, in the order in which they act.
+
+    Parameters
+    ----------
+    stated : mapping of str to float
+        ``NAME`` is the first parameter of that effect, ``NAME.PARAMETER`` any of them. Amplitudes that are not stated
+        do nothing; other parameters are those of `SHAPES`.
+    setting : Setting
+        The sensor, and how it is touched.
+
+    Raises
+    ------
+    InputError
+        An effect or parameter is unknown or stated twice, an effect cannot occur here, no amplitude of it is stated,
+        or a value is outside the bounds of its prior.
+    """
+    known, by_effect = effect_classes(), dict[str, list[tuple[str | None, float]]]()
+    for key, value in stated.items():
+        name, dot, parameter = key.partition(".")
+        if name not in known:
+            raise InputError(f"unknown effect {name!r}; known are {', '.join(known)}")
+        by_effect.setdefault(name, []).append((parameter if dot else None, value))
+    out = []
+    for name, given in by_effect.items():
+        effect = known[name].suited(setting)
+        if effect is None:
+            raise InputError(f"effect {name} cannot occur, or not be seen, in this design")
+        out.append((effect, _values(effect, given)))
+    return tuple(sorted(out, key=lambda pair: _order(pair[0], known)))
+
+
+def stated_again(effects: EffectValues) -> dict[str, float]:
+    """Every value under the name ``NAME.PARAMETER``."""
+    return {
+        f"{effect.name}.{parameter.name}": value
+        for effect, values in effects
+        for parameter, value in zip(effect.parameters, values, strict=True)
+    }
+
+
+def _order(effect: Effect, known: Mapping[str, type[Effect]]) -> tuple[int, bool, int]:
+    """By stage, what differs from sample to sample last, as in a model with effects; then as in the catalogue."""
+    return STAGES.index(effect.stage), effect.needs_samples, list(known).index(effect.name)
+
+
+def _values(effect: Effect, stated: list[tuple[str | None, float]]) -> Values:
+    """Values of all parameters, of those that are stated by name; without a name it is the first."""
+    names, given = [each.name for each in effect.parameters], dict[str, float]()
+    for name, value in stated:
+        name = names[0] if name is None else name
+        if name not in names:
+            raise InputError(f"effect {effect.name} has no parameter {name!r}; it has {', '.join(names)}")
+        if name in given:
+            raise InputError(f"effect {effect.name}: {name} is given twice")
+        given[name] = value
+    amplitudes = [names[i] for i in effect.amplitudes]
+    if not set(amplitudes) & set(given):
+        raise InputError(f"effect {effect.name}: expected a value of {' or '.join(amplitudes)} too")
+    return tuple(
+        _checked(effect, each, given[each.name]) if each.name in given else _unstated(effect, each)
+        for each in effect.parameters
+    )
+
+
+def _unstated(effect: Effect, parameter: EffectParameter) -> float:
+    if parameter.null is not None:
+        return parameter.null
+    return SHAPES.get(effect.name, {}).get(parameter.name, parameter.probes[len(parameter.probes) // 2])
+
+
+def _checked(effect: Effect, parameter: EffectParameter, value: float) -> float:
+    if value == parameter.null or (np.isfinite(value) and parameter.prior.log_density(value) > -np.inf):
+        return float(value)
+    low, high = parameter.prior.support
+    bounds = "above 0" if parameter.logarithmic else f"from {low:g} to {high:g}"
+    raise InputError(f"effect {effect.name}: expected a {parameter.name} {bounds}, got {value:g}")

@@ -1,0 +1,63 @@
+"""Means of touches: some of them, those of several tables, and where a pad was touched."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from bayestouch.data.averages import TouchMeans
+from bayestouch.pad.known_touches import pad_readings
+from bayestouch.simulation import PadDesign, simulate
+
+# What is said of all touches together, and is no column.
+OF_ALL = {"pure_error_variance", "pure_error_dof", "load_error_variance", "load_error_dof"}
+
+
+@pytest.fixture(scope="module")
+def means() -> TouchMeans:
+    return simulate(PadDesign(n_touches=12), seed=4).dataset.touches.averaged()
+
+
+def columns(means: TouchMeans) -> dict[str, np.ndarray]:
+    values = {each.name: getattr(means, each.name) for each in fields(means) if each.name not in OF_ALL}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+@pytest.mark.parametrize("index", [np.array([3, 0, 5]), np.arange(12) % 2 == 0])
+def test_some_of_the_touches(means: TouchMeans, index: np.ndarray) -> None:
+    some = means.select(index)
+    assert some.n_touches == len(means.touch[index]) and some.n_elements == means.n_elements
+    for name, values in columns(means).items():
+        np.testing.assert_array_equal(getattr(some, name), values[index], err_msg=name)
+    for name in OF_ALL:
+        np.testing.assert_array_equal(getattr(some, name), getattr(means, name), err_msg=name)
+
+
+def test_touches_of_several_tables(means: TouchMeans) -> None:
+    order = np.array([5, 1, 2, 0, 3, 4, 11, 10, 9, 8, 7, 6])
+    whole = TouchMeans.joined([means.select(part) for part in np.split(order, [1, 7])])
+    for name, values in columns(means).items():
+        np.testing.assert_array_equal(getattr(whole, name), values[order], err_msg=name)
+    other = replace(means, pure_error_variance=2 * means.pure_error_variance)
+    for one, two in ((means, other), (other, means)):
+        np.testing.assert_array_equal(TouchMeans.joined([one, two]).pure_error_variance, one.pure_error_variance)
+
+
+def test_loads_can_be_left_out(means: TouchMeans) -> None:
+    bare = means.without_load()
+    assert np.isnan(bare.load).all() and not np.isnan(means.load).any()
+    np.testing.assert_array_equal(bare.readings, means.readings)
+
+
+def test_location_of_a_touch_on_a_pad() -> None:
+    """x alone on a line of elements, also where a table has y; NaN where a table does not have what the pad has."""
+    table = simulate(PadDesign(n_touches=6), seed=4).dataset.touches
+    means = pad_readings(table, 2, "mean")
+    np.testing.assert_array_equal(means.location, np.column_stack([means.x_mm, means.y_mm]))
+    np.testing.assert_array_equal(pad_readings(table, 1, "mean").location, means.location[:, :1])
+    lost = pad_readings(table.with_(y_mm=None), 2, "mean").location
+    np.testing.assert_array_equal(lost[:, 0], means.location[:, 0])
+    assert lost.shape == (6, 2) and np.isnan(lost[:, 1]).all()
+    np.testing.assert_array_equal(means.select(np.array([4, 1])).location, means.location[[4, 1]])

@@ -1,0 +1,73 @@
+"""Touches on a finger with effects take the same way as those on one without."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from streamed_cases import blocks_of_seven, same
+
+import bayestouch
+from bayestouch.data import tables, touch_source
+from bayestouch.data.touch_table import read_touches, write_touches
+from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.reading.effects import EffectContext
+from bayestouch.finger.reading.touch_reader import FingerTouchReader
+from bayestouch.reading.options import Options
+
+OPTIONS = {"draws": 64, "seed": 5, "method": "importance"}
+
+
+@cache
+def finger(effect: str) -> tuple[bayestouch.DataSet, bayestouch.Calibration]:
+    """A finger without effects, calibrated with one."""
+    design = bayestouch.FingerDesign(n_elements=7, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=8.0)
+    data = bayestouch.simulate(design, seed=3).dataset
+    return data, bayestouch.calibrate(data, model=StatedModel("finger", "hertz", ((effect, {}),)), draws=64, seed=1)
+
+
+@pytest.mark.parametrize(
+    ("effect", "whole"), [("crosstalk", False), ("creep", True), ("load_offset", True), ("baseline_drift", True)]
+)
+def test_the_whole_table_is_needed_where_other_touches_matter(effect: str, whole: bool) -> None:
+    assert FingerTouchReader.from_calibration(finger(effect)[1], Options()).needs_whole_table == whole
+
+
+@pytest.mark.parametrize("effect", ["crosstalk", "creep"])
+def test_a_file_in_pieces_is_read_like_one_in_memory(
+    effect: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    data, calibration = finger(effect)
+    path = tmp_path / "touches.csv"
+    write_touches(data.touches, path, data.sensor)
+    blocks_of_seven(monkeypatch)
+    whole = bayestouch.infer(read_touches(path, data.sensor), calibration, **OPTIONS)  # type: ignore[arg-type]
+    monkeypatch.setattr(tables, "CHUNK", 53)
+    monkeypatch.setattr(touch_source, "READ_WHOLE", 0)
+    assert len(list(touch_source.source_of(path, data.sensor).pieces())) > 5
+    same(bayestouch.infer(path, calibration, **OPTIONS), whole)  # type: ignore[arg-type]
+    same(bayestouch.infer(path, calibration, output=tmp_path / "a.nc", **OPTIONS), whole)  # type: ignore[arg-type]
+
+
+def test_single_samples_keep_the_number_of_their_touch() -> None:
+    data, calibration = finger("crosstalk")
+    some = np.unique(data.touches.touch)[:6]
+    touches = data.touches.select(np.isin(data.touches.touch, some) & data.touches.in_contact)
+    touches = touches.with_(touch=touches.touch + 100)
+    read = bayestouch.infer(touches, calibration, each_sample=True, **OPTIONS)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(read.rows.touch, touches.touch)
+
+
+def test_blocks_that_were_cut_and_joined_have_the_effects_of_each_touch() -> None:
+    data, calibration = finger("memory")
+    reader = FingerTouchReader.from_calibration(calibration, Options())
+    block = reader.ready(reader.average(data.touches))
+    context = block.readings.context
+    assert isinstance(context, EffectContext)
+    assert np.ptp(context.shift, axis=0).min() > 0, "what is remembered is not the same at every touch"
+    cut = [block.select(index) for index in (np.arange(3), np.arange(3, block.n_touches))]
+    joined = type(block).joined(cut).readings.context
+    for name in ("scale", "shift", "extra", "reads", "slopes"):
+        np.testing.assert_array_equal(getattr(joined, name), getattr(context, name))

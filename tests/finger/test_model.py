@@ -1,0 +1,157 @@
+"""The model of a finger: its quick evaluator and its chain against a finger that is written out on its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from independent.finger import SMALL, Press, build
+from independent.finger import Finger as WrittenOut
+
+from bayestouch.contact import composite_radius
+from bayestouch.data.sensor import Finger
+from bayestouch.effects.catalogue import effect_classes
+from bayestouch.effects.listing import FINGER
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.model import FingerModel
+from bayestouch.finger.series import Reach, TouchSeries
+from bayestouch.model.observations import PlainRows
+
+# Of the peak. The finger written out solves contacts on nodes of its own; the series is within 5e-7 of it, and the
+# chain, which looks readings up in a table, within 1e-5.
+QUICK, CHAIN = 3e-6, 3e-5
+REFERENCE = 200.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """A finger three times: written out, as a model that uses the quick evaluator, and as one that has the chain."""
+
+    finger: WrittenOut
+    press: Press
+    quick: FingerModel
+    chain: FingerModel
+    vector: np.ndarray
+
+
+@pytest.fixture(scope="module")
+def case() -> Case:
+    rng = np.random.default_rng(3)
+    finger = build(SMALL, rng)
+    tip = np.repeat([0.0, 1.59, 6.01, 25.25, np.inf], 14)
+    press = Press(tip, rng.uniform(-40, 40, len(tip)), rng.uniform(160, 240, len(tip)))
+    m, body, peak = SMALL.n_elements, SMALL.body, finger.peak
+    built = Finger(body.core, body.outer, SMALL.depth, tuple(SMALL.angles))
+    at = FlatLayout(m, discrepancy=False)
+    own = [np.log(peak / REFERENCE), finger.depth, np.radians(finger.angle)]
+    vector = np.concatenate([*own, [body.poisson, np.log(finger.modulus)]])
+    radius = composite_radius(tip, body.outer)
+    chain = FingerModel(
+        observed=PlainRows(len(tip)),
+        peak=peak,
+        reference_load=REFERENCE,
+        finger=built,
+        layout=at,
+        flat_prior=None,
+        sign=np.ones(m),
+        contact="layer",
+        largest_load=300.0,
+        pose=np.stack([radius, np.radians(press.angle), press.load]),
+    )
+    blank = np.zeros((len(tip), m))
+    known = KnownTouches(
+        radius_mm=radius,
+        angle=np.radians(press.angle),
+        load=press.load,
+        load_reads=np.ones(len(tip)),
+        readings=blank,
+        counts=np.ones(blank.shape, dtype=np.int64),
+        scatter=np.zeros(m),
+        scatter_dof=np.zeros(m),
+    )
+    reach = Reach(
+        sigma=(body.poisson - 0.03, body.poisson + 0.03),
+        log_mu=(float(vector[at.log_mu]) - 0.5, float(vector[at.log_mu]) + 0.5),
+        depth=float(finger.depth.max()) + 0.2,
+    )
+    series = TouchSeries.of(known, built, at, np.ones(m), reach, "layer")
+    return Case(finger, press, replace(chain, evaluator=series), chain, vector)
+
+
+def test_readings_are_those_of_a_finger_written_out(case: Case) -> None:
+    exact = case.finger.signal(case.press)
+    for model, error in ((case.quick, QUICK), (case.chain, CHAIN)):
+        found = model.predict(case.vector).touches
+        assert np.abs((found - exact) / case.finger.peak).max() < error
+
+
+def test_derivative_over_the_load_is_that_of_a_finger_written_out(case: Case) -> None:
+    press, step = case.press, 1.0
+    up, down = (case.finger.signal(replace(press, load=press.load + sign * step)) for sign in (1, -1))
+    exact = (up - down) / (2 * step)
+    for model in (case.quick, case.chain):
+        error = np.abs(model.by_load(case.vector) - exact) / np.abs(exact).max()
+        # The quick one takes a step of 2 %: contacts grow with the load, which bends readings by so much.
+        assert error.max() < 2e-3
+
+
+def test_derivatives_are_those_of_a_finger_written_out(case: Case) -> None:
+    finger, press, m = case.finger, case.press, SMALL.n_elements
+
+    def moved(**changes: np.ndarray | float) -> np.ndarray:
+        # What a finger is made of keeps its response: reading for each N/m of an edge right above the element.
+        other = replace(finger, **changes)
+        return other.signal(press) * finger.peak / other.peak
+
+    depth = (moved(depth=finger.depth + 1e-2) - moved(depth=finger.depth - 1e-2)) / 2e-2
+    angle = (moved(angle=finger.angle + 0.02) - moved(angle=finger.angle - 0.02)) / np.radians(0.04)
+    log_mu = (moved(modulus=finger.modulus * 1.01) - moved(modulus=finger.modulus / 1.01)) / (2 * np.log(1.01))
+    for model in (case.quick, case.chain):
+        found = model.derivatives(case.vector)[0]
+        assert found.shape == (3 * m + 2, len(press.tip), m)
+        for e in range(m):
+            for block, exact in enumerate((finger.signal(press), depth, angle)):
+                one = found[block * m + e]
+                # Steps are central: their error is far below the share of the largest derivative that is asked.
+                assert np.abs(one[:, e] - exact[:, e]).max() < 2e-3 * np.abs(exact).max()
+                assert not one[:, np.arange(m) != e].any()
+        assert np.abs(found[3 * m + 1] - log_mu).max() < 5e-3 * np.abs(log_mu).max()
+
+
+@pytest.mark.parametrize("name", ["crosstalk", "saturation", "gain_nonlinearity", "creep"])
+def test_effects_on_readings_act_alike_on_both_evaluators(case: Case, name: str) -> None:
+    effect = effect_classes()[name].suited(FINGER)
+    assert effect is not None
+    quick, chain = (model.with_effects((effect,)) for model in (case.quick, case.chain))
+    vector = quick.extended(case.vector, effect.probes[0])
+    peak = case.finger.peak
+    assert quick.signal(vector).signal.tobytes() == case.quick.signal(case.vector).signal.tobytes()
+    assert np.abs((quick.predict(vector).touches - chain.predict(vector).touches) / peak).max() < 2 * CHAIN
+    by_load = quick.by_load(vector), chain.by_load(vector)
+    assert np.abs(by_load[0] - by_load[1]).max() < 2e-3 * np.abs(by_load[1]).max()
+    for one, other in zip(quick.derivatives(vector)[0], chain.derivatives(vector)[0], strict=True):
+        assert np.abs(one - other).max() < 5e-3 * max(np.abs(other).max(), 1e-3 * peak.max())
+
+
+@pytest.mark.parametrize("name", ["aperture", "finite_strain", "tangential_load"])
+def test_effects_before_the_readings_are_those_of_the_chain(case: Case, name: str) -> None:
+    effect = effect_classes()[name].suited(FINGER)
+    assert effect is not None
+    quick, chain = (model.with_effects((effect,)) for model in (case.quick, case.chain))
+    vector = quick.extended(case.vector, effect.probes[0])
+    assert quick.predict(vector).touches.tobytes() == chain.predict(vector).touches.tobytes()
+    assert np.abs(quick.predict(vector).touches - case.quick.predict(case.vector).touches).max() > 1
+
+
+def test_beyond_the_parameters_that_it_was_made_for_the_chain_is_used(case: Case) -> None:
+    far = case.vector.copy()
+    far[-1] += 1.0
+    assert case.quick.predict(far).touches.tobytes() == case.chain.predict(far).touches.tobytes()
+
+
+def test_other_touches_are_those_of_the_chain(case: Case) -> None:
+    radius, angle, load = np.array([[3.0, 12.7], [0.1, -0.2], [150.0, 250.0]])
+    quick, chain = (model.observing(PlainRows(2)).at(radius, angle, load) for model in (case.quick, case.chain))
+    assert quick.predict(case.vector).touches.tobytes() == chain.predict(case.vector).touches.tobytes()

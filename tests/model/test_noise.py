@@ -1,0 +1,54 @@
+"""Noise of means of samples with what effects of the noise add, against samples of that noise drawn one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.noise import Noise
+from bayestouch.model.noise import AddedNoise, NoiseModel
+
+M, DRAWS = 4, 100_000
+SD, PEAK = np.array([1.0, 2.0, 0.5, 1.5]), np.array([100.0, 80.0, 120.0, 50.0])
+SIGNAL = np.array([[90.0, -20.0, 5.0, 40.0], [3.0, 60.0, 110.0, -10.0]])
+READS = np.array([6, 2])
+ADDED = AddedNoise(share=0.03, power=0.5, common=0.02, common_touch=0.015, common_shared=0.3)
+NOISE = NoiseModel(SD, np.ones(2), PEAK, ADDED)
+# Relative standard error of a variance from so many draws is sqrt(2/n); five of them, for some thirty numbers.
+CLOSE = {"rtol": 5 * np.sqrt(2 / DRAWS), "atol": 5 * np.sqrt(2 / DRAWS)}
+
+
+def means_of_samples(touch: int, rng: np.random.Generator) -> np.ndarray:
+    """Means of a touch's samples, (DRAWS, m): own noise, noise that grows with the signal, one error for all."""
+    together = PEAK**0.7 * PEAK.mean() ** 0.3
+    total = np.zeros((DRAWS, M))
+    for _ in range(READS[touch]):
+        total += SD * rng.standard_normal((DRAWS, M))
+        total += 0.03 * PEAK * np.sqrt(np.abs(SIGNAL[touch]) / PEAK) * rng.standard_normal((DRAWS, M))
+        total += 0.02 * together * rng.standard_normal((DRAWS, 1))
+    return total / READS[touch] + 0.015 * together * rng.standard_normal((DRAWS, 1))
+
+
+@pytest.mark.parametrize("touch", [0, 1])
+def test_covariance_of_means(touch: int) -> None:
+    found = np.cov(means_of_samples(touch, np.random.default_rng(touch)).T)
+    scale = np.sqrt(np.diag(found))
+    shared = NOISE.shared_sd(READS)[touch]
+    wanted = np.diag(NOISE.own_variance(SIGNAL)[touch] / READS[touch]) + np.outer(shared, shared)
+    np.testing.assert_allclose(wanted / np.outer(scale, scale), found / np.outer(scale, scale), **CLOSE)
+    np.testing.assert_allclose(NOISE.variance(SIGNAL, READS[:, None])[touch], np.diag(wanted), rtol=1e-12)
+    added = ADDED.covariance(SIGNAL, PEAK, READS.astype(float))[touch]
+    np.testing.assert_allclose(added + np.diag(SD**2 / READS[touch]), wanted, rtol=1e-12)
+
+
+def test_shared_error_of_a_sample_is_without_that_of_its_touch() -> None:
+    only = NoiseModel(SD, np.ones(2), PEAK, AddedNoise(common=0.02, common_shared=0.3))
+    np.testing.assert_allclose(NOISE.shared_sd_of_sample(READS), only.shared_sd(READS), rtol=1e-12)
+
+
+def test_mean_of_the_force_sensor() -> None:
+    """Standard error of a mean; NaN where there is no force sensor."""
+    rng = np.random.default_rng(3)
+    means = rng.normal(0.0, 0.3, (DRAWS, 6)).mean(axis=1)
+    assert Noise(SD, 0 * SD, 0.0, 0.3).mean_load_sd(6) == pytest.approx(means.std(), rel=5 * np.sqrt(0.5 / DRAWS))
+    assert np.isnan(Noise(SD, 0 * SD).mean_load_sd([1, 4])).all()

@@ -1,0 +1,46 @@
+"""Loads on a pad: as a force sensor reads them, as they are, and as they act on the elements."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.effects import Setting, effect_classes
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.noise import AddedNoise
+from bayestouch.pad.corrected import PadEffects
+
+OFFSET, SHARE, THRESHOLD = 0.1, 0.4, 0.05
+LOAD = np.linspace(0.3, 2.0, 9)
+
+
+def with_effects(**values: tuple[float, ...]) -> PadEffects:
+    place = (np.array([0.0, 5.0, 10.0]),)
+    setting = Setting(False, 3, place, ((0.0, 10.0),), 1.0, "N", "", False, 0.0, 0.0, 0.0)
+    suited = [effect_classes()[name].suited(setting) for name in values]
+    effects = tuple(effect for effect in suited if effect is not None)
+    assert len(effects) == len(values)
+    return PadEffects(EffectList(setting, effects, AddedNoise()), values, np.ones(3), np.zeros(3), place)
+
+
+def acting(load: np.ndarray) -> np.ndarray:
+    """The formula of `load_nonlinearity` at a reference load of 1 N, written out."""
+    reached = load - THRESHOLD
+    return reached / (1 + SHARE * reached)
+
+
+def test_an_offset_of_the_force_sensor_is_no_load() -> None:
+    effects = with_effects(load_offset=(OFFSET,))
+    np.testing.assert_allclose(effects.pressed(LOAD + OFFSET), LOAD, rtol=1e-12)
+    np.testing.assert_allclose(effects.pressing(LOAD), LOAD, rtol=1e-12)
+    np.testing.assert_allclose(effects.as_read(LOAD), LOAD + OFFSET, rtol=1e-12)
+
+
+def test_a_load_is_true_before_the_contact_takes_its_part() -> None:
+    """Of a force sensor with an offset under a contact that is not linear: neither what it reads nor what acts."""
+    effects = with_effects(load_offset=(OFFSET,), load_nonlinearity=(SHARE, THRESHOLD))
+    np.testing.assert_allclose(effects.acting(LOAD + OFFSET), acting(LOAD), rtol=1e-12)
+    np.testing.assert_allclose(effects.pressed(LOAD + OFFSET), LOAD, rtol=1e-12)
+    # Tabulated in steps of a hundredth of the reference load: the curvature of 0.8 over half a step, squared, by two.
+    np.testing.assert_allclose(effects.pressing(acting(LOAD)), LOAD, atol=1e-4)
+    np.testing.assert_allclose(effects.as_read(acting(LOAD)), LOAD + OFFSET, atol=1e-4)
+    np.testing.assert_allclose(effects.pressing_slope(acting(LOAD)), (1 + SHARE * (LOAD - THRESHOLD)) ** 2, rtol=0.02)

@@ -1,0 +1,78 @@
+"""Settings that the documentation quotes are those of the code: each sentence is written out here from the constant."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bayestouch.data import parquet, tables, toml_text, touch_source
+from bayestouch.diagnosis import comparison, search
+from bayestouch.diagnosis import data as parted
+from bayestouch.finger import priors
+from bayestouch.finger.reading import alternatives, profile
+from bayestouch.reading import check, driver, fault_tests, faults
+from bayestouch.reporting import diagnosis_file, touch_list
+from bayestouch.results import hdf5_reading
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+MEGA, MEBI = 10**6, 2**20
+WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+SHARES = {3: "third", 4: "quarter", 5: "fifth", 10: "tenth"}
+
+
+def share(value: float) -> str:
+    """In words."""
+    return SHARES[round(1 / value)]
+
+
+QUOTED = {
+    "robustness.md": [
+        f"Each of up to {check.MOST} touches",
+        f"A gain or an offset more than {100 * fault_tests.TOLERANCE:g} % (the force sensor: "
+        f"{100 * fault_tests.FORCE_TOLERANCE:g} %)",
+        f"beyond {WORDS[int(fault_tests.THRESHOLD)]} standard deviations",
+        f"so is a scatter {fault_tests.SCATTER:g} times that of the others",
+        f"each of the {WORDS[faults.MOST_TRIED]} worst is left out on trial",
+        f"Where more than a {share(faults.LARGEST_SHARE)} of the elements would have to go",
+        f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged, nor is the gain of an "
+        f"element that none of {WORDS[fault_tests.FEWEST_SIGNALS]} touches presses with a "
+        f"{share(fault_tests.SIGNAL_SHARE)} of its peak",
+        f"more than {hdf5_reading.LARGEST_RATIO} times the size of the file (and {hdf5_reading.FREE_BYTES // MEBI} MB) "
+        "is refused",
+        f"more than {parquet.LARGEST_RATIO} times its file (and {parquet.FREE_BYTES // MEBI} MB) is refused",
+        f"at most {tables.MAX_BYTES // 2**30} GB, {tables.MAX_COLUMNS:,} columns",
+        f"at most {toml_text.MAX_BYTES // MEGA} MB, {toml_text.MAX_PARTS} parts to a key",
+        f"at most {diagnosis_file.MAX_BYTES // MEGA} MB, {diagnosis_file.MOST_ENTRIES:,} entries to a list",
+    ],
+    "statistics.md": [
+        f"log-normal about {priors.DISCREPANCY.median:g} within a factor of 3",
+        f"by {alternatives.EVIDENCE_POINTS} lattice points",
+        f"(Pareto $\\hat k > {alternatives.LARGEST_K:g}$)",
+        f"So it is tabulated at {profile.KNOTS} knots over {profile.REACH:g} standard deviations either way",
+    ],
+    "diagnosis.md": [
+        f"Where fewer than {parted.ENOUGH_READ} of them have references, every fourth calibration touch is held out",
+        f"With fewer than {parted.ENOUGH_CALIBRATION} touches nothing is held out",
+        f"$1 - (1 - p)^K < {search.CHANCE:g}$ (Šidák)",
+        f"The {WORDS[search.LEADING]} best are added to the model one at a time",
+        f"less than {1e4 * comparison.ROUGHLY:g}·10⁻⁴ of what there is to explain",
+        f"dealt into {WORDS[comparison.FOLDS]} folds",
+        f"gains at least {WORDS[int(search.ERRORS)]} standard errors, what an effect of a "
+        f"{share(search.MATERIAL)} of the noise would gain",
+        f"at least {100 * search.SHARE:g} % of what can be explained",
+    ],
+    "large.md": [
+        f"A file of more than {touch_source.READ_WHOLE // MEBI} MB is read in pieces of {tables.CHUNK:,} rows",
+        f"Pieces that take up to {touch_source.ROOM // MEBI} MB in memory",
+        f"({driver.BLOCK_DRAWS // 1024:,} touches at 1,024 draws)",
+    ],
+    "report.md": [f"More than {touch_list.MOST_TOUCHES} touches are thinned evenly"],
+}
+
+
+@pytest.mark.parametrize(("page", "sentence"), [(page, one) for page, some in QUOTED.items() for one in some])
+def test_a_setting_is_quoted_as_it_is(page: str, sentence: str) -> None:
+    """A constant that changes makes this fail until the page says the new value."""
+    text = " ".join((DOCS / page).read_text("utf-8").replace("\n* ", "\n").split())
+    assert " ".join(sentence.split()) in text

@@ -1,0 +1,69 @@
+"""Two calibrations, and two data sets, side by side."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from report_cases import FINGER, LINE, Page, small
+
+import bayestouch
+from bayestouch.commands.cli import main
+from bayestouch.errors import InputError
+from bayestouch.simulation import simulate
+
+
+def test_two_data_sets_side_by_side(tmp_path: Path) -> None:
+    """A finger and the same finger with one element's gain changed by the repairer: that element is named."""
+    first = simulate(FINGER, seed=4).dataset
+    readings = np.array(first.touches.readings), np.array(first.calibration.readings)  # type: ignore[union-attr]
+    for table in readings:
+        table[:, 2] *= 1.3
+    second = replace(
+        first,
+        touches=first.touches.with_(readings=readings[0]),
+        calibration=first.calibration.with_(readings=readings[1]),  # type: ignore[union-attr]
+    )
+    compared = bayestouch.compare(first, second, tmp_path / "out", draws=128, diagnosis=False)
+    table = compared.to_dataframe()
+    telling = table[table["difference_in_sd"].abs() > 3]
+    # its response and gain; its noise and discrepancy in counts grow with it
+    assert set(telling["element"].dropna()) == {"e03"}
+    change = table[(table["parameter"] == "response") & (table["element"] == "e03")].iloc[0]
+    sd = np.hypot(change["first_sd"], change["second_sd"])
+    assert change["second_mean"] / change["first_mean"] == pytest.approx(1.3, abs=4 * sd / change["first_mean"])
+    assert "of e03 (+" in str(compared)
+    assert json.loads((tmp_path / "out" / "comparison.json").read_text("utf-8")) == compared.numbers
+    text = (tmp_path / "out" / "index.html").read_text("utf-8")
+    page = Page(text)
+    for side in ("first", "second"):
+        assert f'href="{side}/index.html"' in text
+        assert (tmp_path / "out" / side / "index.html").is_file()
+    assert "Can its readings be trusted?" in "".join(page.text)
+    assert "<table>" in compared._repr_html_()
+
+
+def test_two_calibrations_on_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bayestouch.save_dataset(small(FINGER).dataset, tmp_path / "finger")
+    for name, seed in (("a", "1"), ("b", "2")):
+        output = str(tmp_path / f"{name}.nc")
+        assert (
+            main(["calibrate", str(tmp_path / "finger"), "-o", output, "--draws", "200", "--seed", seed, "--quiet"])
+            == 0
+        )
+    assert main(["report", str(tmp_path / "a.nc"), str(tmp_path / "b.nc"), "-o", str(tmp_path / "out")]) == 0
+    # other draws of one posterior
+    assert "None of" in capsys.readouterr().out
+    both = [str(tmp_path / "a.nc"), str(tmp_path / "finger")]
+    assert main(["report", *both, "-o", str(tmp_path / "none")]) == 2
+    assert "got one of each" in capsys.readouterr().err
+    assert main(["report", *both, both[0], "-o", str(tmp_path / "none")]) == 2
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_finger_and_a_pad_are_not_compared(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="two fingers or two pads"):
+        bayestouch.compare(small(FINGER).dataset, small(LINE).dataset, tmp_path / "out")

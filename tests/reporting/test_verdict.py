@@ -1,0 +1,84 @@
+"""The first row of a report follows the verdict of the diagnosis, where one was made."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bayestouch.diagnosis.outcome import VERDICTS
+from bayestouch.reporting.verdict import _fix, _trusted
+
+LIMITS = {"low": 0.9, "high": 1.1, "expected": 1.0}
+
+
+def diagnosis(word: str, *effects: str, lack_of_fit: float = 1.0) -> dict[str, Any]:
+    return {
+        "verdict": word,
+        "effects": [{"name": name} for name in effects],
+        "data": {"held_out_touches": 100},
+        "before": {"lack_of_fit": lack_of_fit},
+        "after": {"lack_of_fit": lack_of_fit},
+        "noise_floor_percent_peak": 0.5,
+        "lack_of_fit_limits": {"after": LIMITS},
+        "correction": None,
+    }
+
+
+def numbers(found: dict[str, Any] | None, *, lack_of_fit: float | None, inside: float | None = 90.0) -> dict[str, Any]:
+    """Numbers of a report with as many of 2000 touches inside their 90 % intervals."""
+    row = {"parameter": "x", "touches": 2000, "percent_inside": {"90": inside}, "se_90": 0.67}
+    return {
+        "trust": {"coverage": [] if inside is None else [row]},
+        "calibration": {"lack_of_fit": lack_of_fit},
+        "diagnosis": found,
+        "next": [],
+    }
+
+
+MISSES = "Yes, though the model misses something"
+
+
+@pytest.mark.parametrize(
+    ("found", "lack_of_fit", "short", "said"),
+    [
+        (None, 1.0, "Yes", None),
+        (None, 1.4, MISSES, "The model misses more than noise explains."),
+        ({"missing": "No effect was searched for."}, 1.4, MISSES, "The model misses more than noise explains."),
+        # The fit misses its own touches, but the test on held-out touches decides.
+        (diagnosis("adequate"), 1.4, "Yes", "Verdict of the diagnosis: adequate."),
+        (diagnosis("explained", "creep"), 1.0, MISSES, "Verdict of the diagnosis: explained by creep."),
+        (
+            diagnosis("partly explained", "creep", "load_scale"),
+            None,
+            MISSES,
+            "Verdict of the diagnosis: partly explained by creep and load scale.",
+        ),
+        (diagnosis("unattributed"), 1.0, MISSES, "that no known effect explains."),
+        # A file of an earlier version, with a word that its lack of fit contradicts.
+        (diagnosis("adequate", lack_of_fit=1.5), 1.0, MISSES, "Verdict of the diagnosis: unattributed"),
+    ],
+)
+def test_the_first_row_agrees_with_the_diagnosis(
+    found: dict[str, Any] | None, lack_of_fit: float | None, short: str, said: str | None
+) -> None:
+    row = _trusted(numbers(found, lack_of_fit=lack_of_fit))
+    assert row["short"] == short
+    rest = row["reason"].partition("touches).")[2].strip()
+    assert said in rest if said else rest == ""
+    assert rest.count(".") == (1 if said else 0)
+
+
+@pytest.mark.parametrize(("inside", "short"), [(87.0, "With care"), (70.0, "Not as stated"), (None, "Not shown by")])
+def test_the_verdict_is_there_whatever_the_coverage_is(inside: float | None, short: str) -> None:
+    for word in VERDICTS:
+        row = _trusted(numbers(diagnosis(word), lack_of_fit=1.0, inside=inside))
+        assert row["short"].startswith(short)
+        assert f"Verdict of the diagnosis: {word}" in row["reason"]
+
+
+def test_the_last_row_has_the_same_verdict() -> None:
+    """What is fixed first is not said to be nothing where the lack of fit says that something is missing."""
+    beyond = numbers(diagnosis("adequate", lack_of_fit=1.5), lack_of_fit=1.0)
+    assert _fix(beyond)["short"] == "Something that no known effect explains"
+    assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing that was looked for"

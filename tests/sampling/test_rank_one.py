@@ -1,0 +1,106 @@
+"""Covariances of independent and shared errors against the same matrices written out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root, normal_log_density, shared_error
+
+RNG = np.random.default_rng(7)
+T, M = 5, 6
+SD = RNG.uniform(0.5, 2.0, (T, M))
+DIRECTION = RNG.normal(size=(T, M))
+OTHER = RNG.normal(size=(T, M))
+ROWS = RNG.normal(size=(T, M))
+PRESENT = RNG.uniform(size=(T, M)) > 0.3
+COVARIANCE = DiagonalPlusRankOne(SD, DIRECTION)
+# Two of the rows with entries that are left out, one with none left.
+PRESENT[0], PRESENT[1] = True, False
+
+
+def dense(row: int, *directions: np.ndarray) -> np.ndarray:
+    return np.diag(SD[row] ** 2) + sum(np.outer(each[row], each[row]) for each in directions)
+
+
+# Rounding in six entries: a few times 1e-16, times a condition number of a hundred.
+CLOSE = {"rtol": 1e-12, "atol": 1e-12}
+
+
+@pytest.mark.parametrize("row", range(T))
+def test_solve_whiten_and_distance(row: int) -> None:
+    matrix = dense(row, DIRECTION)
+    solved = np.linalg.solve(matrix, ROWS[row])
+    np.testing.assert_allclose(COVARIANCE.solve(ROWS)[row], solved, **CLOSE)
+    np.testing.assert_allclose(COVARIANCE.squared_distance(ROWS)[row], ROWS[row] @ solved, **CLOSE)
+    value, vector = np.linalg.eigh(np.diag(1 / SD[row]) @ matrix @ np.diag(1 / SD[row]))
+    root = (vector * value**-0.5) @ vector.T @ np.diag(1 / SD[row])
+    np.testing.assert_allclose(COVARIANCE.whiten(ROWS)[row], root @ ROWS[row], **CLOSE)
+    np.testing.assert_allclose(root @ matrix @ root.T, np.eye(M), **CLOSE)
+
+
+def test_log_determinant() -> None:
+    wanted = [np.linalg.slogdet(dense(row, DIRECTION))[1] - 2 * np.log(SD[row]).sum() for row in range(T)]
+    np.testing.assert_allclose(COVARIANCE.shared_log_determinant, wanted, **CLOSE)
+
+
+def test_what_is_left_out_does_not_count() -> None:
+    """As if the matrix had no such row and column."""
+    covariance = DiagonalPlusRankOne(np.where(PRESENT, SD, np.inf), DIRECTION)
+    for row in range(T):
+        here = PRESENT[row]
+        matrix = dense(row, DIRECTION)[np.ix_(here, here)]
+        wanted = np.zeros(M)
+        wanted[here] = np.linalg.solve(matrix, ROWS[row, here])
+        np.testing.assert_allclose(covariance.solve(ROWS)[row], wanted, **CLOSE)
+        distance = ROWS[row] @ wanted
+        np.testing.assert_allclose(covariance.squared_distance(ROWS)[row], distance, **CLOSE)
+        np.testing.assert_allclose((covariance.whiten(ROWS)[row] ** 2).sum(), distance, **CLOSE)
+        volume = np.linalg.slogdet(matrix)[1] - 2 * np.log(SD[row, here]).sum() if here.any() else 0.0
+        np.testing.assert_allclose(covariance.shared_log_determinant[row], volume, **CLOSE)
+
+
+def test_one_covariance_serves_many_rows() -> None:
+    """Rows with further axes in front, as derivatives have them; and one standard deviation for all rows."""
+    many = np.stack([ROWS, 2 * ROWS, OTHER])
+    for k in range(len(many)):
+        np.testing.assert_array_equal(COVARIANCE.whiten(many)[k], COVARIANCE.whiten(many[k]))
+    even = DiagonalPlusRankOne(SD[0], DIRECTION)
+    np.testing.assert_allclose(
+        even.squared_distance(ROWS), DiagonalPlusRankOne(np.tile(SD[0], (T, 1)), DIRECTION).squared_distance(ROWS)
+    )
+
+
+def test_inverse_root_of_two_shared_errors() -> None:
+    root = inverse_root(SD**2, (DIRECTION, OTHER), PRESENT)
+    for row in range(T):
+        here = PRESENT[row]
+        wanted = np.zeros((M, M))
+        wanted[np.ix_(here, here)] = np.linalg.inv(np.linalg.cholesky(dense(row, DIRECTION, OTHER)[np.ix_(here, here)]))
+        np.testing.assert_allclose(root[row], wanted, **CLOSE)
+
+
+def test_log_density_is_that_of_the_normal_distribution() -> None:
+    root = inverse_root(SD**2, (DIRECTION, OTHER), PRESENT)
+    wanted = 0.0
+    for row in range(T):
+        here = PRESENT[row]
+        if here.any():
+            matrix = dense(row, DIRECTION, OTHER)[np.ix_(here, here)]
+            wanted += stats.multivariate_normal(np.zeros(here.sum()), matrix).logpdf(ROWS[row, here])
+    found = normal_log_density(root, np.where(PRESENT, ROWS, np.nan))
+    assert found - 0.5 * PRESENT.sum() * np.log(2 * np.pi) == pytest.approx(wanted, rel=1e-12)
+
+
+def test_shared_error_given_the_rows() -> None:
+    """Conditional mean and variance of the joint normal distribution of shared error and rows."""
+    shared_sd, slope = RNG.uniform(0.3, 2.0, T), DIRECTION
+    pull, precision = shared_error(ROWS, slope, np.where(PRESENT, SD, np.inf), shared_sd)
+    for row in range(T):
+        here = PRESENT[row]
+        cross = shared_sd[row] ** 2 * slope[row, here]
+        matrix = np.diag(SD[row, here] ** 2) + shared_sd[row] ** 2 * np.outer(slope[row, here], slope[row, here])
+        gain = np.linalg.solve(matrix, cross)
+        np.testing.assert_allclose(pull[row] / precision[row], gain @ ROWS[row, here], **CLOSE)
+        np.testing.assert_allclose(1 / precision[row], shared_sd[row] ** 2 - gain @ cross, **CLOSE)
