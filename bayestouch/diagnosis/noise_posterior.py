@@ -121,7 +121,8 @@ def posterior(terms: Terms, effect: NoiseEffect, start: Values, own: FloatArray)
     information = curvature(parts, mode, moves) + 1e-6 * np.eye(len(mode))
     variance = np.diag(np.linalg.inv(information))[:count]
     values = values_at(mode)
-    sd = np.sqrt(np.where(variance > 0, variance, np.nan)) * unit
+    # Where samples say nothing of a value, of what sort an effect of no size is, its prior does.
+    sd = np.minimum(np.sqrt(np.where(variance > 0, variance, np.inf)), 1.0) * unit
     # The sd of a logarithm is a share of the value.
     sd = sd * np.where([p.logarithmic for p in parameters], values, 1.0)
     return values, tuple(sd.tolist()), np.exp(mode[count:])

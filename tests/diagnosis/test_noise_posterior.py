@@ -145,3 +145,18 @@ def test_mode_and_sd_of_a_normal_posterior(separate: bool) -> None:
     np.testing.assert_allclose(np.log(own), mode[2:], atol=1e-3)
     assert sd[0] == pytest.approx(0.01 * spread[0], rel=1e-3)
     assert sd[1] == pytest.approx(values[1] * spread[1], rel=1e-3)
+
+
+def test_what_samples_say_nothing_of_is_as_uncertain_as_its_prior() -> None:
+    """Whether an error of no size is of each element's own peak or of the mean peak: uniform from 0 to 1."""
+    rng = np.random.default_rng(2)
+    samples = rng.standard_normal((40, SAMPLES, M))
+    deviation = (samples - samples.mean(axis=1, keepdims=True)).reshape(-1, M)
+    deviation /= np.sqrt((deviation**2).mean(axis=0))
+    scatter, _ = scattered()
+    plain = replace(scatter, z=deviation, weight=np.full(len(deviation), 0.75))
+    values, sd, own = posterior(terms_of(plain, CommonModeNoise()), CommonModeNoise(), (0.0, 0.5), np.ones(M))
+    assert values[0] < 2 * sd[0]
+    assert sd[1] < 0.35
+    # 120 independent deviations of each element: their variance is known to 13 %.
+    np.testing.assert_allclose(own, 1.0, atol=4 * 0.13)
