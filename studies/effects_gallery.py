@@ -23,13 +23,14 @@ import numpy as np
 
 from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
-from bayestouch.diagnosis.quantities import Quantity, of_finger
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
 from bayestouch.effects.listing import PAD, typical
+from bayestouch.finger.quantities import quantities
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.quantities import Quantity
+from bayestouch.model.split_data import SplitData
 from bayestouch.output.pictures import BLUE, GREY, RED, canvas, drawing, rendered
 from bayestouch.simulation import SHAPES, FingerDesign, simulate
 
@@ -59,12 +60,12 @@ class Scene:
         design = FingerDesign(
             samples_per_touch=2, edge_step_deg=3.0, flat_step_deg=6.0, touch_radii_mm=(0.0, 2.0, 6.0, np.inf)
         )
-        data = DiagnosisData.of(simulate(design, seed=1).dataset)
+        data = SplitData.of(simulate(design, seed=1).dataset)
         observed = data.observations(data.training | data.held_out)
         fitted = base_fit(observed, data.dataset.sensor, contact)
         model, recording = fitted.model, fitted.model.poses(fitted.vector)
         signal = model.predict(fitted.vector).touches / model.peak
-        quantities = of_finger(
+        shown = quantities(
             observed,
             np.asarray(model.finger.element_angles_deg),
             recording.place[0],
@@ -73,7 +74,7 @@ class Scene:
             signal,
             model.peak,
         )
-        return cls(fitted, data.setting(contact, model.reference_load), quantities)
+        return cls(fitted, data.setting(contact, model.reference_load), shown)
 
     def change(self, effect: Effect, values: tuple[float, ...]) -> np.ndarray:
         """What the effect adds to the mean readings, (t, m)."""

@@ -22,10 +22,10 @@ from _published import OUTPUT, figure, save
 
 import bayestouch
 from bayestouch.data.dataset import DataSet
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.pad import held_out_pad
-from bayestouch.diagnosis.quantities import Quantity
 from bayestouch.diagnosis.where import where_it_is
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.quantities import Quantity
+from bayestouch.pad.held_out import held_out
 from bayestouch.pad.start import pad_fit
 
 SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", Path(__file__).resolve().parents[2] / "shared"))
@@ -89,7 +89,7 @@ def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     name = str(before.calibration.settings["kernel"])
     alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
     assert before.held_out is not None
-    return Found(case, diagnosis, held_out_pad(alone, None, before.held_out.observed, before.fitted.model.peak))
+    return Found(case, diagnosis, held_out(alone, None, before.held_out.observed, before.fitted.model.peak))
 
 
 def rest_wander(dataset: DataSet) -> float:

@@ -35,12 +35,12 @@ from bayestouch.chain.kernels import LayerKernel
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet, load_dataset
 from bayestouch.data.splits import with_calibration
+from bayestouch.inference import infer
 from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.candidates import PadCandidate, fit_kernel
 from bayestouch.pad.known_touches import pad_readings
-from bayestouch.pad.models import PadCandidate, fit_kernel
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.reading.reader import PadReader
-from bayestouch.pad.reading.run import infer_pad
 from bayestouch.priors.parameters import Uniform
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -119,7 +119,7 @@ def read(folder: Path, name: str, label: str) -> tuple[Calibration, TouchPosteri
     """A data set calibrated in one of the ways of `WAYS`, and its touches read with that."""
     dataset = load(folder, name)
     calibration = calibrate_pad(dataset, **WAYS[label])
-    return calibration, infer_pad(dataset.touches, calibration)
+    return calibration, infer(dataset.touches, calibration, draws=1000, workers=1)
 
 
 def inside_array(location: np.ndarray, position: np.ndarray) -> np.ndarray:

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
+from bayestouch.model.body import body_of
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
@@ -71,40 +71,19 @@ def calibrate(
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
-    _check_options(dataset, contact, e_map, kernel, priors)
+    body = body_of(dataset.sensor)
+    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel}
+    own = body.own(given)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
         if model is not None:
-            if model.body != dataset.sensor.body.kind:
-                raise InputError(f"the model is that of a {model.body}, this sensor is a {dataset.sensor.body.kind}")
-            contact = contact or model.contact or None
-        if model is not None and (model.effects or model.correction):
-            if e_map == "empirical":
-                raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
-            from bayestouch.diagnosis.stated_fit import calibrate_with_effects
+            if model.body != body.kind:
+                raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
+            own = body.own({**given, "contact": contact or model.contact or None})
+        if model is None or not (model.effects or model.correction):
+            return body.calibrate(with_calibration(dataset), **own, **common)
+        if own.pop("e_map", None) == "empirical":
+            raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
+        from bayestouch.calibration.with_effects import calibrate_with_effects
 
-            return calibrate_with_effects(dataset, model, contact=contact, kernel=kernel, priors=priors, **common)
-        dataset = with_calibration(dataset)
-        if isinstance(dataset.sensor.body, Finger):
-            from bayestouch.finger.calibration import calibrate_finger
-
-            own: dict[str, Any] = {"contact": contact or "layer", "e_map": e_map or "model", "stated": priors}
-            return calibrate_finger(dataset, **own, **common)
-        from bayestouch.pad.calibration import calibrate_pad
-
-        return calibrate_pad(dataset, kernel=kernel or "auto", **common)
-
-
-def _check_options(
-    dataset: DataSet, contact: str | None, e_map: str | None, kernel: str | None, priors: Mapping[str, Prior] | None
-) -> None:
-    """Refuse options of the other body, and an E map that there is not."""
-    if isinstance(dataset.sensor.body, Finger):
-        if kernel is not None:
-            raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
-        if e_map not in (None, "model", "empirical"):
-            raise InputError(f"e_map: expected model or empirical, got {e_map!r}")
-    elif contact is not None or e_map is not None or priors:
-        raise InputError(
-            "contact, e_map and priors are options of fingers; this sensor is a pad (its option is the kernel)"
-        )
+        return calibrate_with_effects(dataset, model, **own, **common)

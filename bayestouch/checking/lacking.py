@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator
 
 import numpy as np
 
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger, Pad
 from bayestouch.data.touches import Touches
-from bayestouch.finger import lacking as finger
-from bayestouch.pad import lacking as pad
-
-_TO_CALIBRATE: Mapping[str, Callable[[DataSet, TouchMeans], Iterator[str]]] = {
-    Finger.kind: finger.lacking_to_calibrate,
-    Pad.kind: pad.lacking_to_calibrate,
-}
+from bayestouch.model.body import body_of
 
 
 def baseline_corrected_means(touches: Touches) -> TouchMeans:
@@ -29,7 +22,7 @@ def lacking(dataset: DataSet) -> Iterator[str]:
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, one half to calibrate with"
     known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
-    yield from _TO_CALIBRATE[dataset.sensor.body.kind](dataset, known)
+    yield from body_of(dataset.sensor).lacking(dataset, known)
     if not np.nansum(known.pure_error_dof) > 0:
         yield "no touch is repeated: noise cannot be told from what the model misses; take 3 to 5 samples of each touch"
     tables = [table for table in (dataset.calibration, dataset.touches) if table is not None]

@@ -10,7 +10,7 @@ from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.output.pictures import PALETTE, ordered_colours
-from bayestouch.results.plots import new_axes
+from bayestouch.results.plots import LOCATION_LABELS, new_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,9 +37,7 @@ def plot_touches(dataset: DataSet, axes: Axes | None = None) -> Axes:
             )
     plane = means[0][0].y_mm is not None
     load = f"load ({dataset.sensor.body.load_unit})" if np.isfinite(means[0][0].load).any() else "largest reading"
-    axes.set(
-        xlabel=_location_label(means[0][0]), ylabel="reference location y (mm)" if plane else load, title="touches"
-    )
+    axes.set(xlabel=_location_label(means[0][0]), ylabel=LOCATION_LABELS["y"] if plane else load, title="touches")
     axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="x-small", frameon=False)
     return axes
 
@@ -78,5 +76,5 @@ def _places(table: TouchMeans) -> tuple[np.ndarray, np.ndarray]:
 
 def _location_label(table: TouchMeans) -> str:
     if table.angle_deg is not None:
-        return "reference location θ (degree)"
-    return "touch, in order" if table.x_mm is None else "reference location x (mm)"
+        return LOCATION_LABELS["theta_c"]
+    return "touch, in order" if table.x_mm is None else LOCATION_LABELS["x"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from bayestouch.errors import InputError, about
 from bayestouch.progress import Progress
@@ -60,26 +60,14 @@ def diagnose(
         The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have; or an option
         does not fit the body, or the cluster cannot be reached.
     """
-    from bayestouch.data.sensor import Finger
+    from bayestouch.diagnosis.follow import trace
     from bayestouch.diagnosis.result import Diagnosis
+    from bayestouch.model.body import body_of
 
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
-    options = {"draws": draws, "sample": sample, "seed": seed}
-    how: dict[str, Any] = {**options, "scheduler": scheduler, "progress": progress}
-    if isinstance(dataset.sensor.body, Finger):
-        from bayestouch.diagnosis.finger import trace_finger
-
-        if kernel is not None:
-            raise InputError("kernel is an option of pads; this sensor is a finger (its option is the contact model)")
-        contact = contact or "layer"
-        with about(dataset.path):
-            traced = trace_finger(dataset, contact=contact, **how)
-        return Diagnosis.of(traced, {"contact": contact, **options})
-    from bayestouch.diagnosis.pad import trace_pad
-
-    if contact is not None:
-        raise InputError("contact is an option of fingers; this sensor is a pad (its option is the kernel)")
+    body = body_of(dataset.sensor)
+    options = {**body.own({"contact": contact, "kernel": kernel}), "draws": draws, "sample": sample, "seed": seed}
     with about(dataset.path):
-        traced = trace_pad(dataset, kernel=kernel, **how)
-    return Diagnosis.of(traced, {"kernel": kernel, **options})
+        traced = trace(dataset, body, **options, scheduler=scheduler, progress=progress)
+    return Diagnosis.of(traced, options)

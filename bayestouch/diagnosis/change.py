@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.touch_errors import summarised
 from bayestouch.diagnosis.traced import EvaluatedModel
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.touch_errors import summarised
 
 
 def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, float]:

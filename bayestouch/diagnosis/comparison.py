@@ -7,19 +7,18 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.diagnosis.candidates import Candidate, refine_drift
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.random import RandomEffect
+from bayestouch.model.candidates import Candidate, refine_drift
 from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
 from bayestouch.model.predictive import held_out_density
-from bayestouch.pad.model import PadModel
 from bayestouch.parallel.cluster import in_order
 
 # Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
 # what is held out.
 FOLDS, BLOCK = 8, 8
-PAD_BLOCKS = 30
+SCAN_BLOCKS = 30
 # A candidate is fitted until steps gain less than this share of what there is to explain; the one that is chosen is
 # fitted to the end.
 ROUGHLY = 3e-4
@@ -30,9 +29,9 @@ def folds(fitted: Fitted) -> IntArray:
     observed = fitted.model.known
     n_touches = observed.n_touches
     size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
-    if isinstance(fitted.model, PadModel):
+    if fitted.model.time_is_place:
         # A scan moves on slowly: blocks as long as those that are held out of everything.
-        size = max(2, n_touches // PAD_BLOCKS)
+        size = max(2, n_touches // SCAN_BLOCKS)
     rank = np.empty(n_touches, dtype=np.int64)
     rank[np.argsort(observed.touch_time_s, kind="stable")] = np.arange(n_touches)
     return np.asarray((rank // size) % FOLDS)

@@ -1,75 +1,70 @@
-"""From a fit without effects to what was traced, on any body: search, models before and after, what remains."""
+"""From a data set to what was traced, on any body: fit, search, models before and after, what remains."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Protocol
+from functools import partial
+from typing import Any
 
-from bayestouch.diagnosis.correction import corrected_fit
-from bayestouch.diagnosis.correction_basis import Correction
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.drift_posterior import settled_drifts
-from bayestouch.diagnosis.held_out import HeldOut
+from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.search import ERRORS, search
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import Remaining, lack_of_fit
-from bayestouch.effects import Effect, Values
+from bayestouch.effects import Values
+from bayestouch.inference import infer
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
+from bayestouch.model.as_stated import at_stated_references
+from bayestouch.model.beginning import Evaluation
+from bayestouch.model.body import Body
+from bayestouch.model.correction import Correction, corrected_fit
+from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
-from bayestouch.pad.model import PadModel
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
 
 # Shares of the time: fits and search, then reading the held-out touches before and after.
 START, SEARCHED, READ = 0.1, 0.75, 0.85
 
 
-class Evaluate(Protocol):
-    """What a body makes of a fit."""
-
-    def __call__(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> EvaluatedModel:
-        """Calibration, and errors on the held-out touches."""
-        ...
-
-    def held(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
-        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
-        ...
-
-
-def follow(
-    data: DiagnosisData,
-    fitted: Fitted,
-    effects: tuple[Effect, ...],
-    evaluate: Evaluate,
+def trace(
+    dataset: DataSet,
+    body: Body,
+    *,
+    draws: int,
+    sample: bool,
+    seed: int,
     progress: Progress | None,
     scheduler: str | None,
+    **options: Any,
 ) -> Traced:
-    """Search from a fit without effects, and compare before and after.
+    """Fit, search, and compare before and after; see `bayestouch.diagnose`.
 
     Parameters
     ----------
-    data : DiagnosisData
-        Touches, parted.
-    fitted : Fitted
-        Fit to the training touches, without effects.
-    effects : tuple of Effect
-        Effects that are tried.
-    stand : Stands
-        Of the body.
-    progress : callable, optional
-        Called with the fraction done.
-    scheduler : str, optional
+    dataset : DataSet
+        Sensor and touches.
+    body : Body
+        Of the sensor.
+    draws, sample, seed, progress, scheduler
         As of `bayestouch.diagnose`.
+    options
+        Those of the body.
     """
+    data = SplitData.of(dataset).thinned(body.most_touches, seed)
+    begun = body.begin(data, draws=draws, seed=seed, **options)
     advance = progress or (lambda fraction: None)
     advance(START)
-    rounds = search(fitted, effects, lambda share: advance(START + (SEARCHED - START) * share), scheduler)
+    fitted = begun.fitted
+    rounds = search(fitted, begun.effects, lambda share: advance(START + (SEARCHED - START) * share), scheduler)
     advance(SEARCHED)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
     added = effects_as_added(rounds, final, spreads)
+    evaluate = partial(_evaluated, begun.evaluation, sample)
     before = evaluate(fitted, (), None)
     advance(READ)
     explained = evaluate(final, added, None) if added else before
@@ -83,14 +78,31 @@ def follow(
     return Traced(
         data=data,
         rounds=rounds,
-        steps=_steps(rounds, evaluate, before, explained),
+        steps=_steps(rounds, begun.evaluation, before, explained),
         added=added,
         before=before,
         explained=explained,
         corrected=corrected,
         remaining=remaining,
-        advice=None if isinstance(fitted.model, PadModel) else advice(rounds),
+        advice=advice(rounds),
     )
+
+
+def _evaluated(
+    evaluation: Evaluation,
+    sample: bool,
+    fitted: Fitted,
+    added: tuple[AddedEffect, ...],
+    correction: Correction | None,
+) -> EvaluatedModel:
+    """A fit with its calibration and its errors on the held-out touches."""
+    calibration = evaluation.calibration(fitted, added, correction)
+    held = evaluation.held_out(fitted, correction)
+    # Where nothing moves a reference, what is at the stated ones is the same.
+    unmoved = at_stated_references(fitted) is fitted
+    stated = held if unmoved else evaluation.held_out(fitted, correction, stated=True)
+    read = evaluation.read(infer, calibration, held) if held is not None and sample else None
+    return EvaluatedModel(fitted, correction, calibration, held, stated, read)
 
 
 def effects_as_added(
@@ -107,9 +119,9 @@ def effects_as_added(
 
 
 def _steps(
-    rounds: tuple[SearchRound, ...], evaluate: Evaluate, before: EvaluatedModel, explained: EvaluatedModel
+    rounds: tuple[SearchRound, ...], evaluation: Evaluation, before: EvaluatedModel, explained: EvaluatedModel
 ) -> tuple[HeldOut, ...]:
     """Held-out residuals at the beginning of each round; empty where none could be held out."""
-    between = [evaluate.held(each.before, None) for each in rounds[1:-1]]
+    between = [evaluation.held_out(each.before, None) for each in rounds[1:-1]]
     steps = (before.held_out, *between, explained.held_out)[: len(rounds)]
     return tuple(each for each in steps if each is not None)

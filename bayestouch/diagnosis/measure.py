@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.data.touches import Touches
+from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.effects.random import RandomEffect
-from bayestouch.finger.model import finger_model
-from bayestouch.model.base import SensorModel
+from bayestouch.model.base import PossibleTouches, SensorModel
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
-# Locations that are considered, over the range that was touched, and numbers of touches worth asking for.
-LOCATIONS = 11
+# Numbers of touches worth asking for.
 NUMBERS = (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
 # Square of the whitened difference that decides.
 ENOUGH = (2 * ERRORS) ** 2
@@ -52,11 +48,15 @@ class Advice:
 
 
 def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
-    """Advice where an effect was added that another equals, or where none was added though some came near."""
+    """Advice where an effect was added that another equals, or where none was added though some came near.
+
+    None on a body of which no touches that could decide are known.
+    """
     for each in rounds:
         pair = _undecided(each)
-        if pair is not None:
-            return _advice(each.before, *pair)
+        possible = None if pair is None else each.before.model.possible_touches()
+        if pair is not None and possible is not None:
+            return _advice(each.before, possible, *pair)
     return None
 
 
@@ -70,7 +70,7 @@ def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
     return (near[0], near[1]) if len(near) > 1 else None
 
 
-def _advice(before: Fitted, one: Tried, two: Tried) -> Advice:
+def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -> Advice:
     """The series of touches on which the two models differ most, by the noise and by what the models leave open.
 
     With D the whitened difference of the predictions for a series of touches, their log likelihood favours the right
@@ -86,29 +86,13 @@ def _advice(before: Fitted, one: Tried, two: Tried) -> Advice:
         if number <= NUMBERS[-1]:
             return Advice(names, number, "of one kind (tip, location, load), spread evenly over the whole time")
         return Advice(names, None, NOTHING)
-    observed = hypothetical(before)
-    apart, spread = separation(one.fitted, two.fitted, observed)
-    kinds = list(_kinds(observed))
-    table = np.array([_decides(apart[rows], spread[:, rows]) for _, rows in kinds])
+    apart, spread = separation(one.fitted, two.fitted, possible.observed)
+    table = np.array([_decides(apart[rows], spread[:, rows]) for _, rows in possible.series])
     for number, squares in zip(NUMBERS, table.T, strict=True):
         best = int(np.argmax(squares))
         if squares[best] >= ENOUGH:
-            return Advice(names, number, kinds[best][0])
+            return Advice(names, number, possible.series[best][0])
     return Advice(names, None, NOTHING)
-
-
-def _kinds(observed: Observations) -> Iterator[tuple[str, IntArray]]:
-    """Series of touches over all locations, in words: one tip under one load, or all tips under one."""
-    means = observed.means
-    assert means.angle_deg is not None
-    over = f"evenly from {means.angle_deg.min():.3g} to {means.angle_deg.max():.3g} degree"
-    for load in np.unique(means.load):
-        under = f"under {load:.3g} N/m"
-        for tip in np.unique(means.indenter_radius_mm):
-            with_what = "an edge" if tip == 0 else "a flat" if np.isinf(tip) else f"a tip of {tip:g} mm"
-            rows = np.flatnonzero((means.load == load) & (means.indenter_radius_mm == tip))
-            yield f"with {with_what}, {over}, {under}", rows
-        yield f"with all the tips in turn, {over}, {under}", np.flatnonzero(means.load == load)
 
 
 def _decides(apart: FloatArray, spread: FloatArray) -> FloatArray:
@@ -121,40 +105,6 @@ def _decides(apart: FloatArray, spread: FloatArray) -> FloatArray:
         absorbed = inside @ np.linalg.solve(np.eye(len(gram)) + n * gram, inside)
         out.append(n * float(d @ d) - n * n * float(absorbed))
     return np.array(out)
-
-
-def hypothetical(before: Fitted) -> Observations:
-    """Touches on a grid of the tips that were used, the locations that were touched, and three loads."""
-    known = before.model.known
-    table, means = known.table, known.means
-    assert means.angle_deg is not None
-    tips = np.unique(means.indenter_radius_mm)
-    places = np.linspace(means.angle_deg.min(), means.angle_deg.max(), LOCATIONS)
-    load = finger_model(before.model).load
-    loads = np.array([load.min(), np.median(load), load.max()])
-    tip, place, force = (axis.ravel() for axis in np.meshgrid(tips, places, loads, indexing="ij"))
-    n, reads = len(tip), float(np.median(means.counts.max(axis=1)))
-    rows = table.select(np.zeros(n, dtype=np.int64))
-    rows = rows.with_(
-        touch=np.arange(n),
-        sample=np.zeros(n, dtype=np.int64),
-        indenter_radius_mm=tip,
-        angle_deg=place,
-        load=force,
-        time_s=np.full(n, np.nan),
-        contact=np.ones(n),
-        reads=np.full(n, reads),
-        readings=_some_readings(table, n),
-        readings_sd=None,
-    )
-    time = np.full(n, known.span[1])
-    return Observations.of(rows, time, np.zeros(n), known.unit, known.history, known.span, known.sessions)
-
-
-def _some_readings(table: Touches, n: int) -> FloatArray:
-    """Zeros for elements that are read, NaN for those that are not: only predictions are compared."""
-    alive = np.isfinite(table.readings).any(axis=0)
-    return np.tile(np.where(alive, 0.0, np.nan), (n, 1))
 
 
 def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatArray, FloatArray]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.rounds import SearchRound, Tried
-from bayestouch.diagnosis.touch_errors import TouchErrors
 from bayestouch.diagnosis.traced import EvaluatedModel, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
+from bayestouch.model.touch_errors import TouchErrors
 from bayestouch.results.objects import Calibration
 
 Numbers = dict[str, Any]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.correction_basis import Correction
-from bayestouch.diagnosis.noise_posterior import FoundNoise
-from bayestouch.diagnosis.noise_search import NoiseCandidate
 from bayestouch.effects.effect import Effect, Values
+from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise_posterior import FoundNoise
+from bayestouch.model.noise_search import NoiseCandidate
 
 
 @dataclass(frozen=True, eq=False)

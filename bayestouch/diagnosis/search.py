@@ -7,21 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.candidates import Candidate, score_effects
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
-from bayestouch.diagnosis.correction_basis import fit_correction
-from bayestouch.diagnosis.noise_fit import with_noise
-from bayestouch.diagnosis.noise_posterior import settled_noise
-from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.rounds import SearchRound, Tried
-from bayestouch.diagnosis.significance import at_least_one
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
+from bayestouch.model.candidates import Candidate, score_effects
+from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.peaks import fit_with_own_peaks
+from bayestouch.model.noise_fit import with_noise
+from bayestouch.model.noise_posterior import settled_noise
+from bayestouch.model.noise_search import score_noise
+from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import held_out_density
-from bayestouch.pad.model import PadModel
+from bayestouch.model.significance import at_least_one
 from bayestouch.progress import Progress
 
 # Shares of a round's time: until all are scored, until the leading ones are refitted; then the correction.
@@ -62,8 +61,8 @@ def search(
     """
     rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
     first, found = rounds[0], _retained(rounds, effects, scheduler)
-    # In a scan of a pad time is place, and a drift, which would follow all of it, is no other beginning.
-    if first.added is not None and not isinstance(fitted.model, PadModel) and not _within_noise(found):
+    # Where time is place a drift, which would follow all of it, is no other beginning.
+    if first.added is not None and not fitted.model.time_is_place and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
             begun = replace(
                 first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=()
@@ -152,18 +151,6 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
             fitted = less
             dropped.append(effect.name)
     return fitted, tuple(dropped)
-
-
-def settled(fitted: Fitted) -> Fitted:
-    """The model fitted once more under its own whitening; what effects explain within touches is no noise any more."""
-    noise = fitted.noise
-    if fitted.linear.deviation_jacobian is not None:
-        observed = fitted.model.known
-        spent = np.bincount(observed.row_touch, minlength=observed.n_touches)
-        freedom = (~np.isnan(observed.deviation)).sum(axis=0) - int((spent > 0).sum())
-        square = (fitted.linear.deviation**2).sum(axis=0) / np.maximum(freedom, 1)
-        noise = noise.with_(sd=np.where(freedom > 0, np.sqrt(square) * noise.sd, noise.sd))
-    return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)
 
 
 def one_round(

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from bayestouch.diagnosis.correction_basis import Correction
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.measure import Advice
 from bayestouch.diagnosis.rounds import SearchRound
-from bayestouch.diagnosis.touch_errors import TouchReading
 from bayestouch.diagnosis.verdict import Remaining
 from bayestouch.model.added import AddedEffect
+from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.touch_errors import TouchReading
 from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import Calibration
 
@@ -31,7 +31,7 @@ class EvaluatedModel(Summarised):
         The same as a posterior that `infer` uses.
     held_out, held_stated : HeldOut or None
         Residuals of the held-out touches, and those at the references that the data set states (see
-        `bayestouch.diagnosis.as_stated`); None where none could be held out.
+        `bayestouch.model.as_stated`); None where none could be held out.
     read : TouchReading or None
         The held-out touches read as unknown; None where they were not.
     """
@@ -50,7 +50,7 @@ class Traced(Summarised):
 
     Attributes
     ----------
-    data : DiagnosisData
+    data : SplitData
         Touches, parted.
     rounds : tuple of SearchRound
         Rounds of the search.
@@ -58,9 +58,9 @@ class Traced(Summarised):
         Held-out residuals at the beginning of each round; empty where none could be held out.
     added : tuple of AddedEffect
         Effects with their values, in the order in which they were added.
-    before, explained : Stand
+    before, explained : EvaluatedModel
         Without effects, and with those that were found; the same object where none was.
-    corrected : Stand or None
+    corrected : EvaluatedModel or None
         With a correction on top, where structure remains that has no cause.
     remaining : Remaining
         What the effects leave unexplained.
@@ -68,7 +68,7 @@ class Traced(Summarised):
         What to measure, where two effects cannot be distinguished.
     """
 
-    data: DiagnosisData
+    data: SplitData
     rounds: tuple[SearchRound, ...]
     steps: tuple[HeldOut, ...]
     added: tuple[AddedEffect, ...]

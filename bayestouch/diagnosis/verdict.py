@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.significance import lack_of_fit_limits, lack_of_fit_tail
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.significance import lack_of_fit_limits, lack_of_fit_tail
 
 Verdict = Literal["adequate", "explained", "partly explained", "unattributed"]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.errors import few
+from bayestouch.model.held_out import HeldOut
 
 # Bins of a view, and how far a bin's mean square must stand out (standard errors) to be named.
 BINS, STANDS_OUT = 12, 4.0

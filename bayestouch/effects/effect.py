@@ -170,6 +170,16 @@ class Effect:
         return self.signal(recording, values)
 
     @property
+    def changes_pose(self) -> bool:
+        """Whether touches are not where, or under what load, they are said to be."""
+        return type(self).pose is not Effect.pose
+
+    @property
+    def changes_finger(self) -> bool:
+        """Whether the finger itself is another one."""
+        return type(self).finger is not Effect.finger
+
+    @property
     def amplitudes(self) -> tuple[int, ...]:
         """Which of the parameters are amplitudes."""
         return tuple(i for i, each in enumerate(self.parameters) if each.null is not None)

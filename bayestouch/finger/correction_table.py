@@ -9,9 +9,14 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+from bayestouch.finger.model import finger_model
+from bayestouch.model.correction import Correction, weights_of
+from bayestouch.model.fitting import Fitted
 
 PREFIX = "placed_"
 NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
+# Between the locations of a table, degree: features of the strain are some 10° wide.
+STEP_DEG = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,3 +79,25 @@ class CorrectionTable:
         if missing:
             raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
         return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in NAMES})
+
+
+def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
+    """The correction of a corrected fit over the locations that were touched."""
+    model = finger_model(fitted.model)
+    angle = model.correction_inputs(fitted.vector)[1]
+    grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, STEP_DEG)
+    weights, covariance = weights_of(fitted)
+    one, outer, load = np.ones(len(grid)), model.finger.outer_radius_mm, model.reference_load
+
+    def under(radius: float, load: float) -> FloatArray:
+        """Addition over the load."""
+        columns = chosen.columns(radius * one, grid, load * one)
+        return np.asarray(np.tensordot(weights, columns, axes=1) / load)
+
+    edge = chosen.columns(0 * one, grid, load * one) / load
+    even = under(0.0, load)
+    # Columns grow with the load as P and P²: two loads give both.
+    loaded = (under(0.0, 2 * load) - even) / load
+    wide = (under(outer, load) - even) / (load * outer / 1000)
+    variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
+    return CorrectionTable(grid, even - load * loaded, wide, loaded, np.sqrt(np.maximum(variance, 0.0)))

@@ -12,7 +12,7 @@ from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
-from bayestouch.finger.noise import StandardErrors, standard_errors
+from bayestouch.finger.noise import StandardErrors
 from bayestouch.finger.series import Reach, TouchSeries
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
@@ -107,7 +107,7 @@ class FingerLikelihood:
 
     def standard_errors(self, vector: FloatArray) -> StandardErrors:
         """Standard deviations of readings and loads that a whole vector implies."""
-        return standard_errors(self.known, self.layout, vector)
+        return StandardErrors.of(self.known, self.layout, vector)
 
     def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
         """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""

@@ -16,10 +16,12 @@ from bayestouch.contact import composite_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
+from bayestouch.finger.correction_basis import FingerCorrectionBasis
 from bayestouch.finger.derivatives import through_effects
 from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.possible_touches import possible_touches
 from bayestouch.finger.series import TouchSeries
-from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, Rows, SensorModel
+from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Rows, SensorModel
 from bayestouch.model.observations import Observations
 
 # How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
@@ -120,9 +122,7 @@ class FingerModel(SensorModel):
 
     def chain(self, vector: FloatArray) -> FingerChain:
         """The finger at these base parameters, with the effects that change it."""
-        changed = tuple(
-            (e.name, v) for e, v in zip(self.effects, self.values(vector), strict=True) if _changes_finger(e)
-        )
+        changed = tuple((e.name, v) for e, v in zip(self.effects, self.values(vector), strict=True) if e.changes_finger)
         key = (vector[: self.n_base].tobytes(), changed)
         if self._last.get("key") != key:
             self._last.update(key=key, chain=self._chain(vector))
@@ -143,7 +143,7 @@ class FingerModel(SensorModel):
         None where there is none, where an effect changes the finger or the poses, and beyond the parameters that it
         is good for.
         """
-        if self.evaluator is None or any(_changes_finger(e) or _changes_pose(e) for e in self.effects):
+        if self.evaluator is None or any(e.changes_finger or e.changes_pose for e in self.effects):
             return None
         base = vector[None, : self.n_base]
         key = base.tobytes()
@@ -258,6 +258,21 @@ class FingerModel(SensorModel):
         """The same sensor under other effects."""
         return self._sharing(replace(self, effects=effects))
 
+    def correction_basis(self, vector: FloatArray) -> FingerCorrectionBasis:
+        """Basis of a correction without a cause, over the angles that the touches cover."""
+        element, outer = np.degrees(vector[self.layout.angle]), self.finger.outer_radius_mm
+        return FingerCorrectionBasis.of(element, self.peak, self.reference_load, outer, self.poses(vector))
+
+    def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
+        """Composite radius (mm), location (degree) and load (N/m) of the touches, all (t,)."""
+        recording = self.poses(vector)
+        radius = composite_radius(recording.indenter_radius_mm, self.finger.outer_radius_mm)
+        return radius, recording.place[0], recording.load
+
+    def possible_touches(self) -> PossibleTouches:
+        """Touches that could decide between two models: the tips, locations and loads that were used."""
+        return possible_touches(self.known, self.load)
+
     def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
         """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
         return self._sharing(replace(self, pose=np.stack([radius_mm, angle, load]), evaluator=None))
@@ -274,14 +289,6 @@ def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
     return SHORT_OF_THE_END * float(
         min(LayerContact.for_body(*radii_mm, poisson_ratio).kappas[-1], 10 * radii_mm[1] ** 2)
     )
-
-
-def _changes_finger(effect: Effect) -> bool:
-    return type(effect).finger is not Effect.finger
-
-
-def _changes_pose(effect: Effect) -> bool:
-    return type(effect).pose is not Effect.pose
 
 
 def finger_model(model: SensorModel) -> FingerModel:

@@ -44,15 +44,15 @@ class StandardErrors:
     sd: FloatArray
     load_sd: FloatArray
 
-
-def standard_errors(known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> StandardErrors:
-    """Standard errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
-    noise = np.exp(vector[..., layout.noise])
-    counts = known.counts
-    share = np.divide(1.0, counts, out=np.full(counts.shape, np.inf), where=~known.missing)
-    if layout.discrepancy:
-        share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
-    return StandardErrors(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
+    @classmethod
+    def of(cls, known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> StandardErrors:
+        """Standard errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
+        noise = np.exp(vector[..., layout.noise])
+        counts = known.counts
+        share = np.divide(1.0, counts, out=np.full(counts.shape, np.inf), where=~known.missing)
+        if layout.discrepancy:
+            share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
+        return cls(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
 
 
 def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> FloatArray:
@@ -131,7 +131,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
     """Shape of the noise's density by sums over a grid of each element's own (log s, log τ), and of log s_F."""
     layout, m = prior.layout, prior.layout.n_elements
     mean, covariance = vector[layout.n_chain :].copy(), np.zeros((layout.size - layout.n_chain,) * 2)
-    held = standard_errors(known, layout, vector)
+    held = StandardErrors.of(known, layout, vector)
     push = residuals.slope * held.load_sd[:, None]
     weight = np.where(known.missing, 0.0, 1 / held.sd**2)
     by_load, by_both = (push**2 * weight).sum(axis=1), (push * residuals.left * weight).sum(axis=1)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bayestouch.data.sensor import Finger
 from bayestouch.data.survey import survey
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
+from bayestouch.model.body import body_of
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.progress import Progress
 from bayestouch.reading.driver import (
@@ -21,6 +21,7 @@ from bayestouch.reading.driver import (
     read_to_file,
 )
 from bayestouch.reading.options import Kept, Options
+from bayestouch.reading.run import touch_run
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.reading import load_touches
 
@@ -62,7 +63,8 @@ def infer(
     plug_in : bool
         Take the calibration at its mode instead of integrating over what it leaves uncertain.
     use_load : bool
-        Use the force sensor's reading where there is one.
+        Use the force sensor's reading where there is one. The P of a result is the true load; what the force sensor
+        read is in `TouchPosteriors.rows`.
     check_sensor : bool
         Look for elements (dead, stuck, swapped, of another gain or zero) and a force sensor that no longer read as
         calibrated, and go on without them; the notes say which. Fingers, and pads of three elements and more.
@@ -136,6 +138,8 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
     """Touches ready to be read, and where they come from."""
     source = InMemory(touches) if isinstance(touches, Touches) else source_of(touches, calibration.sensor)
     options.check(source, calibration)
+    body = body_of(calibration.sensor)
+    body.own(options.of_some_bodies)
     try:
         found = survey(source)
     except Scattered:
@@ -143,10 +147,4 @@ def _run(touches: Touches | str | Path, calibration: Calibration, options: Optio
         found = survey(source)
     if not found.n_touches:
         raise InputError("no row of the table is in contact: there is nothing to infer")
-    if isinstance(calibration.sensor.body, Finger):
-        from bayestouch.finger.reading.run import finger_run
-
-        return finger_run(source, found, calibration, options), source
-    from bayestouch.pad.reading.run import pad_run
-
-    return pad_run(source, found, calibration, options), source
+    return touch_run(body.reader(calibration, options), source, found, calibration, options), source

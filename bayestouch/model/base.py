@@ -6,11 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Self
+from typing import ClassVar, Protocol, Self
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.model.observations import Observations, UntimedTouches
@@ -39,6 +39,30 @@ class Predicted:
     samples: FloatArray | None
 
 
+class CorrectionBasis(Protocol):
+    """Smooth functions of where a touch is: what a cause that is not in the catalogue may do on this body."""
+
+    def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
+        """Readings per unit weight of touches at `SensorModel.correction_inputs`; each part (k, t, m), at size one."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PossibleTouches:
+    """Touches that could be made, from which a series is chosen that decides between two models.
+
+    Attributes
+    ----------
+    observed : Observations
+        All of them, without readings.
+    series : tuple of (str, int array)
+        What to measure in words, and which of the touches that is.
+    """
+
+    observed: Observations
+    series: tuple[tuple[str, IntArray], ...]
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SensorModel(ABC):
     """A sensor with effects. Its vector holds the base parameters, then the values of the effects in order.
@@ -59,6 +83,14 @@ class SensorModel(ABC):
     peak: FloatArray
     reference_load: float
     effects: tuple[Effect, ...] = ()
+
+    #: Whether touches that follow each other in time are neighbours in place, as in a scan: then a random function of
+    #: time can follow all that goes with the place.
+    time_is_place: ClassVar[bool] = False
+    #: Whether the parameters are fitted anew beside a correction: not where they could follow all that it does.
+    refitted_with_correction: ClassVar[bool] = True
+    #: Stages whose effects on the pose say that a reference is not what the data set states.
+    reference_stages: ClassVar[tuple[str, ...]] = STAGES
 
     @property
     @abstractmethod
@@ -93,6 +125,18 @@ class SensorModel(ABC):
     @abstractmethod
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
         """Derivative of the prediction, (d, t, m) and, where samples differ, (d, n, m)."""
+
+    @abstractmethod
+    def correction_basis(self, vector: FloatArray) -> CorrectionBasis:
+        """Basis of a correction without a cause, over the places that the touches cover."""
+
+    @abstractmethod
+    def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
+        """What the functions of `correction_basis` are functions of, for the touches."""
+
+    def possible_touches(self) -> PossibleTouches | None:
+        """Touches that could decide between two models; None where no advice can be given."""
+        return None
 
     def zero(self, vector: FloatArray) -> FloatArray:
         """Readings without a signal, (m,): what gains do not multiply."""

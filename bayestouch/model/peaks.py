@@ -31,3 +31,15 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
         noise = noise.with_(peak=peak, added=noise.added.for_peaks(ratio))
         model, start = replace(model, peak=peak), fitted.vector
     return fitted
+
+
+def settled(fitted: Fitted) -> Fitted:
+    """The model fitted once more under its own whitening; what effects explain within touches is no noise any more."""
+    noise = fitted.noise
+    if fitted.linear.deviation_jacobian is not None:
+        observed = fitted.model.known
+        spent = np.bincount(observed.row_touch, minlength=observed.n_touches)
+        freedom = (~np.isnan(observed.deviation)).sum(axis=0) - int((spent > 0).sum())
+        square = (fitted.linear.deviation**2).sum(axis=0) / np.maximum(freedom, 1)
+        noise = noise.with_(sd=np.where(freedom > 0, np.sqrt(square) * noise.sd, noise.sd))
+    return fit_with_own_peaks(fitted.model, fitted.vector, noise, fitted.drifts)

@@ -10,8 +10,8 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
+from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
 from bayestouch.pad.known_touches import SAMPLES
-from bayestouch.pad.models import PadCandidate, add_map, fit_kernel
 from bayestouch.pad.priors import check_identifiable
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
-from bayestouch.pad.models import PadCandidate, percent_of_peak
 from bayestouch.pad.problem import PadProblem
 
 # The exponent is a description: a part of the touches gives it to a per cent.

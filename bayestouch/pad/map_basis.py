@@ -13,8 +13,8 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.smooth import PlaceBasis
-from bayestouch.pad.models import PadCandidate as CalibratedPad
-from bayestouch.pad.models import kernel_shape
+from bayestouch.pad.candidates import PadCandidate as CalibratedPad
+from bayestouch.pad.candidates import kernel_shape
 
 # Knots of an element where its map may be as large as this share of its largest are kept, ...
 KEPT = 0.15

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,7 @@ from bayestouch.chain.pad import PadChain
 from bayestouch.chain.recording import Recording
 from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
+from bayestouch.pad.correction_basis import PadCorrectionBasis
 from bayestouch.pad.map_basis import MapBasis
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 
@@ -50,6 +52,14 @@ class PadModel(SensorModel):
     priors: tuple[Prior, ...]
     element_place: tuple[FloatArray, ...]
     map: MapBasis | None = None
+
+    # Pads are scanned.
+    time_is_place: ClassVar[bool] = True
+    # The map can follow whatever a correction does, so that a fit of both would end anywhere.
+    refitted_with_correction: ClassVar[bool] = False
+    # What lies between force sensor and elements (the threshold of `load_nonlinearity`) belongs to the response to a
+    # load as it is stated: only effects of the rig move references.
+    reference_stages: ClassVar[tuple[str, ...]] = ("rig",)
 
     @property
     def n_chain(self) -> int:
@@ -91,6 +101,15 @@ class PadModel(SensorModel):
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """None: gains and positions of a pad are fixed by its own touches, whatever the effects."""
         return None
+
+    def correction_basis(self, vector: FloatArray) -> PadCorrectionBasis:
+        """Basis of a correction without a cause, over the places that the touches cover."""
+        return PadCorrectionBasis.of(self.chain(vector), self.peak, self.reference_load, self.poses(vector))
+
+    def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
+        """Location (t, D), mm, and load (t,), N, of the touches."""
+        recording = self.poses(vector)
+        return np.stack(recording.place, axis=1), recording.load
 
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches as they really were."""

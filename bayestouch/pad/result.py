@@ -7,8 +7,8 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.sensor import Sensor
+from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.load import load_statistics
-from bayestouch.pad.models import PadCandidate
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows

@@ -7,8 +7,8 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import PadChain
 from bayestouch.chain.pad_map import PadMap
+from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.known_touches import location_spacing
-from bayestouch.pad.models import PadCandidate, kernel_shape
 
 # Cubic splines on a sixth of the width of a bell are off by a few millionths of its peak.
 _STEPS_PER_WIDTH = 6.0

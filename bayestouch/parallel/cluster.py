@@ -117,13 +117,14 @@ def _done(
     while futures:
         try:
             future = next(finished)
+            result = future.result(timeout=patience)  # its worker may have gone with it: it is then made once more
         except TimeoutError:  # a scheduler that went away cancels what it was to do, but of lost workers nobody tells
             idle = 0 if any(client.processing().values()) else idle + 1
             if idle > 1:
                 raise TimeoutError("no worker is at work although work is left") from None
             finished = watch()
             continue
-        number, result, idle = futures.pop(future), future.result(), 0
+        number, idle = futures.pop(future), 0
         finished.update(submit())
         yield number, result
 

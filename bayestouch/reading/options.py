@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
-from bayestouch.data.sensor import Finger
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import InputError, shown
 from bayestouch.priors.indenters import IndenterPrior
@@ -57,7 +57,7 @@ class Options:
         Raises
         ------
         InputError
-            An option is out of range or does not go with the body, or the table does not fit the calibrated sensor.
+            An option is out of range, or the table does not fit the calibrated sensor.
         """
         draws, thin = self.kept.draws, self.kept.thin
         if self.method not in ("emcee", "importance"):
@@ -72,9 +72,12 @@ class Options:
         m = calibration.sensor.n_elements
         if source.n_elements != m:
             raise InputError(f"the table has {source.n_elements} elements, the calibrated sensor {m}")
-        if isinstance(calibration.sensor.body, Finger):
-            return
-        if self.each_sample or self.method != "emcee":
-            raise InputError("each_sample and method are options of fingers; a pad is read touch by touch with emcee")
-        if self.indenter is not None:
-            raise InputError("indenter is an option of fingers; a pad does not tell radii")
+
+    @property
+    def of_some_bodies(self) -> dict[str, Any]:
+        """Options that not all bodies have; None where they are left at their defaults."""
+        return {
+            "each_sample": self.each_sample or None,
+            "method": None if self.method == "emcee" else self.method,
+            "indenter": self.indenter,
+        }

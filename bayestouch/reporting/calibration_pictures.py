@@ -24,6 +24,7 @@ from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import error_and_noise
+from bayestouch.results.plots import LOCATION_LABELS
 
 
 def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:
@@ -139,8 +140,7 @@ def _fit(evidence: Evidence) -> Picture:
         sd = scale * rows.sd[these, element]
         bottom.fill_between(x, -2 * sd, 2 * sd, color=ORANGE, alpha=0.3, lw=0, label="± 2 sd")
         bottom.plot(x, read - fit, "o", ms=3, color=BLUE, label="reading − model")
-        axis = "reference location θ (degree)" if name == "theta_c" else f"reference location {name} (mm)"
-        bottom.set(xlabel=axis, ylabel=f"difference\n({unit})")
+        bottom.set(xlabel=LOCATION_LABELS[name], ylabel=f"difference\n({unit})")
         bottom.legend(loc="upper center", bbox_to_anchor=(0.5, -0.5), ncols=2)
         for ax in (top, bottom):
             ax.grid(axis="y")

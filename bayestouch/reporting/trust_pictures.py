@@ -24,9 +24,9 @@ from bayestouch.output.text import number
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.residuals import standardised
 from bayestouch.reporting.trust import reference_ranks
+from bayestouch.results.plots import LOCATION_LABELS
 
 _LIMIT = 4.0
-_AXES = {"theta_c": "reference location θ (degree)", "x": "reference location x (mm)", None: "touch, in order"}
 _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x", "y": "y"}
 
 
@@ -60,7 +60,8 @@ def _residuals(evidence: Evidence) -> Picture:
             edges, np.arange(m + 1) - 0.5, picture.T, cmap=DIVERGING, vmin=-_LIMIT, vmax=_LIMIT, rasterized=True
         )
         averaged = "mean by location" if len(rows.location) == 1 else f"mean by {x_name}"
-        left.set(xlabel=_AXES[x_name], ylabel="element", title=averaged)
+        label = "touch, in order" if x_name is None else LOCATION_LABELS[x_name]
+        left.set(xlabel=label, ylabel="element", title=averaged)
         element_ticks(left, m, "y")
         figure.colorbar(mesh, ax=left, label="residual / its sd", shrink=0.9, extend="both")
         right.barh(np.arange(m), rms, height=0.7, color=BLUE)

@@ -19,6 +19,13 @@ if TYPE_CHECKING:
 
 BLUE, RED, GREY = "#0072B2", "#D55E00", "#666666"
 
+#: Axes of plots, by the name of the coordinate.
+LOCATION_LABELS = {
+    "theta_c": "reference location θ (degree)",
+    "x": "reference location x (mm)",
+    "y": "reference location y (mm)",
+}
+
 
 def new_axes(axes: Axes | None, width: float = 6.4, height: float = 4.0) -> Axes:
     """The axes given, or those of a new figure that no window manager knows of."""
@@ -210,9 +217,9 @@ def _unit(unit: str) -> str:
 
 
 def _location(location: Any, count: int) -> tuple[FloatArray, str]:
-    for name, label in (("theta_c", "reference location θ (degree)"), ("x", "reference location x (mm)")):
+    for name in ("theta_c", "x"):
         if name in location and np.isfinite(location[name]).any():
-            return np.asarray(location[name]), label
+            return np.asarray(location[name]), LOCATION_LABELS[name]
     return np.arange(count, dtype=float), "touch, in order"
 
 

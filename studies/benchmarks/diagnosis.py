@@ -20,14 +20,14 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import bayestouch
-from bayestouch.diagnosis.candidates import score_effects
 from bayestouch.diagnosis.comparison import density, refit
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.noise_search import score_noise
 from bayestouch.diagnosis.search import ERRORS, LEADING
 from bayestouch.effects import catalogue
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.start import base_fit
+from bayestouch.model.candidates import score_effects
+from bayestouch.model.noise_search import score_noise
+from bayestouch.model.split_data import SplitData
 from bayestouch.simulation import FingerDesign, simulate
 
 MISSING = {"crosstalk": 0.04}
@@ -44,7 +44,7 @@ def timed(call: Callable[[], T]) -> tuple[T, float]:
 
 def cost_of_effects(dataset: bayestouch.DataSet) -> dict[str, tuple[float, float]]:
     """Seconds of the score and of the refit of each effect in the first round; noise has no refit of its own."""
-    data = DiagnosisData.of(dataset)
+    data = SplitData.of(dataset)
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, CONTACT)
     before = density(fitted)
     cost = {}

@@ -31,7 +31,7 @@ ELEMENTS, LOAD, NOISE_PERCENT, MODULUS = 16, 200.0, 1.72, 0.15
 ESS = 400.0
 # Draws that leave nearly every touch above that. Bulk ESS is itself uncertain by 8 % in such chains: 67 touches of
 # 4,800 come out below by chance and are drawn again. Weights are not: the least of 4,800 is 97 % of the points.
-CHAINS, IMPORTANCE = DrawPlan(640, seed=1), DrawPlan(416, seed=1, method="importance")
+BY_CHAINS, BY_WEIGHTS = DrawPlan(640, seed=1), DrawPlan(416, seed=1, method="importance")
 # The shortest of so many runs counts: what else the machine does only adds.
 REPEATS = 3
 PLAIN_TOUCHES, PLAIN_WALKERS, PLAIN_STEPS = 4, 32, 1500
@@ -108,10 +108,10 @@ def main(n: int = 4800) -> dict[str, float]:
     sampler, touches = design(n)
     plug_in = replace(sampler, reading_covariance=None)
     runs = {
-        "emcee in lockstep, calibration propagated": (sampler, CHAINS),
-        "emcee in lockstep, plug-in": (plug_in, CHAINS),
-        "importance, calibration propagated": (sampler, IMPORTANCE),
-        "importance, plug-in": (plug_in, IMPORTANCE),
+        "emcee in lockstep, calibration propagated": (sampler, BY_CHAINS),
+        "emcee in lockstep, plug-in": (plug_in, BY_CHAINS),
+        "importance, calibration propagated": (sampler, BY_WEIGHTS),
+        "importance, plug-in": (plug_in, BY_WEIGHTS),
     }
     plain = plain_emcee(sampler, touches) * n
     seconds = {"plain emcee, touch by touch (extrapolated)": plain}

@@ -73,7 +73,7 @@ def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[st
     """Print the table; returns processor seconds for 4,800 touches by method. The peers draw the first n."""
     sampler, every = many_touches.design(whole)
     sampler, touches = replace(sampler, reading_covariance=None), every.select(np.arange(n))
-    draw(sampler, touches.select(np.arange(8)), many_touches.CHAINS)  # imports emcee
+    draw(sampler, touches.select(np.arange(8)), many_touches.BY_CHAINS)  # imports emcee
     rows = []
     with tempfile.TemporaryDirectory() as temporary:
         given, drawn = Path(temporary) / "posteriors.npz", Path(temporary) / "draws.npz"
@@ -87,7 +87,7 @@ def main(n: int = 480, folder: Path | None = None, whole: int = 4800) -> dict[st
             with np.load(drawn) as draws:
                 z = draws[name]
             rows.append((title, spent["seconds"], spent["processor"], worst(z), z.shape[0] * z.shape[1], n))
-    runs = {"emcee in lockstep": many_touches.CHAINS, "importance": many_touches.IMPORTANCE}
+    runs = {"emcee in lockstep": many_touches.BY_CHAINS, "importance": many_touches.BY_WEIGHTS}
     for title, plan in runs.items():
         begun, used = time.perf_counter(), sum(os.times()[:4])
         result = draw(sampler, every, plan)

@@ -12,8 +12,9 @@ import bayestouch
 from bayestouch.contact import composite_radius
 from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.change import standard_errors
-from bayestouch.diagnosis.held_out import rms_percent
-from bayestouch.diagnosis.touch_errors import errors_by_touch, summarised
+from bayestouch.finger.touch_errors import errors_by_touch
+from bayestouch.model.held_out import rms_percent
+from bayestouch.model.touch_errors import summarised
 from bayestouch.simulation import FingerDesign, SimulatedDataSet, simulate
 
 DESIGN = FingerDesign(samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)

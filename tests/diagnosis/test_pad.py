@@ -11,11 +11,11 @@ from pad_simulation import SimulatedPad, line
 
 import bayestouch
 from bayestouch.data.touches import Touches
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.errors import InputError
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.split_data import SplitData
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.start import pad_fit
@@ -34,9 +34,9 @@ def diagnosed(pad: SimulatedPad, table: Touches, **options: object) -> bayestouc
 
 
 @pytest.fixture(scope="module")
-def fitted() -> tuple[DiagnosisData, Fitted]:
+def fitted() -> tuple[SplitData, Fitted]:
     pad = line()
-    data = DiagnosisData.of(replace(pad.dataset(pressed(pad, samples=3)), calibration=None))
+    data = SplitData.of(replace(pad.dataset(pressed(pad, samples=3)), calibration=None))
     table = data.table.select(data.training)
     return data, pad_fit(data.observations(data.training), table, data.dataset, kernel="gaussian", empirical=True)
 
@@ -102,7 +102,7 @@ def test_a_calibration_with_effects_reads_the_same_from_its_file(
     assert np.abs(one.mean("P") / table.load[:12] - 1).max() < 0.05
 
 
-def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[DiagnosisData, Fitted]) -> None:
+def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[SplitData, Fitted]) -> None:
     data, fit = fitted
     model = fit.model
     assert isinstance(model, PadModel)
@@ -145,7 +145,7 @@ def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[Diagno
     np.testing.assert_allclose(known.as_read(known.acting(load)), load, rtol=1e-4)
 
 
-def test_derivatives_are_those_of_the_prediction(fitted: tuple[DiagnosisData, Fitted]) -> None:
+def test_derivatives_are_those_of_the_prediction(fitted: tuple[SplitData, Fitted]) -> None:
     data, fit = fitted
     setting: Setting = data.setting("", 1.0)
     effects = tuple(effect_classes()[name].suited(setting) for name in ("crosstalk", "creep"))

@@ -14,7 +14,7 @@ import bayestouch
 from bayestouch.commands.cli import main
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.data.touches import Touches
-from bayestouch.diagnosis.data import DiagnosisData
+from bayestouch.model.split_data import SplitData
 from bayestouch.simulation import FingerDesign, simulate
 
 Change = Callable[[Touches], Touches]
@@ -70,13 +70,13 @@ def few(count: int) -> Change:
     ],
 )
 def test_what_is_missing_is_noted(change: Change, note: str) -> None:
-    assert any(note in each for each in DiagnosisData.of(changed(change)).notes)
+    assert any(note in each for each in SplitData.of(changed(change)).notes)
 
 
 def test_one_table_is_parted() -> None:
     """Every fourth touch is held out; no touch is in both parts, and the clock is that of the table."""
     dataset = replace(crossed(), touches=crossed().calibration, calibration=None)
-    data = DiagnosisData.of(dataset)
+    data = SplitData.of(dataset)
     seen, held = (set(data.table.touch[rows]) for rows in (data.training, data.held_out))
     assert not seen & held
     assert abs(len(held) - (len(seen) + len(held)) / 4) <= 1

@@ -19,8 +19,8 @@ from independent.sizes import OutOfReach
 from independent.unlisted import PLACED
 
 import bayestouch
+from bayestouch.calibration.with_effects import calibrate_with_effects
 from bayestouch.contact import composite_radius
-from bayestouch.diagnosis.stated_fit import calibrate_with_effects
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.effects import EffectContext

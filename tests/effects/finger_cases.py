@@ -13,16 +13,16 @@ from independent.dataset import Simulated, write
 from independent.finger import SMALL, Design
 
 import bayestouch
+from bayestouch.calibration.with_effects import _with_effect
 from bayestouch.data.dataset import DataSet, load_dataset
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.drift_posterior import drift_posterior
-from bayestouch.diagnosis.finger import begin_finger
-from bayestouch.diagnosis.noise_posterior import settled_noise
-from bayestouch.diagnosis.noise_search import score_noise
-from bayestouch.diagnosis.stated_fit import _with_effect
 from bayestouch.effects import NoiseEffect
 from bayestouch.effects.stated import StatedModel
+from bayestouch.model.body import body_of
+from bayestouch.model.drift_posterior import drift_posterior
 from bayestouch.model.effect_list import named_effects
+from bayestouch.model.noise_posterior import settled_noise
+from bayestouch.model.noise_search import score_noise
+from bayestouch.model.split_data import SplitData
 from bayestouch.results.objects import Calibration
 
 #: Small and quiet: 122 touches of five samples, noise of 0.4 % of the peak, loads that vary by a factor of three.
@@ -107,7 +107,7 @@ def settled(case: Case, seed: int) -> dict[str, tuple[float, float]]:
     """Value and sd of each parameter of a drift or an effect of the noise, as a calibration states them; no more."""
     with TemporaryDirectory() as folder:
         data = load_dataset(write(simulate(case.design, (case.stated,), seed), Path(folder)))
-    begun = begin_finger(DiagnosisData.of_calibration(data), contact=case.contact, stated=None, draws=1, seed=0)
+    begun = body_of(data.sensor).begin(SplitData.of_calibration(data), contact=case.contact, draws=1, seed=0)
     (effect,) = named_effects([case.name], begun.setting)
     if isinstance(effect, NoiseEffect):
         found = settled_noise(begun.fitted, score_noise(begun.fitted, (effect,))[0])

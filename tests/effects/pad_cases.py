@@ -10,14 +10,14 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from independent import pad
 
+from bayestouch.calibration.with_effects import _with_effect
 from bayestouch.data.dataset import DataSet, load_dataset
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.drift_posterior import settled_drifts
-from bayestouch.diagnosis.stated_fit import _with_effect
 from bayestouch.effects import Setting
 from bayestouch.model.added import AddedEffect, added_effects
+from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
 from bayestouch.pad.calibration_with_effects import pad_calibration
 from bayestouch.pad.start import pad_fit
@@ -75,7 +75,7 @@ class Recovered:
 
     unknown: pad.Touched
     data: DataSet
-    parted: DiagnosisData
+    parted: SplitData
     setting: Setting
     fitted: Fitted
     added: AddedEffect
@@ -115,7 +115,7 @@ def recovered(case: Case, seed: int) -> Recovered:
     unknown = pad.touched(case.name, case.values, seed + 1000, 60, half_space=half_space)
     with TemporaryDirectory() as folder:
         data = load_dataset(pad.write(known, unknown, Path(folder)))
-    parted = DiagnosisData.of_calibration(data)
+    parted = SplitData.of_calibration(data)
     observed, table = parted.observations(parted.training), parted.table.select(parted.training)
     base = pad_fit(observed, table, parted.dataset, kernel=case.kernel, empirical=False)
     setting = parted.setting("", base.model.reference_load)

@@ -12,13 +12,13 @@ from study_modules import study
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.response import modes_needed
 from bayestouch.commands.cli import main
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, effect_classes
 from bayestouch.effects.listing import effect_facts, listing, typical
 from bayestouch.effects.noise import CommonModeNoise, Scatter
 from bayestouch.errors import InputError
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.start import base_fit
+from bayestouch.model.split_data import SplitData
 from bayestouch.simulation import FingerDesign, simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -30,7 +30,7 @@ def fitted(contact: str):
     design = FingerDesign(
         samples_per_touch=2, edge_step_deg=9.0, flat_step_deg=18.0, touch_radii_mm=(0.0, 6.0), touch_step_deg=10.0
     )
-    data = DiagnosisData.of(simulate(design, seed=1).dataset)
+    data = SplitData.of(simulate(design, seed=1).dataset)
     fit = base_fit(data.observations(data.training), data.dataset.sensor, contact)
     return fit, data.setting(contact, fit.model.reference_load)
 

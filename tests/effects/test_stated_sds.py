@@ -3,8 +3,8 @@
 For each value the sum of 20 squares ((found - true)/sd)² is chi-square. Between the bounds, which one right sum in
 10,000 leaves, sds that are too small by a factor of 1.5 are noticed in 23 % of cases, by 2 in 85 %, by 2.2 in 94 %.
 Their mean over all effects is known better: see the last two tests. Sds of drifts and of the noise are also held
-against written-out likelihoods, which notice a few per cent: tests/diagnosis/test_drift_posterior.py and
-tests/diagnosis/test_noise_posterior.py.
+against written-out likelihoods, which notice a few per cent: tests/model/test_drift_posterior.py and
+tests/model/test_noise_posterior.py.
 """
 
 from __future__ import annotations

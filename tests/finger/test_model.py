@@ -17,7 +17,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.series import Reach, TouchSeries
-from bayestouch.model.observations import PlainRows
+from bayestouch.model.observations import UntimedTouches
 
 # Of the peak. The finger written out solves contacts on nodes of its own; the series is within 5e-7 of it, and the
 # chain, which looks readings up in a table, within 1e-5.
@@ -49,7 +49,7 @@ def case() -> Case:
     vector = np.concatenate([*own, [body.poisson, np.log(finger.modulus)]])
     radius = composite_radius(tip, body.outer)
     chain = FingerModel(
-        observed=PlainRows(len(tip)),
+        observed=UntimedTouches(len(tip)),
         peak=peak,
         reference_load=REFERENCE,
         finger=built,
@@ -153,5 +153,5 @@ def test_beyond_the_parameters_that_it_was_made_for_the_chain_is_used(case: Case
 
 def test_other_touches_are_those_of_the_chain(case: Case) -> None:
     radius, angle, load = np.array([[3.0, 12.7], [0.1, -0.2], [150.0, 250.0]])
-    quick, chain = (model.observing(PlainRows(2)).at(radius, angle, load) for model in (case.quick, case.chain))
+    quick, chain = (model.observing(UntimedTouches(2)).at(radius, angle, load) for model in (case.quick, case.chain))
     assert quick.predict(case.vector).touches.tobytes() == chain.predict(case.vector).touches.tobytes()

@@ -12,18 +12,19 @@ import written_out as w
 from calibrated_files import Calibrated
 from pad_simulation import grid, line, square
 
-import bayestouch.diagnosis.finger as diagnosis_of_finger
-import bayestouch.diagnosis.pad as diagnosis_of_pad
+import bayestouch.finger.beginning
+import bayestouch.pad.beginning
 import bayestouch.reporting.gather as gathering
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches, touches_from
+from bayestouch.diagnosis import diagnose
 from bayestouch.diagnosis.comparison import FOLDS, folds
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import fit
 from bayestouch.model.predictive import held_out_density
+from bayestouch.model.split_data import SplitData
 
 M = w.ELEMENTS
 
@@ -90,7 +91,7 @@ def marks(table: Touches, rows: np.ndarray) -> set[bytes]:
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_no_touch_is_fitted_and_held_out(layout: str) -> None:
     make, count = LAYOUTS[layout]
-    data = DiagnosisData.of(make())
+    data = SplitData.of(make())
     fitted, held = (set(data.table.touch[rows]) for rows in (data.training, data.held_out))
     assert fitted and not fitted & held
     assert not marks(data.table, data.training) & marks(data.table, data.held_out)
@@ -108,13 +109,13 @@ def test_no_touch_is_fitted_and_held_out(layout: str) -> None:
 @pytest.mark.parametrize("layout", ["one table", "one table, shuffled", "a line", "a plane"])
 def test_tables_that_a_diagnosis_parts_share_no_touch(layout: str) -> None:
     """What the data set of a diagnosis calls its calibration is none of its touches to be read."""
-    data = DiagnosisData.of(LAYOUTS[layout][0]())
+    data = SplitData.of(LAYOUTS[layout][0]())
     assert data.dataset.calibration is not None
     assert not set(data.dataset.calibration.touch) & set(data.dataset.touches.touch)
 
 
 def test_calibration_touches_alone_hold_out_none_and_see_no_other() -> None:
-    data = DiagnosisData.of_calibration(two(60, 50))
+    data = SplitData.of_calibration(two(60, 50))
     assert data.n_held_out == 0
     np.testing.assert_array_equal(data.table.readings, two(60, 50).calibration.readings)
 
@@ -130,15 +131,15 @@ def test_a_split_table_calibrates_with_touches_that_it_does_not_read(make: Calla
     assert not both[0] & both[1]
 
 
-def test_thinned_training_stays_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_thinned_training_stays_apart() -> None:
     """A pad of too many touches is fitted with some of its training touches and with no other."""
-    data = DiagnosisData.of(pads(400, 2))
-    monkeypatch.setattr(diagnosis_of_pad, "MOST_TOUCHES", 50)
-    thin = diagnosis_of_pad._thinned(data, 3)
+    data = SplitData.of(pads(400, 2))
+    thin = data.thinned(50, 3)
     fitted = set(thin.table.touch[thin.training])
     assert len(fitted) == 50
     assert fitted <= set(data.table.touch[data.training])
     np.testing.assert_array_equal(thin.held_out, data.held_out)
+    assert data.thinned(None, 3) is data and data.thinned(400, 3) is data
 
 
 class Stop(Exception):
@@ -154,17 +155,16 @@ def seen_by_fit(module: object, name: str, dataset: DataSet, monkeypatch: pytest
         raise Stop
 
     monkeypatch.setattr(module, name, spy)
-    trace = getattr(module, "trace_finger" if hasattr(module, "trace_finger") else "trace_pad")
     with pytest.raises(Stop):
-        trace(dataset, draws=8, sample=False, seed=0, progress=None, scheduler=None, **options)
+        diagnose(dataset, draws=8, sample=False, seed=0, **options)
     return caught["given"]
 
 
 @pytest.mark.parametrize("layout", ["two tables", "two tables, few to be read", "one table"])
 def test_the_fit_of_a_diagnosed_finger_sees_no_held_out_reading(layout: str, monkeypatch: pytest.MonkeyPatch) -> None:
     dataset = LAYOUTS[layout][0]()
-    observed = seen_by_fit(diagnosis_of_finger, "finger_start", dataset, monkeypatch, contact="layer")[0]
-    held = DiagnosisData.of(dataset)
+    observed = seen_by_fit(bayestouch.finger.beginning, "finger_start", dataset, monkeypatch, contact="layer")[0]
+    held = SplitData.of(dataset)
     seen = marks(observed.table, np.ones(observed.table.n_rows, bool))
     assert seen == marks(held.table, held.training) and not seen & marks(held.table, held.held_out)
 
@@ -172,8 +172,8 @@ def test_the_fit_of_a_diagnosed_finger_sees_no_held_out_reading(layout: str, mon
 @pytest.mark.parametrize("layout", ["a line", "a plane"])
 def test_the_fit_of_a_diagnosed_pad_sees_no_held_out_reading(layout: str, monkeypatch: pytest.MonkeyPatch) -> None:
     dataset = LAYOUTS[layout][0]()
-    observed, table, *_ = seen_by_fit(diagnosis_of_pad, "pad_fit", dataset, monkeypatch, kernel=None)
-    held = DiagnosisData.of(dataset)
+    observed, table, *_ = seen_by_fit(bayestouch.pad.beginning, "pad_fit", dataset, monkeypatch, kernel=None)
+    held = SplitData.of(dataset)
     for each in (observed.table, table):
         assert not marks(each, np.ones(each.n_rows, bool)) & marks(held.table, held.held_out)
 
@@ -197,10 +197,10 @@ def test_a_report_calibrates_with_touches_that_it_does_not_read(monkeypatch: pyt
 def test_held_out_readings_change_no_calibration(tmp_path: Path) -> None:
     """Held-out touches that read nonsense leave the first fit as it was, to the last bit."""
     dataset = two(40, 40)
-    data = DiagnosisData.of(dataset)
+    data = SplitData.of(dataset)
     second = data.session == 1
     wrong = np.where(data.held_out[second, None], 1234.5, dataset.touches.readings)
-    spoilt = DiagnosisData.of(replace(dataset, touches=dataset.touches.with_(readings=wrong)))
+    spoilt = SplitData.of(replace(dataset, touches=dataset.touches.with_(readings=wrong)))
     np.testing.assert_array_equal(spoilt.held_out, data.held_out)
     one, other = (base_fit(each.observations(each.training), w.sensor(), "layer") for each in (data, spoilt))
     np.testing.assert_array_equal(one.vector, other.vector)
@@ -213,7 +213,7 @@ def test_folds_predict_from_the_other_folds_alone(drifting: bool, well_known: Ca
 
     Each touch is in one fold, of blocks that follow each other in time.
     """
-    data = DiagnosisData.of_calibration(w.dataset(well_known.table, well_known.table))
+    data = SplitData.of_calibration(w.dataset(well_known.table, well_known.table))
     fitted = base_fit(data.observations(data.training), data.dataset.sensor, "layer")
     if drifting:
         drift = BaselineDrift.suited(data.setting("layer", fitted.model.reference_load))
@@ -248,7 +248,7 @@ def test_folds_predict_from_the_other_folds_alone(drifting: bool, well_known: Ca
 
 def test_touches_of_both_tables_are_numbered_apart() -> None:
     """Touch 3 of one table is not touch 3 of the other: a table joined of both keeps them apart."""
-    data = DiagnosisData.of(two(60, 50))
+    data = SplitData.of(two(60, 50))
     assert len(np.unique(data.table.touch)) == 110
     both = touches_from(touch=[1, 1, 2], readings=np.arange(3.0)[:, None], x_mm=[0.0, 0.0, 1.0])
     assert both.n_touches == 2

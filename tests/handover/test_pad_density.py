@@ -11,9 +11,9 @@ from pad_files import SAMPLES, SETTINGS, Kernel, M, OnFile, on_file
 from pad_simulation import line
 from scipy import stats
 
+from bayestouch.inference import infer
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.reader import PadReader
-from bayestouch.pad.reading.run import infer_pad
 
 
 @pytest.fixture(scope="module", params=[True, False], ids=["loads measured", "loads not measured"])
@@ -56,7 +56,7 @@ def test_draws_of_touches_are_those_of_that_density(pad: OnFile) -> None:
     measured = bool(calibration.settings["load_measured"])
     load = rng.uniform(0.8, 1.2, n) if measured else 1 + 0.05 * rng.standard_normal(n)
     table = simulated.touch(rng.uniform(10, 29, (n, 1)), rng, load=load, measured=measured, samples=16)
-    read = infer_pad(table, calibration, draws=2400, seed=1)
+    read = infer(table, calibration, draws=2400, seed=1, workers=1)
     assert set(read.posterior) == {"x", "P"}
     means, kernel = table.averaged(), Kernel(pad.flat("mode"))
     ratios, offs = [], []

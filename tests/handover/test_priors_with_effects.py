@@ -9,27 +9,27 @@ import written_out as w
 from calibrated_files import Calibrated
 from scipy import stats
 
-from bayestouch.diagnosis.data import DiagnosisData
 from bayestouch.effects.element import Crosstalk
 from bayestouch.effects.random import BaselineDrift, GainDrift, RandomEffect
 from bayestouch.finger.reading.drift import TouchEvidence, drift_of_others
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted, fit
+from bayestouch.model.split_data import SplitData
 
 M = w.ELEMENTS
 
 
 @pytest.fixture(scope="module")
-def data(with_crosstalk: Calibrated) -> DiagnosisData:
-    return DiagnosisData.of_calibration(w.dataset(with_crosstalk.table, with_crosstalk.table))
+def data(with_crosstalk: Calibrated) -> SplitData:
+    return SplitData.of_calibration(w.dataset(with_crosstalk.table, with_crosstalk.table))
 
 
 @pytest.fixture(scope="module")
-def base(data: DiagnosisData) -> Fitted:
+def base(data: SplitData) -> Fitted:
     return base_fit(data.observations(data.training), data.dataset.sensor, "layer")
 
 
-def test_readings_that_say_nothing_leave_every_prior_as_it_is(data: DiagnosisData, base: Fitted) -> None:
+def test_readings_that_say_nothing_leave_every_prior_as_it_is(data: SplitData, base: Fitted) -> None:
     """Noise a million times too large: mode and covariance are those of the priors, base parameters and effect alike.
 
     Their means are as built; the response's is the largest reading over load near the element, within a factor of 3.
@@ -105,7 +105,7 @@ def test_a_drift_is_the_random_function_that_it_says(
     """Sum of squares, drift and covariance of the parameters against regression on a Matérn process, written out:
     on what its values at knots half a length apart say of it.
     """
-    data = DiagnosisData.of_calibration(w.dataset(well_known.table, well_known.table))
+    data = SplitData.of_calibration(w.dataset(well_known.table, well_known.table))
     base = base_fit(data.observations(data.training), data.dataset.sensor, "layer")
     drift = kind.suited(data.setting("layer", base.model.reference_load))
     assert isinstance(drift, RandomEffect)

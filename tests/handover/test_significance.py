@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.diagnosis.significance import at_least_one, lack_of_fit_tail, normal_score, quadratic_score
 from bayestouch.diagnosis.verdict import lack_of_fit
+from bayestouch.model.significance import at_least_one, lack_of_fit_tail, normal_score, quadratic_score
 
 
 @pytest.mark.parametrize(("ratio", "freedom", "pure"), [(1.2, 400, 60), (1.2, 60, 400), (2.5, 8, 30), (0.8, 30, 8)])
@@ -32,7 +32,7 @@ def test_a_model_that_is_right_has_uniform_p_values_on_held_out_touches() -> Non
 
     `HeldOut` is made of whitened residuals whose noise was estimated with 12 degrees of freedom.
     """
-    from bayestouch.diagnosis.held_out import HeldOut
+    from bayestouch.model.held_out import HeldOut
 
     rng, t, m = np.random.default_rng(1), 20, 5
     # what a fit of some fifty parameters to hundreds of touches leaves open: 6 % of the variance of the noise

@@ -15,11 +15,11 @@ from bayestouch.chain.noise import Noise
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.candidates import add_map, fit_kernel
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.misfit_fit import MapNoise, _evidence
-from bayestouch.pad.models import add_map, fit_kernel
 from bayestouch.pad.noise import LeftOut, fit_noise, log_density
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.residual_map import MapDiscrepancy

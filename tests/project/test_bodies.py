@@ -16,19 +16,14 @@ CLASSES = {"Finger", "Pad", "FingerDesign", "PadDesign"}
 ASKED_HERE = {"data/sensor.py"}
 # Where it is still asked; this list only gets shorter.
 LEFT = {
-    "calibration/__init__.py",
     "commands/simulate.py",
-    "diagnosis/__init__.py",
-    "diagnosis/data.py",
-    "diagnosis/stated_fit.py",
     "effects/stated.py",
-    "inference/__init__.py",
-    "reading/options.py",
 }
 # Files of each body that stand side by side under one name.
 SIDE_BY_SIDE = {
-    "{}": "calibration fit known_touches lacking model noise priors start",
-    "{}/reading": "run reader touch_reader draws effects misfit",
+    "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking "
+    "model noise priors quantities start touch_errors",
+    "{}/reading": "reader touch_reader draws effects misfit",
     "reporting/{}": "live numbers pages peaks pictures places sensor_picture words",
 }
 

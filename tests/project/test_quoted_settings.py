@@ -8,9 +8,9 @@ import pytest
 
 from bayestouch.data import parquet, tables, toml_text, touch_source
 from bayestouch.diagnosis import comparison, search
-from bayestouch.diagnosis import data as parted
 from bayestouch.finger import priors
 from bayestouch.finger.reading import alternatives, profile
+from bayestouch.model import split_data as parted
 from bayestouch.reading import check, driver, fault_tests, faults
 from bayestouch.reporting import diagnosis_file, touch_list
 from bayestouch.results import hdf5_reading

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from study_modules import study
 
+from bayestouch.inference import infer
 from bayestouch.pad.calibration import calibrate_pad
-from bayestouch.pad.reading.run import infer_pad
 from bayestouch.results.reading import load
 
 
@@ -46,14 +46,14 @@ def test_baro_line(pads: ModuleType, measured: Path, tmp_path: Path) -> None:
     calibration = calibrate_pad(dataset)
     assert calibration.settings["samples"] == "first"
     assert any("creep" in note for note in calibration.notes)
-    posterior = infer_pad(dataset.touches, calibration)
+    posterior = infer(dataset.touches, calibration, draws=1000, workers=1)
     scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.everywhere[1] < 0.3  # aim; 0.09 found
     assert scores.inside[1] < 0.05  # 0.014 found
     # 4 binomial standard errors of 30 touches; 0.87 found.
     assert abs(scores.coverage - 0.9) < 4 * np.sqrt(0.09 / 30)
     calibration.save(tmp_path / "calibration.nc")
-    again = infer_pad(dataset.touches, load(tmp_path / "calibration.nc"))
+    again = infer(dataset.touches, load(tmp_path / "calibration.nc"), draws=1000, workers=1)
     np.testing.assert_array_equal(again.posterior["x"], posterior.posterior["x"])
 
 
@@ -63,7 +63,7 @@ def test_array8_inside_the_array(pads: ModuleType, measured: Path) -> None:
     position = pads.element_positions(calibration)
     touches = dataset.touches
     inside = pads.inside_array(np.stack([touches.x_mm, touches.y_mm], axis=1), position)
-    posterior = infer_pad(touches.select(inside), calibration, draws=400)
+    posterior = infer(touches.select(inside), calibration, draws=400, workers=1)
     _, error = pads.errors(posterior)
     distance = np.sqrt((error**2).sum(axis=1))
     assert np.median(distance) < 0.07  # aim; 0.05 found
@@ -79,7 +79,7 @@ def test_array8_as_chosen(pads: ModuleType, measured: Path) -> None:
     calibration = calibrate_pad(dataset)
     assert calibration.settings["empirical_map"] == "yes"
     assert calibration.settings["kernel"] == "layer"
-    posterior = infer_pad(dataset.touches, calibration)
+    posterior = infer(dataset.touches, calibration, draws=1000, workers=1)
     scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.inside[0] < 0.07 and scores.inside[1] < 0.25
     assert abs(scores.coverage - 0.9) < 4 * np.sqrt(0.09 / 1400)  # 0.89 found
@@ -93,7 +93,7 @@ def test_fluid_by_the_map_alone(pads: ModuleType, measured: Path) -> None:
     # Readings are far from linear in the load: they go with its logarithm (an exponent towards 0), 6.2 % against 0.8 %.
     assert statistics["load_exponent"] < 0.2
     assert statistics["error_percent_peak_power"] < 0.3 * statistics["error_percent_peak_linear"]
-    posterior = infer_pad(dataset.touches, calibration, draws=400)
+    posterior = infer(dataset.touches, calibration, draws=400, workers=1)
     scores = pads.scores(dataset, calibration, posterior, pads.element_positions(calibration))
     assert scores.everywhere[1] < 6.0  # of a channel of 80 mm; 4.3 found
     assert 0.85 < scores.coverage < 0.99  # errors of the load's law go together: binomial errors do not hold; 0.93

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.diagnosis.pictures.scatter import scatter_picture
 from bayestouch.diagnosis.traced import Traced
+from bayestouch.model.held_out import HeldOut
 from bayestouch.output.pictures import Picture, canvas, drawing, rendered
 
 # Where an effect within touches lowers the mean square of the touches' means by so much, these show it.

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.quantities import Quantity
+from bayestouch.model.quantities import Quantity
 from bayestouch.output.pictures import DIVERGING, element_ticks
 
 BINS = 24

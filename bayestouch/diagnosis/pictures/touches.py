@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.touch_errors import TouchReading
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.touch_errors import TouchReading
 from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing, rendered
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.held_out import HeldOut
 from bayestouch.diagnosis.where import View, views
+from bayestouch.model.held_out import HeldOut
 from bayestouch.output.pictures import (
     BLUE,
     DIVERGING,

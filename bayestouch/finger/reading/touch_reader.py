@@ -94,12 +94,12 @@ class FingerTouchReader:
 
     @property
     def needs_whole_table(self) -> bool:
-        """Drifts and the touches before: of other touches. Loads as they act: of places, found for all at once."""
+        """Yes where drifts are estimated, where touches before have an effect, or where loads are corrected."""
         return self._with_time or (self.effects_chain is not None and changes_load(self.effects_chain))
 
     @property
     def drifts_are_estimated(self) -> bool:
-        """Drifts of zeros and gains are."""
+        """Yes where the calibration has drifts: of zeros, or of gains."""
         return self.effects_chain is not None and bool(self.effects_chain.listed.drifts)
 
     @property

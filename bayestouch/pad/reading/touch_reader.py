@@ -73,12 +73,12 @@ class PadTouchReader:
 
     @property
     def needs_whole_table(self) -> bool:
-        """Effects of the touches before do."""
+        """Yes where touches before, or samples before, have an effect."""
         return self.effects is not None and any(effect.needs_samples for effect in self.effects.listed.plain)
 
     @property
     def unchecked(self) -> str:
-        """A drift is not taken out of touches, and looks like a changed element: there is nothing to tell them by."""
+        """Drifts are why: none is taken out of touches on a pad, so that a sound element with a drift looks faulty."""
         drifts = self.effects is not None and bool(self.effects.listed.drifts)
         return "the elements are not checked: a drift looks like a fault" if drifts else ""
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.drift_likelihood import DriftLikelihood
 from bayestouch.effects.effect import Values
+from bayestouch.model.drift_likelihood import DriftLikelihood
 from bayestouch.model.fitting import Fitted, fit
 
 # Nodes on each axis, in standard deviations: the trapezoidal rule with this step integrates a normal density to 1e-5.

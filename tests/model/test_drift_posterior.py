@@ -11,9 +11,9 @@ import pytest
 from pad_cases import CASES, recovered
 from scipy import stats
 
-from bayestouch.diagnosis.drift_likelihood import DriftLikelihood, _gaps
-from bayestouch.diagnosis.drift_posterior import drift_posterior, moments
 from bayestouch.model.added import AddedEffect
+from bayestouch.model.drift_likelihood import DriftLikelihood, _gaps
+from bayestouch.model.drift_posterior import drift_posterior, moments
 from bayestouch.model.fitting import Fitted
 
 SIZES, TIMES = (0.003, 0.02), (15.0, 150.0)

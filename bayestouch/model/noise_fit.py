@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.noise_posterior import FoundNoise
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.outliers import from_median, wrong_readings
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import PadChain
+from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
 from bayestouch.model.fitting import spread_over_elements
-from bayestouch.pad.model import PadModel
 from bayestouch.pad.table import kernel_width
 
 # Lengths of the functions over the width of the kernel.
@@ -50,9 +51,8 @@ class PadCorrectionBasis:
     own: tuple[PlaceBasis, ...]
 
     @classmethod
-    def of(cls, model: PadModel, vector: FloatArray) -> PadCorrectionBasis:
-        """Basis over the places that the touches of a model cover."""
-        recording, chain = model.poses(vector), model.chain(vector)
+    def of(cls, chain: PadChain, peak: FloatArray, reference_load: float, recording: Recording) -> PadCorrectionBasis:
+        """Basis over the places that the touches of a recording cover."""
         place = np.stack(recording.place, axis=1)
         extent = float(np.ptp(place, axis=0).max())
         width = min(kernel_width(chain, extent), 0.5 * extent)
@@ -64,9 +64,9 @@ class PadCorrectionBasis:
             own.append(PlaceBasis.at(grid[near], OWN_LENGTH * width))
         return cls(
             position=chain.position,
-            peak=model.peak,
-            reference_load=model.reference_load,
-            loads_vary=bool(np.ptp(recording.load) > 0.2 * model.reference_load),
+            peak=peak,
+            reference_load=reference_load,
+            loads_vary=bool(np.ptp(recording.load) > 0.2 * reference_load),
             shared=SmoothBasis.of(0.0, farthest, SHARED_LENGTH * width),
             own=tuple(own),
         )

@@ -9,13 +9,13 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.significance import normal_score, quadratic_score
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.base import Predicted
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import Score, Scorer
+from bayestouch.model.significance import normal_score, quadratic_score
 
 # Standard deviations of random functions that are tried, over the peak or as shares.
 DRIFT_SIZES = tuple(np.geomspace(1e-3, 0.3, 10).tolist())

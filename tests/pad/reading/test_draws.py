@@ -12,13 +12,13 @@ from scipy.integrate import dblquad
 
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
+from bayestouch.inference import infer
 from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.components import components_of
 from bayestouch.pad.reading.lattice import lattice_for
 from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
-from bayestouch.pad.reading.run import infer_pad
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import BlockStreams
 
@@ -85,7 +85,7 @@ def check_against_quadrature(
     pad: SimulatedPad, calibration: Calibration, location: np.ndarray, n: int, seed: int
 ) -> TouchPosteriors:
     touches = pad.touch(location, np.random.default_rng(seed))
-    posterior = infer_pad(touches, calibration, draws=4000, seed=1)
+    posterior = infer(touches, calibration, draws=4000, seed=1, workers=1)
     reader = PadReader.from_calibration(calibration)
     for t in range(len(location)):
         mean, sd = quadrature(reader, known(reader, touches), t, *box(posterior, t, reader), n)
@@ -136,7 +136,7 @@ def test_posteriors_cover_the_truth(which: str, request: pytest.FixtureRequest) 
     n, dimensions = (400, 1) if which == "line" else (150, 2)
     map_ = PadReader.from_calibration(calibration).map
     location = rng.uniform(map_.low, map_.high, (n, dimensions))
-    posterior = infer_pad(pad.touch(location, rng), calibration, draws=400, seed=0)
+    posterior = infer(pad.touch(location, rng), calibration, draws=400, seed=0, workers=1)
     level = posterior.sample_stats["reference_level"]
     for share in (0.5, 0.9):
         # 4 binomial standard errors, and what one calibration is off by for all touches alike, at most as much again.
@@ -156,8 +156,8 @@ def test_true_loads_are_covered() -> None:
     load = rng.uniform(1, 4, 300)
     place = rng.uniform(9, 29, (300, 1))
     touches = pad.touch(place, rng, load=load, measured=True)
-    with_force = infer_pad(touches, calibration, draws=400)
-    without = infer_pad(touches, calibration, draws=400, use_load=False)
+    with_force = infer(touches, calibration, draws=400, workers=1)
+    without = infer(touches, calibration, draws=400, use_load=False, workers=1)
     assert np.median(without.sd("P")) > 1.5 * np.median(with_force.sd("P"))
     for posterior in (with_force, without):
         low, high = posterior.interval("P", 0.9)
@@ -170,7 +170,7 @@ def test_plug_in_is_narrower(line_pad: tuple[SimulatedPad, Calibration]) -> None
     few = pad.touch(np.linspace(8, 30, 12)[:, None], np.random.default_rng(1))
     calibration = calibrate_pad(pad.dataset(few), kernel="gaussian", empirical=False, draws=8)
     touches = pad.touch(np.linspace(9, 29, 40)[:, None], np.random.default_rng(2))
-    full, plugged = (infer_pad(touches, calibration, plug_in=each, draws=800) for each in (False, True))
+    full, plugged = (infer(touches, calibration, plug_in=each, draws=800, workers=1) for each in (False, True))
     ratio = full.sd("x") / plugged.sd("x")
     # An sd of 800 draws is good to 3 %; the median over 40 touches far better.
     assert np.median(ratio) > 1.05
@@ -186,8 +186,8 @@ def test_repeats_narrow_a_posterior() -> None:
         draws=8,
     )
     place = np.full((40, 1), 13.0)
-    single = infer_pad(pad.touch(place, np.random.default_rng(1)), calibration, draws=400, plug_in=True)
-    many = infer_pad(pad.touch(place, np.random.default_rng(1), samples=9), calibration, draws=400, plug_in=True)
+    single = infer(pad.touch(place, np.random.default_rng(1)), calibration, draws=400, plug_in=True, workers=1)
+    many = infer(pad.touch(place, np.random.default_rng(1), samples=9), calibration, draws=400, plug_in=True, workers=1)
     # A third of the noise; a part of it may have been taken for discrepancy, which stays.
     assert 0.3 < np.median(many.sd("x")) / np.median(single.sd("x")) < 0.6
 
@@ -197,7 +197,7 @@ def test_touches_that_say_nothing_give_the_prior_back(square_pad: tuple[Simulate
     touches = pad.touch(np.full((3, 2), 11.0), np.random.default_rng(0))
     readings = np.full_like(touches.readings, np.nan)
     readings[1] = touches.readings[1]
-    posterior = infer_pad(touches.with_(readings=readings), calibration, draws=1000)
+    posterior = infer(touches.with_(readings=readings), calibration, draws=1000, workers=1)
     reader = PadReader.from_calibration(calibration)
     for axis, name in enumerate(("x", "y")):
         width = reader.map.high[axis] - reader.map.low[axis]
@@ -234,7 +234,7 @@ def test_parts_serve_as_the_posterior(square_pad: tuple[SimulatedPad, Calibratio
     # They need not, for the sampler corrects them; but it is quick only where most draws are accepted.
     pad, calibration = square_pad
     rng = np.random.default_rng(5)
-    posterior = infer_pad(pad.touch(rng.uniform(4, 18, (100, 2)), rng), calibration, draws=200)
+    posterior = infer(pad.touch(rng.uniform(4, 18, (100, 2)), rng), calibration, draws=200, workers=1)
     assert np.median(posterior.sample_stats["acceptance"]) > 0.6
     assert (posterior.sample_stats["acceptance"] > 0.3).mean() > 0.9
 
@@ -256,8 +256,8 @@ def test_many_parts_keep_mean_and_spread(square_pad: tuple[SimulatedPad, Calibra
 def test_draws_depend_on_seed_and_place_alone(line_pad: tuple[SimulatedPad, Calibration]) -> None:
     pad, calibration = line_pad
     touches = pad.touch(np.linspace(9, 29, 20)[:, None], np.random.default_rng(2))
-    first, second = (infer_pad(touches, calibration, draws=100, seed=4) for _ in range(2))
-    other = infer_pad(touches, calibration, draws=100, seed=5)
+    first, second = (infer(touches, calibration, draws=100, seed=4, workers=1) for _ in range(2))
+    other = infer(touches, calibration, draws=100, seed=5, workers=1)
     np.testing.assert_array_equal(first.posterior["x"], second.posterior["x"])
     assert not np.array_equal(first.posterior["x"], other.posterior["x"])
 
@@ -265,6 +265,9 @@ def test_draws_depend_on_seed_and_place_alone(line_pad: tuple[SimulatedPad, Cali
 def test_wrong_number_of_elements_is_said(line_pad: tuple[SimulatedPad, Calibration]) -> None:
     _, calibration = line_pad
     with pytest.raises(InputError, match="the table has 3 elements, the calibrated sensor 4"):
-        infer_pad(
-            line().touch(np.array([[12.0]]), np.random.default_rng(0)).with_(readings=np.zeros((1, 3))), calibration
+        infer(
+            line().touch(np.array([[12.0]]), np.random.default_rng(0)).with_(readings=np.zeros((1, 3))),
+            calibration,
+            draws=1000,
+            workers=1,
         )

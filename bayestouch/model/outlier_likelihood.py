@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.diagnosis.noise_search import TouchScatter
 from bayestouch.effects.effect import Values
+from bayestouch.model.noise_search import TouchScatter
 
 # Nodes reach so many sd of the usual noise beyond the samples: the mean is not farther from all of them.
 BEYOND = 3.0

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.diagnosis.significance import normal_score
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Scatter
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.significance import normal_score
 
 # Searches for a maximum, one from where the other stopped; a gain in log likelihood that is none.
 MOST_SEARCHES, SAME = 4, 0.05

@@ -1,4 +1,4 @@
-"""Which touches a diagnosis fits and chooses with, and which it holds out of everything."""
+"""Which touches a fit with effects sees, and which a diagnosis holds out of everything."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import first_of, groups
-from bayestouch.data.sensor import Finger
 from bayestouch.data.splits import with_calibration
 from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Setting
 from bayestouch.errors import InputError, few
+from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing, one_clock, typical_gap
 
@@ -24,12 +24,12 @@ NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
-# Blocks in time that the touches of a pad are parted into.
+# Blocks in time that the touches of a scan are parted into.
 BLOCKS = 40
 
 
 @dataclass(frozen=True, eq=False)
-class DiagnosisData:
+class SplitData:
     """Touches of a data set, on one clock and parted.
 
     Attributes
@@ -64,7 +64,7 @@ class DiagnosisData:
     notes: tuple[str, ...]
 
     @classmethod
-    def of(cls, dataset: DataSet) -> DiagnosisData:
+    def of(cls, dataset: DataSet) -> SplitData:
         """Part a data set.
 
         Every other touch of ``touches.csv`` that has references joins the calibration touches, so that fits see all
@@ -84,7 +84,7 @@ class DiagnosisData:
         rest = calibration.rest_reading()
         parts = (calibration.baseline_corrected(), touches.baseline_corrected(rest))
         table = without_dead(joined_tables(*parts))
-        known = _known(table, isinstance(dataset.sensor.body, Finger))
+        known = _known(table, body_of(dataset.sensor).references)
         ids, group = groups(table.touch)
         read = np.bincount(group, weights=np.arange(table.n_rows) >= calibration.n_rows, minlength=len(ids)) > 0
         held = np.zeros(len(ids), dtype=bool)
@@ -115,7 +115,7 @@ class DiagnosisData:
         )
 
     @classmethod
-    def of_calibration(cls, dataset: DataSet) -> DiagnosisData:
+    def of_calibration(cls, dataset: DataSet) -> SplitData:
         """The calibration touches alone, none of them held out.
 
         Raises
@@ -128,7 +128,7 @@ class DiagnosisData:
         assert calibration is not None
         timing = Timing.of(calibration)
         table = without_dead(joined_tables(calibration.baseline_corrected()))
-        known = _known(table, isinstance(dataset.sensor.body, Finger))
+        known = _known(table, body_of(dataset.sensor).references)
         _, group = groups(table.touch)
         if not known.any():
             raise InputError(NOTHING_KNOWN)
@@ -148,22 +148,22 @@ class DiagnosisData:
         )
 
     @classmethod
-    def _of_one_table(cls, dataset: DataSet) -> DiagnosisData:
+    def _of_one_table(cls, dataset: DataSet) -> SplitData:
         """Part one table by time."""
         whole = dataset.touches
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
         _, group = groups(table.touch)
-        finger = isinstance(dataset.sensor.body, Finger)
-        known = _known(table, finger)
+        body = body_of(dataset.sensor)
+        known = _known(table, body.references)
         place = np.cumsum(known) - 1
-        size = 1 if finger else max(2, int(known.sum()) // BLOCKS)
+        size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
         held = known & ((place // size) % 4 == 2)
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
         held &= np.full(len(held), known.sum() >= ENOUGH_CALIBRATION)
         how = "every fourth touch is held out"
-        if not finger:
+        if body.scanned:
             how = f"every fourth block of {size} touches that follow each other is held out"
         if not held.any():
             how = TOO_FEW
@@ -200,30 +200,31 @@ class DiagnosisData:
         times = [self.time_s[self.session == each] for each in np.unique(self.session)]
         return tuple((float(time.min()), float(time.max())) for time in times)
 
+    def thinned(self, most: int | None, seed: int) -> SplitData:
+        """The same with no more than `most` training touches, chosen at random; all of them without a limit."""
+        ids = np.unique(self.table.touch[self.training])
+        if most is None or len(ids) <= most:
+            return self
+        chosen = np.random.default_rng(seed).choice(ids, most, replace=False)
+        note = f"{most:,} of {len(ids):,} touches that are not held out are used, chosen at random"
+        return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
+
     def setting(self, contact: str, reference_load: float) -> Setting:
         """What effects may suit themselves to."""
-        body = self.dataset.sensor.body
-        finger = isinstance(body, Finger)
-        table = self.table.select(self.training)
-        columns = (table.angle_deg,) if finger else (table.x_mm, table.y_mm)
-        places = [axis for axis in columns if axis is not None]
-        elements = (body.element_angles_deg,) if isinstance(body, Finger) else (body.element_x_mm, body.element_y_mm)
+        sensor, table = self.dataset.sensor, self.table.select(self.training)
+        places = [axis for axis in (getattr(table, name) for name in sensor.body.location_columns) if axis is not None]
         contact_rows = self.table.in_contact
         return Setting(
-            finger=finger,
-            n_elements=body.n_elements,
-            element_place=tuple(np.asarray(axis, dtype=float) for axis in elements if axis is not None),
+            n_elements=sensor.n_elements,
             place_range=tuple((float(np.nanmin(axis)), float(np.nanmax(axis))) for axis in places),
             reference_load=reference_load,
-            load_unit=body.load_unit,
-            contact=contact if finger else "",
+            load_unit=sensor.body.load_unit,
             has_edges=bool((table.indenter_radius_mm == 0).any()),
             hold_s=float(self.held_s[contact_rows].max(initial=0.0)),
             gap_s=typical_gap(self.time_s[contact_rows], self.held_s[contact_rows]),
             span_s=float(np.ptp(self.time_s)),
             time_unit=self.unit,
-            loads_vary=finger or _vary(table.load[table.in_contact]),
-            radii_mm=(body.core_radius_mm, body.outer_radius_mm) if isinstance(body, Finger) else (0.0, 0.0),
+            **body_of(sensor).setting(sensor.body, contact, table.load[table.in_contact]),
         )
 
 
@@ -242,11 +243,6 @@ def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
             "those that change while a touch is held, cannot be seen"
         )
     return tuple(out)
-
-
-def _vary(load: FloatArray) -> bool:
-    load = load[np.isfinite(load)]
-    return bool(len(load) and np.ptp(load) > 0.2 * np.median(load))
 
 
 def joined_tables(*tables: Touches) -> Touches:
@@ -283,11 +279,11 @@ def without_dead(table: Touches) -> Touches:
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
 
 
-def _known(table: Touches, finger: bool) -> BoolArray:
-    """Touches with every reference that a fit needs, (t,)."""
+def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:
+    """Touches with every reference that a fit needs, (t,); columns that the table does not have are not asked for."""
     ids, group = groups(table.touch)
     contact = table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0)
-    columns = (table.indenter_radius_mm, table.angle_deg) if finger else (table.x_mm, table.y_mm)
+    columns = [getattr(table, name) for name in references]
     known = np.bincount(group[contact], minlength=len(ids)) > 0
     for values in columns:
         if values is not None:

@@ -6,17 +6,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.touches import Touches
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.held_out import HeldOut
-from bayestouch.diagnosis.touch_errors import COVERAGE, DRAWS, TouchErrors, TouchReading, summarised
-from bayestouch.inference import infer
 from bayestouch.model.effect_list import EffectList
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.touch_errors import (
+    COVERAGE,
+    DRAWS,
+    Infer,
+    TouchErrors,
+    TouchReading,
+    rows_of_held_out,
+    summarised,
+)
 from bayestouch.pad.corrected import PadEffects
-from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.objects import Calibration
 
 
 @dataclass(frozen=True)
@@ -37,8 +43,8 @@ class PadTouchErrors(TouchErrors):
     P_rms_N: float
 
 
-def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldOut, *, seed: int) -> TouchReading:
-    """Read the held-out touches with a calibration and compare with their references.
+def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
+    """Read the held-out touches with a calibration, by `infer`, and compare with their references.
 
     No effect on a pad moves a location. The reference of a load is what the force sensor reads, corrected for effects
     of that sensor. Where effects depend on what came before, the touches in between are read too.
@@ -47,13 +53,12 @@ def read_held_out_pad(calibration: Calibration, data: DiagnosisData, held: HeldO
     plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
     read = infer(table, plain, draws=DRAWS, seed=seed)
-    place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
-    index = np.array([place[int(touch)] for touch in held.observed.means.touch])
+    index = rows_of_held_out(read, held)
     axes = [name for name in ("x", "y") if name in held.stated]
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
-    load, effects = _loads(table, plain, held, index, seed), PadEffects.of(calibration)
+    load, effects = _loads(infer, table, plain, held, index, seed), PadEffects.of(calibration)
     stated = held.stated["P"]
     reference = stated if effects is None else effects.pressed(stated)
     by_touch = {
@@ -70,15 +75,17 @@ def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
     return PadTouchErrors(**of_a_finger, **{key: summarised(key, values) for key, values in by_touch.items()})
 
 
-def _loads(table: Touches, calibration: Calibration, held: HeldOut, index: NDArray[np.int64], seed: int) -> FloatArray:
+def _loads(
+    infer: Infer, table: Touches, calibration: Calibration, held: HeldOut, index: IntArray, seed: int
+) -> FloatArray:
     """Posterior means of loads that are read without the force sensor, (t,); NaN where it did not read them."""
     if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
         return np.full(len(index), np.nan)
-    read: TouchPosteriors = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
+    read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
     return np.asarray(read.mean("P")[index])
 
 
-def _to_be_read(calibration: Calibration, data: DiagnosisData) -> Touches:
+def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
     listed = EffectList.of(calibration)
     if listed is not None and any(effect.needs_samples for effect in listed.plain):
         return data.table

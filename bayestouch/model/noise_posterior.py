@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.noise_search import NoiseCandidate, TouchScatter
-from bayestouch.diagnosis.outlier_likelihood import OutlierLikelihood
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.model.outlier_likelihood import OutlierLikelihood
 
 # Range of each element's own variance over that of all its noise.
 OWN = (0.003, 3.0)
@@ -62,7 +62,9 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
     scatter = TouchScatter.of(fitted)
     assert scatter is not None, "a candidate was found in repeats"
     effect = found.effect
-    values, sd, own = posterior(terms_of(scatter, effect), effect, found.values, effect.own(scatter, found.values))
+    values, sd, own = noise_posterior(
+        terms_of(scatter, effect), effect, found.values, effect.own(scatter, found.values)
+    )
     return FoundNoise(effect, values, sd, np.sqrt(own) * scatter.sd * fitted.model.peak)
 
 
@@ -76,7 +78,9 @@ def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
 
 
-def posterior(terms: Terms, effect: NoiseEffect, start: Values, own: FloatArray) -> tuple[Values, Values, FloatArray]:
+def noise_posterior(
+    terms: Terms, effect: NoiseEffect, start: Values, own: FloatArray
+) -> tuple[Values, Values, FloatArray]:
     """Mode and standard deviations of the values of an effect, and own variances (m,) at the mode.
 
     Parameters
@@ -107,7 +111,7 @@ def posterior(terms: Terms, effect: NoiseEffect, start: Values, own: FloatArray)
         return np.concatenate([out[:1] + prior, out[1:]])
 
     def descent(x: Any) -> tuple[float, FloatArray]:
-        return -float(parts(np.asarray(x)).sum()), -slope(parts, np.asarray(x), moves)
+        return -float(parts(np.asarray(x)).sum()), -gradient_of(parts, np.asarray(x), moves)
 
     # Differences reach a step to both sides, and those of slopes two.
     lowest = np.concatenate([low / unit + 2 * STEP, np.full(len(own), np.log(OWN[0]))])
@@ -138,7 +142,7 @@ def moves_of(n_parts: int, count: int, size: int) -> FloatArray:
     return STEP * np.eye(size)
 
 
-def slope(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
+def gradient_of(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
     """Gradient (d,) of the sum of parts at x (d,), by central differences along `moves_of`."""
     differences = [(parts(x + h) - parts(x - h)) / (2 * STEP) for h in moves]
     if len(moves) == len(x):
@@ -148,7 +152,7 @@ def slope(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
 
 def curvature(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
     """Minus the second derivatives (d, d) of the sum of parts at x (d,)."""
-    rows = [(slope(parts, x - h, moves) - slope(parts, x + h, moves)) / (2 * STEP) for h in moves]
+    rows = [(gradient_of(parts, x - h, moves) - gradient_of(parts, x + h, moves)) / (2 * STEP) for h in moves]
     if len(moves) == len(x):
         return np.array(rows)
     count = len(moves) - 1

@@ -4,50 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.diagnosis.candidates import refine_drift, score_effects
-from bayestouch.diagnosis.correction import corrected_fit
-from bayestouch.diagnosis.data import DiagnosisData
-from bayestouch.diagnosis.drift_posterior import settled_drifts
-from bayestouch.diagnosis.finger import begin_finger
-from bayestouch.diagnosis.noise_fit import with_noise
-from bayestouch.diagnosis.noise_posterior import FoundNoise, settled_noise
-from bayestouch.diagnosis.noise_search import score_noise
-from bayestouch.diagnosis.pad import begin_pad
-from bayestouch.diagnosis.search import settled
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.model.added import added_effects, moved_to
+from bayestouch.model.body import body_of
+from bayestouch.model.candidates import refine_drift, score_effects
+from bayestouch.model.correction import corrected_fit
+from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted, fit, fit_from_both
-from bayestouch.priors.parameters import Prior
+from bayestouch.model.noise_fit import with_noise
+from bayestouch.model.noise_posterior import FoundNoise, settled_noise
+from bayestouch.model.noise_search import score_noise
+from bayestouch.model.peaks import settled
+from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
 
 def calibrate_with_effects(
-    dataset: DataSet,
-    model: StatedModel,
-    *,
-    contact: str | None = None,
-    kernel: str | None = None,
-    priors: Mapping[str, Prior] | None = None,
-    draws: int,
-    seed: int,
-    progress: Progress | None,
+    dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None, **options: Any
 ) -> Calibration:
     """Calibrate a sensor with the effects of a `StatedModel`, from its calibration touches.
 
     Parameters
     ----------
-    dataset, kernel, priors, draws, seed, progress
+    dataset, draws, seed, progress
         As of `bayestouch.calibrate`.
     model : StatedModel
         Effects, with the values that fits start from.
-    contact : str, optional
-        Contact model of a finger; that of `model` by default.
+    options
+        Those of the body: contact and priors of a finger, kernel of a pad.
 
     Raises
     ------
@@ -55,15 +46,8 @@ def calibrate_with_effects(
         As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
     """
     advance = progress or (lambda fraction: None)
-    data = DiagnosisData.of_calibration(dataset)
-    if model.body == "finger":
-        if priors and "discrepancy_sd" in priors:
-            raise InputError(
-                "prior of discrepancy_sd: beside effects, what the model misses is found from the residuals"
-            )
-        begun = begin_finger(data, contact=contact or model.contact, stated=priors, draws=draws, seed=seed)
-    else:
-        begun = begin_pad(data, kernel=kernel, draws=draws, seed=seed)
+    data = SplitData.of_calibration(dataset)
+    begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
     fitted, known = begun.fitted, {effect.name for effect in begun.effects}
     effects = named_effects([name for name, _ in model.effects], begun.setting)
     for effect in effects:
@@ -87,7 +71,7 @@ def calibrate_with_effects(
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
-    calibration = begun.evaluate(fitted, tuple(added), correction).calibration
+    calibration = begun.evaluation.calibration(fitted, tuple(added), correction)
     return replace(calibration, notes=(*calibration.notes, *notes))
 
 

@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.contact import composite_radius
-from bayestouch.diagnosis.as_stated import at_stated_references
-from bayestouch.diagnosis.correction import weights_of
-from bayestouch.diagnosis.correction_basis import Correction, where_of
-from bayestouch.diagnosis.quantities import Quantity, of_finger
-from bayestouch.finger.model import finger_model
+from bayestouch.model.correction import Correction, weights_of
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
 from bayestouch.model.outliers import from_median, wrong_readings
 from bayestouch.model.predictive import precision_of_all
+from bayestouch.model.quantities import Quantity
 from bayestouch.model.whitening import Whitening
 
 
@@ -116,65 +112,6 @@ def rms_percent(residual: FloatArray) -> float:
     return float(100 * np.mean(np.sqrt(squares / count[alive]))) if alive.any() else float("nan")
 
 
-def held_out(
-    fitted: Fitted, correction: Correction | None, observed: Observations, force_sd: float, *, stated: bool = False
-) -> HeldOut:
-    """Residuals of a finger's model on touches that it was not fitted to.
-
-    Parameters
-    ----------
-    fitted : Fitted
-        The model.
-    correction : Correction or None
-        Correction that was fitted with it.
-    observed : Observations
-        Held-out touches.
-    force_sd : float
-        Noise of one reading of the load.
-    stated : bool
-        Predict touches at the references that the data set states, see `at_stated_references`.
-    """
-    shown = at_stated_references(fitted) if stated else fitted
-    noise, observed = fitted.noise, without_wrong_readings(fitted, observed)
-    model = finger_model(shown.model).observing(observed)
-    added, functions = functions_at(shown, correction, observed)
-    predicted = model.predict(shown.vector).touches + added
-    means = observed.means
-    reads = np.maximum(means.counts.max(axis=1), 1)
-    measured = np.isfinite(observed.load)
-    load_sd = np.where(measured, force_sd / np.sqrt(reads), 0.3 * np.nanmean(model.load))
-    noise = noise.with_(load_sd=load_sd)
-    by_load = model.by_load(shown.vector)
-    whitening = Whitening.of(observed, noise, predicted, by_load)
-    residual = means.readings - predicted
-    present = whitening.present
-    peak = np.abs(model.chain(shown.vector).response) * model.reference_load
-    recording = model.poses(shown.vector)
-    angle, load = recording.place[0], np.where(measured, recording.load, np.nan)
-    outer = model.finger.outer_radius_mm
-    radius = composite_radius(recording.indenter_radius_mm, outer)
-    element = np.asarray(model.finger.element_angles_deg)
-    assert means.angle_deg is not None
-    of_load = by_load * load_sd[:, None]
-    noise_sd = np.sqrt(noise.variance(predicted, np.maximum(means.counts, 1)) + of_load**2) / peak
-    return HeldOut(
-        observed=observed,
-        residual=np.where(present, residual, np.nan) / peak,
-        whitened=np.where(present, whitening.touches(residual), 0.0),
-        present=present,
-        design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
-        reference={"R": radius, "theta_c": angle, "P": load},
-        stated={
-            "R": composite_radius(means.indenter_radius_mm, outer),
-            "theta_c": means.angle_deg,
-            "P": observed.load,
-        },
-        quantities=of_finger(observed, element, angle, radius, load, predicted / peak, peak),
-        noise_sd=np.where(measured[:, None], noise_sd, np.nan),
-        load_free=free_load(whitening, of_load, measured),
-    )
-
-
 def free_load(whitening: Whitening, of_load: FloatArray, measured: BoolArray) -> FloatArray:
     """See `HeldOut.load_free`, (t,); from what one standard deviation of each load does to the readings, (t, m)."""
     return np.where(measured, 0.0, (whitening.touches(of_load) ** 2).sum(axis=1))
@@ -196,7 +133,7 @@ def functions_at(
     model = fitted.model.observing(observed)
     functions, weights = drift_columns(model, fitted.vector, fitted.drifts), fitted.linear.weights()
     if correction is not None:
-        there = where_of(replace(fitted, model=model))
+        there = model.correction_inputs(fitted.vector)
         functions = np.concatenate([functions, correction.columns(*there)])
         weights = np.concatenate([weights[: len(functions) - len(weights_of(fitted)[0])], weights_of(fitted)[0]])
     return np.asarray(np.tensordot(weights, functions, axes=1)), functions

@@ -10,10 +10,10 @@ import pytest
 from scipy import stats
 from scipy.linalg import helmert
 
-from bayestouch.diagnosis.noise_posterior import posterior, terms_of
-from bayestouch.diagnosis.noise_search import TouchScatter
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import CommonModeNoise, NoiseEffect, Outliers, SignalDependentNoise
+from bayestouch.model.noise_posterior import noise_posterior, terms_of
+from bayestouch.model.noise_search import TouchScatter
 
 TOUCHES, SAMPLES, M = 12, 4, 3
 PEAK = np.array([0.8, 1.0, 1.2])
@@ -139,7 +139,7 @@ def test_mode_and_sd_of_a_normal_posterior(separate: bool) -> None:
         rows[part, :2], rows[part, 2 + e], data[part] = design[e, :, :2], design[e, :, 2], seen[e]
     covariance = np.linalg.inv(rows.T @ rows)
     mode, spread = covariance @ rows.T @ data, np.sqrt(np.diag(covariance))
-    values, sd, own = posterior(terms, effect, (0.01, 1.0), np.ones(M))
+    values, sd, own = noise_posterior(terms, effect, (0.01, 1.0), np.ones(M))
     assert values[0] == pytest.approx(0.01 * mode[0], rel=1e-3)
     assert values[1] == pytest.approx(np.exp(mode[1]), rel=1e-3)
     np.testing.assert_allclose(np.log(own), mode[2:], atol=1e-3)
@@ -155,7 +155,7 @@ def test_what_samples_say_nothing_of_is_as_uncertain_as_its_prior() -> None:
     deviation /= np.sqrt((deviation**2).mean(axis=0))
     scatter, _ = scattered()
     plain = replace(scatter, z=deviation, weight=np.full(len(deviation), 0.75))
-    values, sd, own = posterior(terms_of(plain, CommonModeNoise()), CommonModeNoise(), (0.0, 0.5), np.ones(M))
+    values, sd, own = noise_posterior(terms_of(plain, CommonModeNoise()), CommonModeNoise(), (0.0, 0.5), np.ones(M))
     assert values[0] < 2 * sd[0]
     assert sd[1] < 0.35
     # 120 independent deviations of each element: their variance is known to 13 %.

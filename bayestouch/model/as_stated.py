@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bayestouch.effects import Effect
 from bayestouch.model.fitting import Fitted
-from bayestouch.pad.model import PadModel
 
 
-def moves_reference(effect: Effect, *, pad: bool) -> bool:
+def moves_reference(effect: Effect, stages: Sequence[str]) -> bool:
     """Whether an effect says that a reference is not what the data set states: a tip, a location, or a load.
 
-    On a finger every effect of the pose does. On a pad what lies between force sensor and elements (the threshold of
-    `load_nonlinearity`) belongs to the response to a load as it is stated; only effects of the rig move references.
+    `stages` are those of `bayestouch.model.base.SensorModel.reference_stages`.
     """
-    return type(effect).pose is not Effect.pose and (not pad or effect.stage == "rig")
+    return effect.changes_pose and effect.stage in stages
 
 
 def at_stated_references(fitted: Fitted) -> Fitted:
@@ -27,8 +26,7 @@ def at_stated_references(fitted: Fitted) -> Fitted:
     The same object where no effect moves a reference.
     """
     model = fitted.model
-    pad = isinstance(model, PadModel)
-    kept = [not moves_reference(effect, pad=pad) for effect in model.effects]
+    kept = [not moves_reference(effect, model.reference_stages) for effect in model.effects]
     if all(kept):
         return fitted
     counts = [model.n_base, *(len(effect.parameters) for effect in model.effects)]

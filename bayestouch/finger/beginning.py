@@ -1,0 +1,109 @@
+"""Where a fit of a finger with effects begins, and what is made of such a fit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from bayestouch.effects import Setting, catalogue
+from bayestouch.errors import InputError
+from bayestouch.finger.calibration import finger_calibration
+from bayestouch.finger.calibration_with_effects import calibration_with_effects
+from bayestouch.finger.correction_table import table_of
+from bayestouch.finger.held_out import held_out
+from bayestouch.finger.start import FingerStart, finger_start
+from bayestouch.finger.touch_errors import read_held_out
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.beginning import Beginning
+from bayestouch.model.correction import Correction
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.observations import Observations
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.touch_errors import Infer, TouchReading
+from bayestouch.priors.parameters import Prior
+from bayestouch.results.objects import Calibration
+
+
+def begin(
+    data: SplitData, *, contact: str, draws: int, seed: int, priors: Mapping[str, Prior] | None = None
+) -> Beginning:
+    """Fit a finger without effects, with priors that may be stated.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.finger.start.finger_start`; or a prior is stated that a fit with effects does not have.
+    """
+    if priors and "discrepancy_sd" in priors:
+        raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
+    start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
+    setting = data.setting(contact, start.fitted.model.reference_load)
+    observed = data.observations(data.held_out) if data.n_held_out else None
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors)
+    return Beginning(start.fitted, setting, catalogue(setting), evaluation)
+
+
+@dataclass(frozen=True, eq=False)
+class FingerEvaluation:
+    """A `bayestouch.model.beginning.Evaluation` of fits of a finger.
+
+    Attributes
+    ----------
+    data : SplitData
+        Touches.
+    setting : Setting
+        What the effects suited themselves to.
+    observed : Observations or None
+        Held-out touches.
+    start : FingerStart
+        The fits without effects.
+    draws, seed : int
+        Of the calibrations.
+    priors : mapping of str to Prior, or None
+        Those that were stated.
+    """
+
+    data: SplitData
+    setting: Setting
+    observed: Observations | None
+    start: FingerStart
+    draws: int
+    seed: int
+    priors: Mapping[str, Prior] | None
+
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate` for the same touches."""
+        data = self.data
+        if not added and correction is None:
+            return finger_calibration(
+                self.start.calibrated,
+                self.start.fitted.model.known.means,
+                self.start.used,
+                sensor=data.dataset.sensor,
+                priors=self.start.priors,
+                rest=data.rest,
+                draws=self.draws,
+                seed=self.seed,
+                notes=(*data.notes, *self.start.notes),
+            )
+        return calibration_with_effects(
+            fitted,
+            added,
+            sensor=data.dataset.sensor,
+            setting=self.setting,
+            rest=data.rest,
+            draws=self.draws,
+            seed=self.seed,
+            notes=data.notes,
+            extra=None if correction is None else table_of(fitted, correction).arrays(),
+            stated=self.priors,
+        )
+
+    def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
+        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        return None if self.observed is None else held_out(fitted, correction, self.observed, stated=stated)
+
+    def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
+        """The held-out touches read as unknown, by `infer`, and their errors."""
+        return read_held_out(infer, calibration, self.data, held, seed=self.seed)

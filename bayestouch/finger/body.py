@@ -1,0 +1,81 @@
+"""What the verbs ask of a finger. Everything is imported when it is used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayestouch.model.body import Body, Option
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from bayestouch.array_types import FloatArray
+    from bayestouch.data.averages import TouchMeans
+    from bayestouch.data.dataset import DataSet
+    from bayestouch.data.sensor import Finger
+    from bayestouch.model.beginning import Beginning
+    from bayestouch.model.split_data import SplitData
+    from bayestouch.priors.parameters import Prior
+    from bayestouch.reading.options import Options
+    from bayestouch.reading.touch_reader import TouchReader
+    from bayestouch.results.objects import Calibration
+
+
+def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
+    # Errors of loads are no errors of gain: the contact is not linear in the load.
+    return {
+        "finger": True,
+        "element_place": (np.asarray(finger.element_angles_deg, dtype=float),),
+        "contact": contact,
+        "loads_vary": True,
+        "radii_mm": (finger.core_radius_mm, finger.outer_radius_mm),
+    }
+
+
+def _calibrate(
+    dataset: DataSet, *, contact: str, e_map: str, priors: Mapping[str, Prior] | None, **common: Any
+) -> Calibration:
+    from bayestouch.finger.calibration import calibrate_finger
+
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+
+
+def _begin(data: SplitData, **options: Any) -> Beginning:
+    from bayestouch.finger.beginning import begin
+
+    return begin(data, **options)
+
+
+def _reader(calibration: Calibration, options: Options) -> TouchReader:
+    from bayestouch.finger.reading.touch_reader import FingerTouchReader
+
+    return FingerTouchReader.from_calibration(calibration, options)
+
+
+def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    from bayestouch.finger.lacking import lacking_to_calibrate
+
+    return lacking_to_calibrate(dataset, known)
+
+
+BODY = Body(
+    kind="finger",
+    options={
+        "contact": Option("layer"),
+        "e_map": Option("model", ("model", "empirical")),
+        "priors": Option(),
+        "each_sample": Option(False),
+        "method": Option("emcee"),
+        "indenter": Option(),
+    },
+    main_option="contact model",
+    references=("indenter_radius_mm", "angle_deg"),
+    scanned=False,
+    setting=_setting,
+    calibrate=_calibrate,
+    begin=_begin,
+    reader=_reader,
+    lacking=_lacking,
+)

@@ -1,0 +1,104 @@
+"""Basis of a finger's correction without a cause: smooth functions of the angle from element to touch, and of the load.
+
+One function of the angle from element to touch that all elements share and one of each element's own, in proportion to
+the load; one that all share and that grows with P R, as the width of contacts does; and one of each element's own for
+what is not in proportion to the load.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
+from bayestouch.chain.smooth import SmoothBasis
+from bayestouch.model.fitting import spread_over_elements
+
+# Lengths of the functions, degree: features of the strain are some 10° wide.
+SHARED_LENGTH, OWN_LENGTH, WIDE_LENGTH = 5.0, 9.0, 7.0
+# How far from an element, degree, its answer is looked at for what is not in proportion to the load.
+LOADED_REACH = 30.0
+# Loads that scatter by less than this share say nothing about that.
+LOADS_VARY = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class FingerCorrectionBasis:
+    """Basis of the correction for one finger.
+
+    Attributes
+    ----------
+    element_deg : (m,) array
+        Angles of the elements.
+    peak : (m,) array
+        Size of each element's reading under the reference load.
+    reference_load : float
+        N/m.
+    widest : float
+        R of a flat, mm: its contact under the reference load counts as wide, and others as P R does.
+    load_mean, load_sd : float
+        Of the loads over the reference load. What is not in proportion to the load is nothing under the mean load.
+    shared, wide, loaded : SmoothBasis
+        Of the angle from element to touch, degree.
+    own : tuple of SmoothBasis
+        The same for each element, over what it has seen.
+    """
+
+    element_deg: FloatArray
+    peak: FloatArray
+    reference_load: float
+    widest: float
+    load_mean: float
+    load_sd: float
+    shared: SmoothBasis
+    wide: SmoothBasis
+    loaded: SmoothBasis
+    own: tuple[SmoothBasis, ...]
+
+    @classmethod
+    def of(
+        cls,
+        element_deg: FloatArray,
+        peak: FloatArray,
+        reference_load: float,
+        outer_radius_mm: float,
+        recording: Recording,
+    ) -> FingerCorrectionBasis:
+        """Basis over the angles that the touches of a recording cover."""
+        angle, share = recording.place[0], recording.load / reference_load
+        low, high = float(angle.min()), float(angle.max())
+        return cls(
+            element_deg=element_deg,
+            peak=peak,
+            reference_load=reference_load,
+            widest=outer_radius_mm,
+            load_mean=float(share.mean()),
+            load_sd=float(share.std()),
+            shared=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), SHARED_LENGTH, most=90),
+            wide=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), WIDE_LENGTH, most=60),
+            loaded=SmoothBasis.of(-LOADED_REACH, LOADED_REACH, OWN_LENGTH),
+            own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element_deg),
+        )
+
+    def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
+        """Readings per unit weight for touches of composite radius (mm), location (degree) and load, all (t,).
+
+        Each part is (k, t, m), at size one.
+        """
+        radius, angle, load = where
+        away, share = angle[:, None] - self.element_deg, load / self.reference_load
+        scale = share[:, None] * self.peak
+        own = np.stack([basis(away[:, e]) for e, basis in enumerate(self.own)], axis=-1)
+        parts = {
+            "shared": spread_over_elements(np.moveaxis(self.shared(away), -1, 0), scale, own=False),
+            "own": spread_over_elements(np.moveaxis(own, 1, 0), scale, own=True),
+            "wide": spread_over_elements(
+                np.moveaxis(self.wide(away), -1, 0), scale * (radius / self.widest * share)[:, None], own=False
+            ),
+        }
+        if self.load_sd > LOADS_VARY:
+            more = ((share - self.load_mean) / self.load_sd)[:, None]
+            parts["loaded"] = spread_over_elements(np.moveaxis(self.loaded(away), -1, 0), scale * more, own=True)
+        return parts

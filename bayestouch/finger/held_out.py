@@ -1,0 +1,71 @@
+"""Residuals of a finger's touches that no fit and no choice has seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.contact import composite_radius
+from bayestouch.finger.model import finger_model
+from bayestouch.finger.quantities import quantities
+from bayestouch.model.as_stated import at_stated_references
+from bayestouch.model.correction import Correction
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut, design_of, free_load, functions_at, without_wrong_readings
+from bayestouch.model.left_over import force_noise
+from bayestouch.model.observations import Observations
+from bayestouch.model.whitening import Whitening
+
+
+def held_out(fitted: Fitted, correction: Correction | None, observed: Observations, *, stated: bool = False) -> HeldOut:
+    """Residuals of a finger's model on touches that it was not fitted to.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The model.
+    correction : Correction or None
+        Correction that was fitted with it.
+    observed : Observations
+        Held-out touches.
+    stated : bool
+        Predict touches at the references that the data set states, see `at_stated_references`.
+    """
+    shown = at_stated_references(fitted) if stated else fitted
+    noise, observed = fitted.noise, without_wrong_readings(fitted, observed)
+    model = finger_model(shown.model).observing(observed)
+    added, functions = functions_at(shown, correction, observed)
+    predicted = model.predict(shown.vector).touches + added
+    means = observed.means
+    reads = np.maximum(means.counts.max(axis=1), 1)
+    measured = np.isfinite(observed.load)
+    load_sd = np.where(measured, force_noise(fitted) / np.sqrt(reads), 0.3 * np.nanmean(model.load))
+    noise = noise.with_(load_sd=load_sd)
+    by_load = model.by_load(shown.vector)
+    whitening = Whitening.of(observed, noise, predicted, by_load)
+    residual = means.readings - predicted
+    present = whitening.present
+    peak = np.abs(model.chain(shown.vector).response) * model.reference_load
+    recording = model.poses(shown.vector)
+    angle, load = recording.place[0], np.where(measured, recording.load, np.nan)
+    outer = model.finger.outer_radius_mm
+    radius = composite_radius(recording.indenter_radius_mm, outer)
+    element = np.asarray(model.finger.element_angles_deg)
+    assert means.angle_deg is not None
+    of_load = by_load * load_sd[:, None]
+    noise_sd = np.sqrt(noise.variance(predicted, np.maximum(means.counts, 1)) + of_load**2) / peak
+    return HeldOut(
+        observed=observed,
+        residual=np.where(present, residual, np.nan) / peak,
+        whitened=np.where(present, whitening.touches(residual), 0.0),
+        present=present,
+        design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
+        reference={"R": radius, "theta_c": angle, "P": load},
+        stated={
+            "R": composite_radius(means.indenter_radius_mm, outer),
+            "theta_c": means.angle_deg,
+            "P": observed.load,
+        },
+        quantities=quantities(observed, element, angle, radius, load, predicted / peak, peak),
+        noise_sd=np.where(measured[:, None], noise_sd, np.nan),
+        load_free=free_load(whitening, of_load, measured),
+    )

@@ -1,0 +1,94 @@
+"""Errors of touches on a finger that are read as unknown, on touches that no fit and no choice has seen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.touches import Touches
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.touch_errors import (
+    COVERAGE,
+    DRAWS,
+    Infer,
+    TouchErrors,
+    TouchReading,
+    rows_of_held_out,
+    summarised,
+)
+from bayestouch.results.objects import Calibration, TouchPosteriors
+
+
+def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
+    """Read the held-out touches with a calibration, by `infer`, and compare with their references.
+
+    They are read twice: with the load of the force sensor for R and location, without it for the load. Where effects
+    depend on what came before, the touches in between are read too: they are in the same file, and reading one as
+    unknown uses none of its references.
+    """
+    # The table has had its rest reading subtracted.
+    plain = calibration.with_rest_reading(None)
+    table = _to_be_read(calibration, data)
+
+    def read(use_load: bool) -> TouchPosteriors:
+        return infer(table, plain, method="importance", draws=DRAWS, seed=seed, use_load=use_load)
+
+    with_load = read(True)
+    measured = np.isfinite(held.stated["P"]).any()
+    index = rows_of_held_out(with_load, held)
+    estimate = {name: with_load.mean(name)[index] for name in ("R", "theta_c")}
+    estimate["P"] = read(False).mean("P")[index] if measured else np.full(len(index), np.nan)
+    low, high = (end[index] for end in with_load.interval("R", COVERAGE))
+    tip = held.observed.means.indenter_radius_mm
+    return TouchReading(
+        errors=_summary(errors_by_touch(estimate, low, high, held.reference, tip)),
+        against_stated=_summary(errors_by_touch(estimate, low, high, held.stated, tip)),
+        R_mm=estimate["R"],
+        low_mm=low,
+        high_mm=high,
+        by_touch=errors_by_touch(estimate, low, high, held.stated, tip),
+    )
+
+
+def errors_by_touch(
+    estimate: Mapping[str, FloatArray],
+    low: FloatArray,
+    high: FloatArray,
+    reference: Mapping[str, FloatArray],
+    tip_mm: FloatArray,
+) -> dict[str, FloatArray]:
+    """Error of each touch by the key of its summary, see `TouchReading.by_touch`.
+
+    Parameters
+    ----------
+    estimate, reference : mappings of (t,) arrays
+        Posterior means and references of R (mm), theta_c (degree) and P (N/m).
+    low, high : (t,) arrays
+        Ends of the interval of R, mm.
+    tip_mm : (t,) array
+        Radius of the tip as stated, mm: intervals of round tips alone count.
+    """
+    error = {name: estimate[name] - reference[name] for name in ("R", "theta_c", "P")}
+    inside = ((low <= reference["R"]) & (reference["R"] <= high)).astype(float)
+    return {
+        "R_bias_mm": error["R"],
+        "R_rms_mm": error["R"],
+        "theta_rms_deg": error["theta_c"],
+        "P_rms_N_per_m": error["P"],
+        "coverage_90": np.where((tip_mm > 0) & np.isfinite(tip_mm), inside, np.nan),
+    }
+
+
+def _summary(by_touch: Mapping[str, FloatArray]) -> TouchErrors:
+    return TouchErrors(**{key: summarised(key, values) for key, values in by_touch.items()})
+
+
+def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:
+    listed = EffectList.of(calibration)
+    if listed is None or not (listed.drifts or any(effect.needs_samples for effect in listed.plain)):
+        return data.table.select(data.held_out)
+    return data.table.select(np.isin(data.session, data.session[data.held_out]))

@@ -1,0 +1,120 @@
+"""A correction without a cause: smooth functions of where a touch is, fitted beside the parameters.
+
+Random functions of `bayestouch.model.base.CorrectionBasis` are added up. Their sizes are chosen by the marginal
+likelihood, so that none stays where there is nothing to correct.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.model.base import CorrectionBasis
+from bayestouch.model.fitting import Fitted, drift_columns, fit, functions_of
+from bayestouch.model.linear import Linearised, Score, Scorer, with_functions
+
+# Standard deviations of a part that are tried, over the peak reading.
+SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A correction whose sizes are chosen.
+
+    Attributes
+    ----------
+    basis : CorrectionBasis
+        Its functions.
+    sizes : dict of str to float
+        Standard deviation of each part, over the peak reading.
+    gain : float
+        Log marginal likelihood gained over the model without.
+    linear : Linearised
+        The model that it was chosen for, with the correction among its random functions.
+    """
+
+    basis: CorrectionBasis
+    sizes: dict[str, float]
+    gain: float
+    linear: Linearised
+
+    def columns(self, *where: FloatArray) -> FloatArray:
+        """What each weight, standard normal, adds to the readings of touches; (k, t, m).
+
+        `where` is that of `bayestouch.model.base.SensorModel.correction_inputs`.
+        """
+        parts = self.basis.columns(*where)
+        return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
+
+
+def fit_correction(fitted: Fitted) -> Correction | None:
+    """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
+    model = fitted.model
+    basis = model.correction_basis(fitted.vector)
+    where = model.correction_inputs(fitted.vector)
+    parts = basis.columns(*where)
+    raw = np.concatenate(list(parts.values()))
+    part = np.repeat(np.arange(len(parts)), [len(each) for each in parts.values()])
+    score = Scorer(fitted.linear).of_columns(fitted.whitening.columns(raw))
+    sizes, gain = _best_sizes(score, part, len(parts))
+    if gain <= 0 or not sizes.any():
+        return None
+    chosen = Correction(basis, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
+    functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.columns(*where))
+    return replace(chosen, linear=with_functions(fitted.linear, functions))
+
+
+def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
+    """The model fitted anew with the correction that suits it; None where none does.
+
+    A model that is not `refitted_with_correction` keeps its parameters.
+    """
+    chosen = fit_correction(fitted)
+    if chosen is None:
+        return None
+    model = fitted.model
+    if not model.refitted_with_correction:
+        return replace(fitted, linear=chosen.linear), chosen
+    further = chosen.columns(*model.correction_inputs(fitted.vector))
+    return fit(model, fitted.vector, fitted.noise, fitted.drifts, further=further), chosen
+
+
+def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
+    """Weights (k,) of the correction of a corrected fit, and their covariance (k, k)."""
+    functions = fitted.linear.functions
+    assert functions is not None
+    first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))
+    covariance = np.linalg.inv(functions.root @ functions.root.T)
+    return fitted.linear.weights()[first:], np.asarray(covariance[first:, first:], dtype=np.float64)
+
+
+def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray, float]:
+    """Sizes of the parts with the highest marginal likelihood: one after the other, twice around."""
+    sizes, best = np.zeros(n_parts), 0.0
+    for _ in range(2):
+        changed = False
+        for k in range(n_parts):
+            for size in SIZES:
+                trial = sizes.copy()
+                trial[k] = size
+                gain = _gain(score, trial[part]) if size != sizes[k] else best
+                if gain > best + 1e-9:
+                    sizes, best, changed = trial, gain, True
+        if not changed:
+            break
+    return sizes, best
+
+
+def _gain(score: Score, size: FloatArray) -> float:
+    """Log marginal likelihood of random functions of given sizes over none."""
+    used = size > 0
+    if not used.any():
+        return 0.0
+    scale = size[used]
+    matrix = np.eye(int(used.sum())) + scale[:, None] * score.information[np.ix_(used, used)] * scale
+    root = np.linalg.cholesky(matrix)
+    white = solve_triangular(root, scale * score.slope[used], lower=True)
+    return 0.5 * float(white @ white) - float(np.log(np.diag(root)).sum())

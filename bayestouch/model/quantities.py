@@ -1,0 +1,44 @@
+"""What residuals are looked at against: one value for every touch and element."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.model.observations import Observations
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """A quantity along which a residual may have structure.
+
+    Attributes
+    ----------
+    name : str
+        In plain words.
+    unit : str
+        Unit.
+    values : (t, m) array
+        Value for each touch and element; NaN unknown.
+    """
+
+    name: str
+    unit: str
+    values: FloatArray
+
+    @property
+    def varies(self) -> bool:
+        """Whether there is anything to see along it."""
+        finite = self.values[np.isfinite(self.values)]
+        return len(finite) > 0 and float(np.ptp(finite)) > 1e-9 * float(np.abs(finite).max(initial=0.0))
+
+
+def previous_readings(observed: Observations) -> FloatArray:
+    """Mean reading of each element in the touch before, (t, m); zero for the first touch."""
+    start = np.full(observed.n_touches, np.inf)
+    np.minimum.at(start, observed.row_touch, observed.time_s)
+    history = observed.history
+    last = np.searchsorted(history.end_s, start, side="left") - 1
+    return np.where((last >= 0)[:, None], history.readings[np.maximum(last, 0)], 0.0)

@@ -1,0 +1,116 @@
+"""Where a fit of a pad with effects begins, and what is made of such a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
+from bayestouch.effects import Effect, Setting, catalogue
+from bayestouch.model.added import AddedEffect
+from bayestouch.model.beginning import Beginning
+from bayestouch.model.correction import Correction
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.observations import Observations
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.timing import Timing
+from bayestouch.model.touch_errors import Infer, TouchReading
+from bayestouch.pad.calibration_with_effects import pad_calibration
+from bayestouch.pad.corrected import goes_with_place
+from bayestouch.pad.held_out import held_out
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.start import pad_fit
+from bayestouch.pad.touch_errors import read_held_out
+from bayestouch.results.objects import Calibration
+
+
+def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int) -> Beginning:
+    """Fit a pad without effects, with its kernel and an empirical map.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.pad.start.pad_fit`.
+    """
+    training, table = data.observations(data.training), data.table.select(data.training)
+    fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
+    setting = data.setting("", fitted.model.reference_load)
+    observed = data.observations(data.held_out) if data.n_held_out else None
+    evaluation = PadEvaluation(data, setting, observed, kernel, draws, seed, fitted.model.peak)
+    return Beginning(fitted, setting, _not_of_place(setting), evaluation)
+
+
+def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
+    """Effects that the empirical map does not have in it already: it has any response that goes with the place."""
+    m = setting.n_elements
+    nowhere = Recording(
+        indenter_radius_mm=np.full(1, np.nan),
+        place=tuple(np.full(1, np.nan) for _ in setting.element_place),
+        load=np.ones(1),
+        time_s=np.zeros(1),
+        held_s=np.zeros(1),
+        element_place=setting.element_place,
+        peak=np.ones(m),
+        reference_load=setting.reference_load,
+        signal=np.ones((1, m)),
+    )
+    return tuple(effect for effect in catalogue(setting) if not goes_with_place(effect, effect.probes[0], nowhere))
+
+
+@dataclass(frozen=True, eq=False)
+class PadEvaluation:
+    """A `bayestouch.model.beginning.Evaluation` of fits of a pad.
+
+    Attributes
+    ----------
+    data : SplitData
+        Touches.
+    setting : Setting
+        What the effects suited themselves to.
+    observed : Observations or None
+        Held-out touches.
+    kernel : str or None
+        Kernel of the calibrations; that of the fit by default.
+    draws, seed : int
+        Of the calibrations.
+    peak : (m,) array
+        Peak readings of the fit without effects: errors before and after are shares of the same.
+    """
+
+    data: SplitData
+    setting: Setting
+    observed: Observations | None
+    kernel: str | None
+    draws: int
+    seed: int
+    peak: FloatArray
+
+    def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
+        """The fit as a posterior that `bayestouch.infer` uses; its empirical map takes the place of a correction."""
+        data, model = self.data, fitted.model
+        assert isinstance(model, PadModel)
+        return pad_calibration(
+            fitted,
+            added,
+            dataset=data.dataset,
+            table=data.table,
+            clock=Timing(data.time_s, data.held_s, data.unit),
+            training=data.training,
+            rest=data.rest,
+            setting=self.setting,
+            kernel=self.kernel or model.pad.kernel.name,
+            draws=self.draws,
+            seed=self.seed,
+            notes=data.notes,
+        )
+
+    def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
+        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        return None if self.observed is None else held_out(fitted, correction, self.observed, self.peak, stated=stated)
+
+    def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
+        """The held-out touches read as unknown, by `infer`, and their errors."""
+        return read_held_out(infer, calibration, self.data, held, seed=self.seed)

@@ -1,0 +1,82 @@
+"""What the verbs ask of a pad. Everything is imported when it is used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from bayestouch.model.body import Body, Option
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from bayestouch.array_types import FloatArray
+    from bayestouch.data.averages import TouchMeans
+    from bayestouch.data.dataset import DataSet
+    from bayestouch.data.sensor import Pad
+    from bayestouch.model.beginning import Beginning
+    from bayestouch.model.split_data import SplitData
+    from bayestouch.reading.options import Options
+    from bayestouch.reading.touch_reader import TouchReader
+    from bayestouch.results.objects import Calibration
+
+# Each fit with an empirical map solves for hundreds of weights: a second for so many touches of eight elements.
+MOST_TOUCHES = 1000
+# Loads that spread over less than this share of their median leave no error of the load to see.
+LOADS_VARY = 0.2
+
+
+def _setting(pad: Pad, contact: str, loads: FloatArray) -> dict[str, Any]:
+    columns = (pad.element_x_mm, pad.element_y_mm)
+    loads = loads[np.isfinite(loads)]
+    return {
+        "finger": False,
+        "element_place": tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
+        "contact": "",
+        "loads_vary": bool(len(loads) and np.ptp(loads) > LOADS_VARY * np.median(loads)),
+    }
+
+
+def _calibrate(dataset: DataSet, *, kernel: str | None, **common: Any) -> Calibration:
+    from bayestouch.pad.calibration import calibrate_pad
+
+    return calibrate_pad(dataset, kernel=kernel or "auto", **common)
+
+
+def _begin(data: SplitData, **options: Any) -> Beginning:
+    from bayestouch.pad.beginning import begin
+
+    return begin(data, **options)
+
+
+def _reader(calibration: Calibration, options: Options) -> TouchReader:
+    from bayestouch.pad.reading.touch_reader import PadTouchReader
+
+    return PadTouchReader.from_calibration(calibration, options)
+
+
+def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
+    from bayestouch.pad.lacking import lacking_to_calibrate
+
+    return lacking_to_calibrate(dataset, known)
+
+
+BODY = Body(
+    kind="pad",
+    options={"kernel": Option()},
+    main_option="kernel",
+    references=("x_mm", "y_mm"),
+    scanned=True,
+    setting=_setting,
+    calibrate=_calibrate,
+    begin=_begin,
+    reader=_reader,
+    lacking=_lacking,
+    most_touches=MOST_TOUCHES,
+    instead={
+        "each_sample": "a pad is read touch by touch with emcee",
+        "method": "a pad is read touch by touch with emcee",
+        "indenter": "a pad does not tell radii",
+    },
+)

@@ -1,0 +1,74 @@
+"""Residuals of a pad's touches that no fit and no choice has seen."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.model.as_stated import at_stated_references
+from bayestouch.model.correction import Correction
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.held_out import HeldOut, design_of, free_load, functions_at, without_wrong_readings
+from bayestouch.model.observations import Observations
+from bayestouch.model.whitening import Whitening
+from bayestouch.pad.model import PadModel
+from bayestouch.pad.quantities import quantities
+
+# With fewer samples a touch, what changes while it is held cannot be told from noise.
+ENOUGH_SAMPLES = 3
+
+
+def held_out(
+    fitted: Fitted, correction: Correction | None, observed: Observations, peak: FloatArray, *, stated: bool = False
+) -> HeldOut:
+    """Residuals of a pad's model on touches that it was not fitted to.
+
+    Where touches have several samples the prediction error is that of samples: a pad's samples may be of another time
+    of the hold each. A load that was not measured may be anything: what it does to a touch's readings is no lack of
+    fit (nor can it be told from one, on a pad of one element).
+
+    Parameters
+    ----------
+    fitted, correction, observed, stated
+        As `bayestouch.model.held_out.held_out`.
+    peak : (m,) array
+        Peak readings that errors are shares of; effects may give the model other ones.
+    """
+    shown = at_stated_references(fitted) if stated else fitted
+    observed = without_wrong_readings(fitted, observed)
+    model = shown.model.observing(observed)
+    assert isinstance(model, PadModel)
+    added, functions = functions_at(shown, correction, observed)
+    prediction = model.predict(shown.vector)
+    predicted = prediction.touches + added
+    means, rows = observed.means, observed.row_touch
+    reads = np.maximum(means.counts.max(axis=1), 1)
+    known = fitted.model.known
+    one_load = np.median(fitted.noise.load_sd * np.sqrt(np.maximum(known.means.counts.max(axis=1), 1)))
+    measured = np.isfinite(observed.load)
+    noise = fitted.noise.with_(load_sd=np.where(measured, one_load / np.sqrt(reads), model.load))
+    by_load = model.by_load(shown.vector)
+    whitening = Whitening.of(observed, noise, predicted, by_load)
+    residual = means.readings - predicted
+    present = whitening.present
+    recording = model.poses(shown.vector)
+    places = [axis for axis in (means.x_mm, means.y_mm) if axis is not None]
+    changing = 0.0 if prediction.samples is None else prediction.samples
+    by_sample = residual[rows] + observed.deviation - changing
+    signal = (predicted - model.chain(shown.vector).offset) / peak
+    of_load = by_load * noise.load_sd[:, None]
+    noise_sd = np.sqrt(noise.variance(predicted[rows], observed.weight[:, None]) + of_load[rows] ** 2) / peak
+    return HeldOut(
+        observed=observed,
+        residual=np.where(present, residual, np.nan) / peak,
+        whitened=np.where(present, whitening.touches(residual), 0.0),
+        present=present,
+        design=design_of(shown, model.derivatives(shown.vector)[0], functions, whitening),
+        reference={**dict(zip(("x", "y"), recording.place, strict=False)), "P": observed.load},
+        stated={**dict(zip(("x", "y"), places, strict=False)), "P": observed.load},
+        quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak),
+        noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
+        load_free=free_load(whitening, of_load, measured),
+        samples=by_sample / peak,
+        repeated=bool(reads.min(initial=ENOUGH_SAMPLES) >= ENOUGH_SAMPLES),
+    )

@@ -1,0 +1,52 @@
+"""What residuals of touches on a pad are looked at against."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.model.observations import Observations
+from bayestouch.model.quantities import Quantity, previous_readings
+
+
+def quantities(
+    observed: Observations,
+    element_place: tuple[FloatArray, ...],
+    place: tuple[FloatArray, ...],
+    load: FloatArray,
+    share: FloatArray,
+    peak: FloatArray,
+) -> tuple[Quantity, ...]:
+    """Quantities of touches on a pad; those that are the same in all touches are left out.
+
+    Parameters
+    ----------
+    observed : Observations
+        Touches.
+    element_place, place : tuples of (m,) and of (t,) arrays
+        Places of elements and touches, mm.
+    load : (t,) array
+        Load as read; NaN unknown.
+    share : (t, m) array
+        Predicted signal over the peak.
+    peak : (m,) array
+        Peak reading.
+    """
+
+    def wide(values: FloatArray) -> FloatArray:
+        return np.broadcast_to(values[:, None], share.shape)
+
+    from_element = [axis[:, None] - element for axis, element in zip(place, element_place, strict=True)]
+    distance = np.sqrt(np.sum(np.square(from_element), axis=0))
+    one = len(place) == 1
+    all_of_them = (
+        Quantity("place from element to touch", "mm", from_element[0])
+        if one
+        else Quantity("distance from element to touch", "mm", distance),
+        *(Quantity(name, "mm", wide(axis)) for name, axis in zip(("x", "y"), place, strict=False)),
+        Quantity("load", "N", wide(load)),
+        Quantity("time", observed.unit, wide(observed.touch_time_s)),
+        Quantity("predicted signal", "% of the peak", 100 * share),
+        Quantity("reading of the touch before", "% of the peak", 100 * previous_readings(observed) / peak),
+    )
+    return tuple(each for each in all_of_them if each.varies)
