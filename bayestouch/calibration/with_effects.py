@@ -18,8 +18,8 @@ from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted, fit, fit_from_both
 from bayestouch.model.noise_fit import with_noise
-from bayestouch.model.noise_posterior import jackknife
-from bayestouch.model.noise_search import NoiseCandidate, score_noise
+from bayestouch.model.noise_posterior import FoundNoise, settled_noise
+from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
@@ -56,9 +56,8 @@ def calibrate_with_effects(
     noise: list[tuple[NoiseEffect, Values, Values]] = []
     for i, (effect, (_, start)) in enumerate(zip(effects, model.effects, strict=True)):
         advance((i + 1) / (len(effects) + 2))
-        before = fitted
-        fitted, found = _with_effect(before, effect, start)
-        noise += [] if found is None else [(found.effect, found.values, jackknife(before, found.effect))]
+        fitted, found = _with_effect(fitted, effect, start)
+        noise += [] if found is None else [(found.effect, found.values, found.sd)]
     fitted, spreads = settled_drifts(fitted)
     added = [replace(each, sd=spreads.get(each.effect.name, each.sd)) for each in added_effects(fitted, tuple(noise))]
     order = [effect.name for effect in effects]
@@ -76,7 +75,7 @@ def calibrate_with_effects(
     return replace(calibration, notes=(*calibration.notes, *notes))
 
 
-def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, NoiseCandidate | None]:
+def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
     """The model with one more effect, fitted from stated values where there are such."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
@@ -85,7 +84,8 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
         scored = score_noise(fitted, (effect,))
         if not scored:
             raise InputError(f"{effect.name} shows in repeats only, and no touch was read twice")
-        return with_noise(fitted, scored[0]), scored[0]
+        found = settled_noise(fitted, scored[0])
+        return with_noise(fitted, found), found
     if isinstance(effect, RandomEffect):
         values, _ = refine_drift(fitted, effect)
         return settled(fit(fitted.model, fitted.vector, fitted.noise, (*fitted.drifts, (effect, values)))), None

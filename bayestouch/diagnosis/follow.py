@@ -23,7 +23,6 @@ from bayestouch.model.correction import Correction, corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
-from bayestouch.model.noise_posterior import jackknife
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
 
@@ -111,11 +110,7 @@ def effects_as_added(
 ) -> tuple[AddedEffect, ...]:
     """Effects of the last model, in the order in which they were added; drifts with their standard deviations."""
     chosen = [each.added for each in rounds if each.added is not None]
-    noise = tuple(
-        (each.added.noise.effect, each.added.noise.values, jackknife(each.before, each.added.noise.effect))
-        for each in rounds
-        if each.added is not None and each.added.noise is not None
-    )
+    noise = tuple((n.effect, n.values, n.sd) for n in (each.found_noise for each in chosen) if n is not None)
     by_name = {
         each.effect.name: replace(each, sd=spreads.get(each.effect.name, each.sd))
         for each in added_effects(fitted, noise)

@@ -8,6 +8,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.noise_search import NoiseCandidate
 
 
@@ -42,6 +43,8 @@ class Tried:
         What it does to mean readings.
     noise : NoiseCandidate or None
         Where it is an effect of the noise.
+    found_noise : FoundNoise or None
+        Its posterior, where it was added.
     indistinguishable : tuple of str
         Other candidates that cannot be told from it.
     """
@@ -59,6 +62,7 @@ class Tried:
     difference: FloatArray | None = None
     signature: FloatArray | None = None
     noise: NoiseCandidate | None = None
+    found_noise: FoundNoise | None = None
     indistinguishable: tuple[str, ...] = ()
 
 

@@ -15,6 +15,7 @@ from bayestouch.model.candidates import Candidate, score_effects
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_fit import with_noise
+from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import held_out_density
@@ -194,7 +195,8 @@ def one_round(
     if added is not None:
         added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
         if added.noise is not None:
-            added = replace(added, fitted=with_noise(fitted, added.noise))
+            found = settled_noise(fitted, added.noise)
+            added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
         # Fits are large: those between which more touches are to decide are looked at again, and no others.
         kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]

@@ -69,10 +69,20 @@ class Scatter:
 
 
 class NoiseEffect(Effect):
-    """An effect on the distribution of one sample's readings; the prediction stays."""
+    """An effect on the distribution of one sample's readings; the prediction stays.
+
+    The sd that `z` was scaled with holds what the effect adds, too. Each element's own noise is the rest of it.
+    """
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Log density of each sample (n,) under the effect with its parameters, up to a constant."""
+        """Log density of each sample (n,), up to a constant, with the own noise that the values leave."""
+        return np.asarray(self.terms(scatter, values, self.own(scatter, values)).sum(axis=1))
+
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
+        """Terms of the log density of each sample, up to a constant, for given own variances (m,).
+
+        Shape (n, m), one for each element where these are independent; else (n, 1).
+        """
         raise NotImplementedError
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
@@ -83,7 +93,7 @@ class NoiseEffect(Effect):
         return np.asarray(recording.signal + self.errors(recording, values, rng))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Variance of each element's own noise over that of all its noise, (m,): what the effect leaves to it."""
+        """Variance of each element's own noise over that of all its noise, (m,), by the moments of the samples."""
         return np.ones(len(scatter.sd))
 
     def added(self, values: Values) -> Mapping[str, float]:
@@ -138,14 +148,13 @@ class CommonModeNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls() if setting.n_elements > 2 else None
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
         size = values[0] * scatter.peak ** -values[1] / scatter.sd
-        own = self.own(scatter, values)
         present = scatter.present.astype(float)
         length2 = present @ (size**2 / own)
         squares = scatter.squares @ (1 / own) - (scatter.clean @ (size / own)) ** 2 / (1 + length2)
         volume = np.log1p(length2) + present @ np.log(own)
-        return np.asarray(-0.5 * (squares + volume))
+        return np.asarray(-0.5 * (squares + volume))[:, None]
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         sd, shared = values
@@ -198,10 +207,9 @@ class SignalDependentNoise(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        variance = self.own(scatter, values) + self._share(scatter, values)
-        terms = (scatter.squares / variance + np.log(variance)) * scatter.present
-        return np.asarray(-0.5 * terms.sum(axis=1))
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
+        variance = own + self._share(scatter, values)
+        return np.asarray(-0.5 * (scatter.squares / variance + np.log(variance)) * scatter.present)
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """See `NoiseEffect.own`: the pooled variance that `z` was scaled with holds the mean of the added part too."""
@@ -227,9 +235,7 @@ class SignalDependentNoise(NoiseEffect):
 class Outliers(NoiseEffect):
     """Now and then a reading is off by much more than the noise: lost bits, loose contacts.
 
-    A share of the readings has normal errors of `size` beside the usual noise. Samples are compared with the mean of
-    their touch, which a wrong reading moves too: of five samples a touch, sizes come out a third too small, of twenty
-    they are right.
+    A share of the readings has normal errors of `size` beside the usual noise.
 
     Reference: D. W. Hogg, J. Bovy and D. Lang, Data analysis recipes: Fitting a model to data (2010), section 3.
     """
@@ -248,20 +254,20 @@ class Outliers(NoiseEffect):
     def suited(cls, setting: Setting) -> Effect | None:
         return cls()
 
-    def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
+    def own(self, scatter: Scatter, values: Values) -> FloatArray:
+        """One less the mean of the added variance."""
         probability, size = values
-        own = self.own(scatter, values)
+        return np.asarray(np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005))
+
+    def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
+        probability, size = values
         wide = own + (size / scatter.sd) ** 2
         usual = np.log1p(-probability) - 0.5 * np.log(own) - 0.5 * scatter.squares / own
         # Log odds of a wrong reading; far beyond the noise they are the whole of it.
         odds = np.log(max(probability, 1e-300)) - np.log1p(-probability) + 0.5 * np.log(own / wide)
         odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
         either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))
-        return np.asarray((either * scatter.present).sum(axis=1))
-
-    def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        probability, size = values
-        return np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005)
+        return np.asarray(either * scatter.present)
 
     def wrong(self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values) -> NDArray[np.bool_]:
         probability, size = values

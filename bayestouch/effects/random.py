@@ -2,25 +2,35 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
-from bayestouch.chain.smooth import SmoothBasis
+from bayestouch.chain.smooth import DENSE, KNOTS_A_LENGTH, SmoothBasis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 
+@dataclass(frozen=True)
 class RandomEffect(Effect):
     """An effect that is a smooth random function of time; its values are the function's sd and correlation time.
 
-    Further values are of kinds that are tried one by one, at the probes of their parameters. A simulation draws the
-    weights of the `basis`, which are standard normal.
+    Further values are of kinds that are tried one by one, at the probes of their parameters. The function is a
+    Gaussian process with the Matérn 3/2 correlation. Sd and time are estimated under the process itself; fits hold its
+    course at `knots` a correlation time, few while effects are searched for, and more in the final model. A simulation
+    draws the weights of the `basis`, which are standard normal.
     """
+
+    parameters: tuple[EffectParameter, ...]
+    knots: float = KNOTS_A_LENGTH
+
+    def with_dense_knots(self) -> Self:
+        """The same effect, with its course held at more knots."""
+        return replace(self, knots=DENSE)
 
     def own(self, values: Values) -> bool:
         """Whether each element has a function of its own, or all share one."""
@@ -29,7 +39,7 @@ class RandomEffect(Effect):
     def basis(self, time_s: FloatArray, values: Values, low: float, high: float) -> FloatArray:
         """Basis (n, k) of functions of sd `values[0]` between the times `low` and `high`."""
         sd, time = values[:2]
-        return sd * SmoothBasis.of(low, high, time)(time_s)
+        return sd * SmoothBasis.of(low, high, time, knots=self.knots)(time_s)
 
     @property
     def kinds(self) -> tuple[Values, ...]:
@@ -60,14 +70,10 @@ class BaselineDrift(RandomEffect):
     """The zero of each element wanders: a smooth random function of time for each, in shares of its peak reading.
 
     Temperature and charge leakage move zeros whether anything touches or not, so that elements far from the touch
-    show it best. The function is held at knots half a correlation time apart, and left open by 16 % of its sd between
-    them: one of 60 s and 17 times the noise of a touch's mean is found as one of 26 s and two thirds of its size. The
-    stated sd of its time is too small, by a factor of up to five.
+    show it best.
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
-
-    parameters: tuple[EffectParameter, ...]
 
     name: ClassVar[str] = "baseline_drift"
     stage: ClassVar[Stage] = "readout"
@@ -94,8 +100,6 @@ class GainDrift(RandomEffect):
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
-
-    parameters: tuple[EffectParameter, ...]
 
     name: ClassVar[str] = "gain_drift"
     stage: ClassVar[Stage] = "readout"

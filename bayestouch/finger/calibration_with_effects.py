@@ -209,9 +209,7 @@ def _public(
             mode[public.name] = np.asarray(each.values[i])
             if effect.name not in place:
                 # Of drifts and noise: no parameter of the chain.
-                sd = each.sd[i] if np.isfinite(each.sd[i]) else 0.0
-                low, high = own.prior.support
-                draws[public.name] = np.clip(each.values[i] + sd * rng.standard_normal(len(vectors)), low, high)
+                draws[public.name] = each.draws(i, rng.standard_normal(len(vectors)))
             else:
                 column = vectors[:, start[place[effect.name]] + i]
                 draws[public.name] = np.exp(column) if own.logarithmic else column

@@ -40,8 +40,8 @@ class EffectList:
 
     @property
     def drifts(self) -> tuple[RandomEffect, ...]:
-        """Random functions of time."""
-        return tuple(e for e in self.effects if isinstance(e, RandomEffect))
+        """Random functions of time, as the final model has them."""
+        return tuple(e.with_dense_knots() for e in self.effects if isinstance(e, RandomEffect))
 
     @property
     def of_noise(self) -> tuple[NoiseEffect, ...]:

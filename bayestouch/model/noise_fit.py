@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.model.fitting import Fitted, fit
 from bayestouch.model.noise import NoiseModel
-from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.outliers import from_median
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
@@ -17,22 +17,19 @@ from bayestouch.sampling.rank_one import normal_log_density
 TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
 
 
-def with_noise(fitted: Fitted, found: NoiseCandidate) -> Fitted:
+def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
     """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
-    scatter = TouchScatter.of(fitted)
-    assert scatter is not None
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
-    own = noise.sd * np.sqrt(effect.own(scatter, values))
-    wrong = effect.wrong(from_median(model.known.table), own, noise.peak, values)
+    wrong = effect.wrong(from_median(model.known.table), found.own_sd, noise.peak, values)
     if wrong is not None:
         cleaned = model.known.without(wrong)
         model = model.observing(cleaned)
         sd = np.sqrt(cleaned.means.pure_error_variance)
         noise = noise.with_(sd=np.where(np.isfinite(sd) & (sd > 0), sd, noise.sd))
     elif added := effect.added(values):
-        noise = noise.with_(added=replace(noise.added, **added), sd=own)
+        noise = noise.with_(added=replace(noise.added, **added), sd=found.own_sd)
         if "common" in added:
             noise = _with_touch_size(noise, _touch_size(fitted, noise))
     return fit(model, vector, noise, fitted.drifts)

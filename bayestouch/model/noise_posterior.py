@@ -1,62 +1,163 @@
-"""How well the values of an effect of the noise are known."""
+"""Values of an effect of the noise, and how well they are known: by the likelihood of the samples of each touch.
+
+A search compares many effects and takes each element's own noise from the second moments of its samples. That is a poor
+guess where most of the variance is in a few of these. Here it is unknown, one for each element, beside the values.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.effects.effect import Values
-from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.noise import NoiseEffect, Outliers
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.noise_search import TouchScatter, maximum
+from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
+from bayestouch.model.outlier_likelihood import OutlierLikelihood
 
-# Groups of touches that are left out in turn.
-GROUPS = 8
+# Range of each element's own variance over that of all its noise.
+OWN = (0.003, 3.0)
+# Step of differences, over the prior's sd and in logarithms: a tenth of an sd or less.
+STEP = 2e-3
+
+# Log likelihood for values and own variances (m,): the terms of each element (m,), or all of it (1,); and of a vector.
+Terms = Callable[[Values, FloatArray], FloatArray]
+Parts = Callable[[FloatArray], FloatArray]
 
 
-def jackknife(fitted: Fitted, effect: NoiseEffect) -> Values:
-    """Standard deviations of an effect's values: fits without each of some groups of touches (Efron, 1982).
+@dataclass(frozen=True, eq=False)
+class FoundNoise:
+    """An effect of the noise that was found, with the posterior of its values; m elements.
 
-    The curvature of the likelihood would not do: the scale of the whole noise is taken from the same samples.
+    Attributes
+    ----------
+    effect : NoiseEffect
+        The effect.
+    values, sd : tuple of float
+        Most probable values, and standard deviations.
+    own_sd : (m,) array
+        Each element's own noise beside the effect, in the unit of the readings.
+    """
+
+    effect: NoiseEffect
+    values: Values
+    sd: Values
+    own_sd: FloatArray
+
+
+def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
+    """Posterior of an effect of the noise: the normal approximation about its mode, the own noise integrated out.
 
     Parameters
     ----------
     fitted : Fitted
         The model before the effect was added.
-    effect : NoiseEffect
-        The effect.
+    found : NoiseCandidate
+        The effect, with values to start from.
     """
     scatter = TouchScatter.of(fitted)
-    if scatter is None:
-        return tuple(float("nan") for _ in effect.parameters)
-    found = []
-    for group in range(GROUPS):
-        rows = scatter.touch % GROUPS != group
-        part = rescaled(scatter, rows)
-
-        def log_likelihood(values: Values, part: TouchScatter = part) -> float:
-            return float(part.log_density(effect, values).sum())
-
-        found.append(maximum(effect, log_likelihood)[0])
-    values = np.array(found)
-    squares = ((values - values.mean(axis=0)) ** 2).sum(axis=0) * (GROUPS - 1) / GROUPS
-    return tuple(float(each) for each in np.sqrt(squares))
-
-
-def rescaled(scatter: TouchScatter, rows: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> TouchScatter:
-    """Some of the samples, with the scale of their own noise."""
-    z, weight = scatter.z[rows], scatter.weight[rows]
-    present = ~np.isnan(z)
-    total = np.maximum((present * weight[:, None]).sum(axis=0), 1e-300)
-    size = np.sqrt((np.where(present, z, 0.0) ** 2 * weight[:, None]).sum(axis=0) / total)
-    size = np.where(size > 0, size, 1.0)
-    return replace(
-        scatter,
-        z=z / size,
-        signal=scatter.signal[rows],
-        sd=scatter.sd * size,
-        weight=weight,
-        touch=scatter.touch[rows],
-        half=scatter.half[rows],
+    assert scatter is not None, "a candidate was found in repeats"
+    effect = found.effect
+    values, sd, own = noise_posterior(
+        terms_of(scatter, effect), effect, found.values, effect.own(scatter, found.values)
     )
+    return FoundNoise(effect, values, sd, np.sqrt(own) * scatter.sd * fitted.model.peak)
+
+
+def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
+    """Log likelihood of the deviations of samples from the mean of their touch.
+
+    k normal deviations count as k - 1 independent samples. Those about a mean with wrong readings in it do not.
+    """
+    if isinstance(effect, Outliers):
+        return OutlierLikelihood.of(scatter)
+    return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
+
+
+def noise_posterior(
+    terms: Terms, effect: NoiseEffect, start: Values, own: FloatArray
+) -> tuple[Values, Values, FloatArray]:
+    """Mode and standard deviations of the values of an effect, and own variances (m,) at the mode.
+
+    Parameters
+    ----------
+    terms : callable
+        Log likelihood.
+    effect : NoiseEffect
+        Says which priors the values have.
+    start, own : tuple of float, (m,) array
+        Values and own variances to start from.
+    """
+    from scipy.optimize import minimize
+
+    count, parameters = len(effect.parameters), effect.parameters
+    _, unit, low, high = np.array([p.normal_prior for p in parameters]).T
+
+    def values_at(x: FloatArray) -> Values:
+        return tuple(p.from_unconstrained(float(c)) for p, c in zip(parameters, x[:count] * unit, strict=True))
+
+    def parts(x: FloatArray) -> FloatArray:
+        """Terms of the log posterior, the prior in the first."""
+        values = values_at(x)
+        prior = 0.0
+        for p, value in zip(parameters, values, strict=True):
+            # The density of a logarithm is that of the value times the value.
+            prior += float(p.prior.log_density(value)) + (np.log(value) if p.logarithmic else 0.0)
+        out = terms(values, np.exp(x[count:]))
+        return np.concatenate([out[:1] + prior, out[1:]])
+
+    def descent(x: Any) -> tuple[float, FloatArray]:
+        return -float(parts(np.asarray(x)).sum()), -gradient_of(parts, np.asarray(x), moves)
+
+    # Differences reach a step to both sides, and those of slopes two.
+    lowest = np.concatenate([low / unit + 2 * STEP, np.full(len(own), np.log(OWN[0]))])
+    highest = np.concatenate([high / unit - 2 * STEP, np.full(len(own), np.log(OWN[1]))])
+    begin = [p.to_unconstrained(v) for p, v in zip(parameters, start, strict=True)]
+    x = np.clip(np.concatenate([begin / unit, np.log(own)]), lowest, highest)
+    moves = moves_of(len(parts(x)), count, len(x))
+    bounds: Any = np.column_stack([lowest, highest])
+    mode = np.asarray(minimize(descent, x, method="L-BFGS-B", jac=True, bounds=bounds).x)
+    # An element without readings says nothing of its noise: the least bit of a prior keeps the matrix regular.
+    information = curvature(parts, mode, moves) + 1e-6 * np.eye(len(mode))
+    variance = np.diag(np.linalg.inv(information))[:count]
+    values = values_at(mode)
+    # Where samples say nothing of a value, of what sort an effect of no size is, its prior does.
+    sd = np.minimum(np.sqrt(np.where(variance > 0, variance, np.inf)), 1.0) * unit
+    # The sd of a logarithm is a share of the value.
+    sd = sd * np.where([p.logarithmic for p in parameters], values, 1.0)
+    return values, tuple(sd.tolist()), np.exp(mode[count:])
+
+
+def moves_of(n_parts: int, count: int, size: int) -> FloatArray:
+    """Steps of differences (s, d): of one coordinate each.
+
+    Those after the first `count` move at once where each has a part of its own, which depends on none of the others.
+    """
+    if n_parts == size - count:
+        return STEP * np.vstack([np.eye(count, size), np.arange(size) >= count])
+    return STEP * np.eye(size)
+
+
+def gradient_of(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
+    """Gradient (d,) of the sum of parts at x (d,), by central differences along `moves_of`."""
+    differences = [(parts(x + h) - parts(x - h)) / (2 * STEP) for h in moves]
+    if len(moves) == len(x):
+        return np.array([each.sum() for each in differences])
+    return np.concatenate([[each.sum() for each in differences[:-1]], differences[-1]])
+
+
+def curvature(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
+    """Minus the second derivatives (d, d) of the sum of parts at x (d,)."""
+    rows = [(gradient_of(parts, x - h, moves) - gradient_of(parts, x + h, moves)) / (2 * STEP) for h in moves]
+    if len(moves) == len(x):
+        return np.array(rows)
+    count = len(moves) - 1
+    out = np.zeros((len(x), len(x)))
+    out[:count] = rows[:count]
+    out[count:, :count] = out[:count, count:].T
+    out[count:, count:] = np.diag(rows[-1][count:])
+    return out

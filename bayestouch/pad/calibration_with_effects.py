@@ -87,10 +87,9 @@ def pad_calibration(
     shape = next(iter(posterior.values())).shape[:2]
     rng = np.random.default_rng([seed, 3])
     for each in added:
-        for parameter, value, sd in zip(each.effect.public_parameters(), each.values, each.sd, strict=True):
-            low, high = parameter.prior.support
-            spread = (sd if np.isfinite(sd) else 0.0) * rng.standard_normal(shape)
-            mode[parameter.name], posterior[parameter.name] = np.asarray(value), np.clip(value + spread, low, high)
+        for i, parameter in enumerate(each.effect.public_parameters()):
+            mode[parameter.name] = np.asarray(each.values[i])
+            posterior[parameter.name] = each.draws(i, rng.standard_normal(shape))
     return replace(
         made,
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),

@@ -17,7 +17,6 @@ from bayestouch.model.added import AddedEffect, added_effects
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.noise_posterior import jackknife
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
 from bayestouch.pad.calibration_with_effects import pad_calibration
@@ -66,6 +65,7 @@ CASES = (
     *both("memory", {"share": 0.05, "time": 6.0, "breadth": 1.0}, ("share",)),
     Case("common_mode_noise", {"sd": 0.008, "shared": 0.5}, ("sd",)),
     Case("signal_dependent_noise", {"share": 0.03, "power": 1.0}, ("share",)),
+    Case("outliers", {"probability": 0.03, "size": 0.1}, ("probability", "size")),
 )
 
 
@@ -121,7 +121,7 @@ def recovered(case: Case, seed: int) -> Recovered:
     setting = parted.setting("", base.model.reference_load)
     (effect,) = named_effects([case.name], setting)
     fitted, noise = _with_effect(base, effect, {})
-    of_noise = () if noise is None else ((noise.effect, noise.values, jackknife(base, noise.effect)),)
+    of_noise = () if noise is None else ((noise.effect, noise.values, noise.sd),)
     fitted, spreads = settled_drifts(fitted)
     (added,) = added_effects(fitted, of_noise)
     sd = tuple(np.nan_to_num(spreads.get(case.name, added.sd)))

@@ -37,8 +37,6 @@ def test_every_effect_of_pads_is_tried() -> None:
     only_fingers = {
         *("prober_eccentricity", "rigid_core", "blunt_edge", "tangential_load"),
         *("finite_strain", "aperture", "proximity"),
-        # Their density is that of fingers, which are tried with the many samples a touch that it asks for.
-        "outliers",
     }
     built_in = {name for name, cls in effect_classes().items() if cls.__module__.startswith("bayestouch.")}
     assert {case.name for case in CASES} == built_in - only_fingers

@@ -25,7 +25,7 @@ def test_values_are_recovered_with_their_signs(case: Case) -> None:
             assert found.value[name] == value, name
             continue
         assert abs(found.value[name] - value) < FAR * found.sd[name], (name, found.value, found.sd)
-    null = {p.name: p.null for p in _parameters(case) if p.null is not None}
+    null = {p.name: p.null or 0.0 for p in _parameters(case)}
     for name in case.seen:
         # Five of its sds from nothing, so that its sign (and a factor of two) is no chance; a limit is nothing at 1.5.
         # Sizes of what is random have no sign, and a drift of ten correlation times shows its own to a third.

@@ -1,0 +1,107 @@
+"""Likelihood of outliers: of the samples themselves, the mean that a touch should have integrated out.
+
+A wrong reading moves the mean of its touch, by a fifth of its error where there are five samples. Deviations from
+that mean are no independent draws of the noise then: the wrong one is too small, and the other four look wrong.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.effects.effect import Values
+from bayestouch.model.noise_search import TouchScatter
+
+# Nodes reach so many sd of the usual noise beyond the samples: the mean is not farther from all of them.
+BEYOND = 3.0
+# Sd of a normal variable over its median absolute deviation; least sd of the usual noise that nodes are placed for,
+# in units of that of all noise.
+FROM_MEDIAN, LEAST = 1.4826, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class OutlierLikelihood:
+    """Samples about the nodes that their mean may be at; g groups (the samples of one element in one touch), p pairs.
+
+    A pair is a group with one of its nodes. These are as far from each other as the mean of the group is uncertain:
+    the trapezoidal rule is then exact to 1e-8 for a normal density.
+
+    Attributes
+    ----------
+    square : (p, k) array
+        Square of each sample's distance from the node, over the variance of all noise; NaN missing.
+    pair_element : (p,) int array
+        Element of each pair.
+    first, step : (g,) arrays
+        First pair of each group, and the distance of its nodes.
+    sd : (m,) array
+        Sd of all noise over the peak.
+    """
+
+    square: FloatArray
+    pair_element: IntArray
+    first: IntArray
+    step: FloatArray
+    sd: FloatArray
+
+    @classmethod
+    def of(cls, scatter: TouchScatter) -> OutlierLikelihood:
+        """Of samples about the mean of their touch."""
+        deviation, element = _grouped(scatter)
+        count = (~np.isnan(deviation)).sum(axis=1)
+        about = np.abs(deviation - np.nanmedian(deviation, axis=1, keepdims=True))
+        usual = np.full(len(scatter.sd), LEAST)
+        for e in np.unique(element):
+            # Medians of few samples follow them: deviations from them are smaller than those from the true mean.
+            rows = element == e
+            wider = np.sqrt(1 - 1 / count[rows].mean())
+            usual[e] = max(FROM_MEDIAN * float(np.nanmedian(about[rows])) / wider, LEAST)
+        low = np.nanmin(deviation, axis=1) - BEYOND * usual[element]
+        high = np.nanmax(deviation, axis=1) + BEYOND * usual[element]
+        step = usual[element] / np.sqrt(count)
+        nodes = np.ceil((high - low) / step).astype(np.int64) + 1
+        first = np.cumsum(nodes) - nodes
+        group = np.repeat(np.arange(len(nodes)), nodes)
+        place = low[group] + step[group] * (np.arange(len(group)) - first[group])
+        return cls((deviation[group] - place[:, None]) ** 2, element[group], first, step, scatter.sd)
+
+    def __call__(self, values: Values, own: FloatArray) -> FloatArray:
+        """Log likelihood that each element contributes (m,), up to a constant.
+
+        Parameters
+        ----------
+        values : (float, float)
+            Share of wrong readings, and the sd of their errors over the peak.
+        own : (m,) array
+            Variance of the usual noise over that of all noise.
+        """
+        probability, size = values
+        wide = own + (size / self.sd) ** 2
+        narrow_sd, wide_sd = np.sqrt(own)[self.pair_element, None], np.sqrt(wide)[self.pair_element, None]
+        # No exponent below that of the least double: a reading that far off is a wrong one under any values.
+        usual = (1 - probability) / narrow_sd * np.exp(-np.minimum(0.5 * self.square / narrow_sd**2, 700.0))
+        wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * self.square / wide_sd**2, 700.0))
+        log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
+        most = np.maximum.reduceat(log, self.first)
+        count = np.diff(self.first, append=len(log))
+        total = most + np.log(self.step * np.add.reduceat(np.exp(log - np.repeat(most, count)), self.first))
+        return np.asarray(np.bincount(self.pair_element[self.first], total, minlength=len(self.sd)), dtype=np.float64)
+
+
+def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray]:
+    """Deviations of each element's samples in each touch (g, k), NaN missing, in units of the sd; and the element (g,).
+
+    Groups of one sample say nothing.
+    """
+    n, m = scatter.z.shape
+    order = np.argsort(scatter.touch, kind="stable")
+    _, touch, count = np.unique(scatter.touch[order], return_inverse=True, return_counts=True)
+    sample = np.arange(n) - (np.cumsum(count) - count)[touch]
+    deviation = np.full((len(count), m, int(count.max())), np.nan)
+    # Deviations were divided by the root of their weight, so that their variance is one.
+    deviation[touch, :, sample] = (scatter.z * np.sqrt(scatter.weight)[:, None])[order]
+    flat, element = deviation.reshape(-1, deviation.shape[2]), np.tile(np.arange(m), len(count))
+    several = (~np.isnan(flat)).sum(axis=1) > 1
+    return flat[several], element[several]
