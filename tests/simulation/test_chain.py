@@ -154,7 +154,9 @@ ON_SIGNALS: tuple[tuple[Stated, Callable[[Made], np.ndarray]], ...] = (
 )
 
 
-@pytest.mark.parametrize(("effects", "form"), ON_SIGNALS, ids=lambda each: str(each)[:40])
+@pytest.mark.parametrize(
+    ("effects", "form"), ON_SIGNALS, ids=lambda each: str(each) if isinstance(each, dict) else "form"
+)
 def test_readings_are_those_of_the_written_formula(effects: Stated, form: Callable[[Made], np.ndarray]) -> None:
     found, wanted = Made.of(SILENT, effects).signal, form(PLAIN)
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-8 * PLAIN.peak.max())
@@ -184,7 +186,7 @@ ON_PADS: tuple[tuple[Stated, Callable[[Made], np.ndarray]], ...] = (
 )
 
 
-@pytest.mark.parametrize(("effects", "form"), ON_PADS, ids=lambda each: str(each)[:40])
+@pytest.mark.parametrize(("effects", "form"), ON_PADS, ids=lambda each: str(each) if isinstance(each, dict) else "form")
 def test_readings_of_pads_are_those_of_the_written_formula(effects: Stated, form: Callable[[Made], np.ndarray]) -> None:
     made = Made.of(QUIET_PAD, effects)
     np.testing.assert_allclose(made.signal, form(PAD), rtol=0, atol=1e-9 * PAD.peak.max())
