@@ -54,8 +54,8 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
         Returns
         -------
         matplotlib Axes
-            Densities, if all elements share the parameter; otherwise mean and 90 % interval of each element. The prior, or
-            its central 90 %, is grey; it is drawn if it is stated in the unit of the parameter.
+            Densities, if all elements share the parameter; otherwise mean and 90 % interval of each element. The
+            prior, or its central 90 %, is grey; it is drawn if it is stated in the unit of the parameter.
 
         Raises
         ------
