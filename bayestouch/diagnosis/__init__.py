@@ -1,4 +1,4 @@
-"""Diagnose: find what the model misses, trace it to an effect, add the effect, and report before and after."""
+"""Diagnosis: find errors of a model, attribute them to effects, add these, and report errors before and after."""
 
 from __future__ import annotations
 
@@ -25,29 +25,30 @@ def diagnose(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Diagnosis:
-    """Find what a calibrated sensor's model misses, trace it to an effect and add that.
+    """Diagnosis of a sensor's model: effects that are missing from it, and errors before and after they are added.
 
     Parameters
     ----------
     dataset : DataSet
-        Sensor and touches. Touches with known indenter (on a finger) and location are needed; half of those to be read
-        are held out of every fit and every choice, or on a pad without calibration table every fourth block of touches.
+        Sensor and touches. The location and, on a finger, the indenter of touches must be known. Half of the touches to
+        infer are held out of every fit and every decision; on a pad without a calibration table, every fourth block of
+        touches is.
     contact : {"layer", "hertz", "approximate frictionless"}, optional
-        Contact model of a finger's base chain; the exact contact on the bonded layer by default.
+        Contact model of a finger without effects; by default the exact contact on the bonded layer.
     kernel : str, optional
-        Kernel of a pad's base chain, as of `bayestouch.calibrate`; chosen by cross-validation by default.
+        Kernel of a pad without effects, as in `bayestouch.calibrate`; by default chosen by cross-validation.
     draws : int
-        Draws kept of each calibration.
+        Number of draws of each calibration.
     sample : bool
-        Read the held-out touches as unknown, before and after, for the errors of R, location and load and for
-        coverage. Without, these are None; everything else is the same.
+        Infer the held-out touches before and after, for the errors of R, location and load and for coverage. If False,
+        these are None; everything else is the same.
     seed : int
         Seed of every random number.
     scheduler : str, optional
-        Address of the scheduler of a Dask cluster that refits the leading candidates of each round instead of this
+        Address of the scheduler of a Dask cluster that refits the best candidates of each round instead of this
         process, such as ``tcp://10.0.0.5:8786``. The result is the same.
     progress : callable, optional
-        Called with the fraction done.
+        Function that is called with the fraction of the work that is done.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def diagnose(
     Raises
     ------
     InputError
-        The data cannot be diagnosed with: no touch has the references that a fit needs, or too few have; or an option
+        If the data are not sufficient (no touch, or too few touches, have the references that a fit needs), an option
         does not fit the body, or the cluster cannot be reached.
     """
     from bayestouch.diagnosis.follow import trace

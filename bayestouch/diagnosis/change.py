@@ -1,4 +1,4 @@
-"""Change of each error of a diagnosis with its standard error, touch by touch."""
+"""Standard errors of the changes of a diagnosis' errors, from differences touch by touch."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from bayestouch.model.touch_errors import summarised
 
 
 def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, float]:
-    """Standard error of each error after, against stated references, minus that before, by key; NaN unknown.
+    """Standard error of each change (error after, against stated references, minus error before), by key; NaN unknown.
 
-    The same touches are compared before and after, so that what they share cancels. Summaries are made linear in the
-    squares of the errors (a root mean square r changes by ``d(e²) / (2 r)``); the standard error is that of a mean over
-    touches which are independent.
+    The same touches are compared before and after, so that common parts cancel. Summaries are linearised in the
+    squares of the errors (a root mean square r changes by ``d(e²) / (2 r)``). The standard error is that of a mean over
+    touches, which are independent.
     """
     parts: list[tuple[str, FloatArray, FloatArray]] = []
     if before.held_out is not None and after.held_stated is not None:
@@ -34,30 +34,30 @@ def standard_errors(before: EvaluatedModel, after: EvaluatedModel) -> dict[str, 
 
 
 def _influence(key: str, values: FloatArray) -> FloatArray:
-    """What each touch adds to its summary (of which this is the mean, but for a constant), (t,)."""
+    """Contribution of each touch to its summary, (t,); up to a constant, the summary is the mean of these."""
     if "rms" in key:
         return np.asarray(values**2 / (2 * summarised(key, values)))
-    # A bias is worse the farther it is from zero, on either side.
+    # The size of a bias counts, whatever its sign.
     return np.asarray(values * np.sign(summarised(key, values)) if "bias" in key else values)
 
 
 def _of_error(held: HeldOut) -> FloatArray:
-    """The same of `HeldOut.error_percent_peak`: a mean over elements of root mean squares."""
+    """Contributions to `HeldOut.error_percent_peak`, a mean over elements of root mean squares, (t,)."""
     alive = np.isfinite(held.errors).any(axis=0)
     squares = held.errors[:, alive] ** 2
     mean = np.nanmean(squares, axis=0)
-    # What a mean over the readings of an element is made of, where some are missing.
+    # Weights of the mean over an element's readings, some of which may be missing.
     weight = len(squares) / np.isfinite(squares).sum(axis=0)
     each = 100 * np.nansum(weight * squares / (2 * np.sqrt(mean)), axis=1) / alive.sum()
     if held.samples is None:
         return np.asarray(each)
     row, n = held.observed.row_touch, held.observed.n_touches
-    # Touches of more samples weigh more.
+    # Touches with more samples have a larger weight.
     return np.asarray(np.bincount(row, weights=each, minlength=n) * n / len(row))
 
 
 def _of_lack(held: HeldOut) -> FloatArray:
-    """The same of `HeldOut.lack_of_fit`."""
+    """Contributions to `HeldOut.lack_of_fit`, (t,)."""
     n = held.observed.n_touches
     return np.asarray((held.whitened**2).sum(axis=1) * n / held.freedom if held.freedom >= 1 else np.full(n, np.nan))
 

@@ -1,4 +1,4 @@
-"""Models that differ by one effect, compared by how well they predict touches that were held out of their fit."""
+"""Comparison of models that differ by one effect, by their predictions of held-out touches."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
 from bayestouch.model.predictive import held_out_density
 from bayestouch.parallel.cluster import in_order
 
-# Folds, and touches of a block: blocks in time, so that neither a neighbour in place nor one in time gives away
-# what is held out.
+# Number of folds, and of touches in a block. Blocks are contiguous in time, so that no neighbour in place or time
+# reveals what is held out.
 FOLDS, BLOCK = 8, 8
 SCAN_BLOCKS = 30
-# A candidate is fitted until steps gain less than this share of what there is to explain; the one that is chosen is
-# fitted to the end.
+# The fit of a candidate stops when a step gains less than this share of what there is to explain. The fit of the chosen
+# candidate continues to convergence.
 ROUGHLY = 3e-4
 
 
 def folds(fitted: Fitted) -> IntArray:
-    """Fold of each touch, (t,): blocks of touches that follow each other in time, dealt out in turn."""
+    """Fold of each touch, (t,): blocks of touches that are contiguous in time, assigned to the folds in turn."""
     observed = fitted.model.known
     n_touches = observed.n_touches
     size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
     if fitted.model.time_is_place:
-        # A scan moves on slowly: blocks as long as those that are held out of everything.
+        # In a scan the place changes slowly: use blocks as long as those that are held out.
         size = max(2, n_touches // SCAN_BLOCKS)
     rank = np.empty(n_touches, dtype=np.int64)
     rank[np.argsort(observed.touch_time_s, kind="stable")] = np.arange(n_touches)
@@ -43,7 +43,7 @@ def density(fitted: Fitted) -> FloatArray:
 
 
 def gained(difference: FloatArray) -> FloatArray:
-    """Log density gained by each touch, (t,), of a difference of densities (t, 3)."""
+    """Gain of log density of each touch, (t,), from a difference of densities (t, 3)."""
     return np.asarray(difference[:, :2].sum(axis=1))
 
 
@@ -62,7 +62,7 @@ def refit_all(
     scheduler: str | None,
     progress: Callable[[int], None],
 ) -> list[Tried]:
-    """`refit` of each candidate, by the cluster at `scheduler` if one is given; tells how many are done."""
+    """Result of `refit` for each candidate, from the cluster at `scheduler` if given; reports how many are done."""
     return in_order(scheduler, _refit_one, (fitted, before, errors, least), candidates, progress)
 
 
@@ -72,18 +72,18 @@ def _refit_one(shared: tuple[Fitted, FloatArray, float, float], candidate: Candi
 
 
 def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: float, least: float) -> Tried:
-    """Add a candidate to a model and fit all of it anew, under the same whitening so that densities compare.
+    """Result of a model with a candidate added and fitted again, with the same whitening so that densities compare.
 
     Parameters
     ----------
     fitted : Fitted
-        The model without it.
+        The model without the candidate.
     candidate : Candidate
-        What is added.
+        The candidate to add.
     before : (t, 3) array
-        Density of the model without it.
+        Density of the model without the candidate.
     errors, least : float
-        Standard errors of what it gains within touches, and gain, from which it shows by itself.
+        Limits of the gain within touches, in standard errors and absolute, above which the effect is visible by itself.
     """
     effect = candidate.effect
     enough = max(SETTLED, ROUGHLY * fitted.excess)
@@ -115,7 +115,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
 
 
 def without(fitted: Fitted, effect: Effect) -> Fitted:
-    """The model without one of its effects, fitted anew under the same whitening."""
+    """Model without one of its effects, fitted again with the same whitening."""
     if isinstance(effect, RandomEffect):
         drifts = tuple(pair for pair in fitted.drifts if pair[0].name != effect.name)
         return fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)

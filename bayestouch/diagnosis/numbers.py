@@ -1,4 +1,4 @@
-"""What ``diagnosis.json`` holds."""
+"""Content of ``diagnosis.json``."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Numbers = dict[str, Any]
 
 
 def diagnosis_numbers(traced: Traced) -> Numbers:
-    """Everything, in plain types; None what the data cannot give."""
+    """Content of ``diagnosis.json`` in plain types; None for what the data cannot give."""
     data, after, remaining = traced.data, traced.after, traced.remaining
     held = traced.before.held_out
     chosen = {each.added.effect.name: each.added for each in traced.rounds if each.added is not None}
@@ -64,12 +64,12 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
 
 
 def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
-    """Errors against references as the model corrects them, or as the data set states them."""
+    """Errors against references, either as the model corrects them or as the data set states them."""
     held = evaluated.held_stated if stated else evaluated.held_out
     of_touches: Numbers = dict.fromkeys(each.name for each in fields(TouchErrors))
     if evaluated.read is not None:
         of_touches = asdict(evaluated.read.against_stated if stated else evaluated.read.errors)
-    # Where the prediction error is of samples, which is so on pads; elsewhere it is of touch means itself.
+    # On pads the prediction error is that of samples, so that of touch means is added; on fingers it already is.
     means = {} if held is None or held.samples is None else {"touch_error_percent_peak": held.touch_error_percent_peak}
     return {
         "prediction_error_percent_peak": None if held is None else held.error_percent_peak,
@@ -84,15 +84,15 @@ def _limits(test: LackOfFit) -> Numbers:
 
 
 def _has_repeats(traced: Traced) -> bool:
-    """Whether repeats tell the noise of the readings."""
+    """True if the noise of the readings is known from repeats."""
     held, means = traced.before.held_out, traced.before.fitted.model.known.means
     return (held is None or held.repeated) and bool(np.nansum(means.pure_error_dof) > 0)
 
 
 def _noise_floor(traced: Traced) -> float | None:
-    """Prediction error of a model that is right: noise of the readings, as repeats have it, and the load's error.
+    """Prediction error of a correct model: noise of the readings, from repeats, and the error of the load.
 
-    By the model with the effects that were found: what samples of a touch do one after the other is no noise.
+    It is computed with the effects that were found, because changes during a touch are not noise.
     """
     held = traced.explained.held_out
     return held.floor_percent_peak if held is not None and _has_repeats(traced) else None
@@ -142,7 +142,7 @@ def _round(each: SearchRound) -> Numbers:
 
 
 def _plain(value: Any) -> Any:
-    """Plain numbers; None for what is not finite."""
+    """Value with plain numbers; None replaces numbers that are not finite."""
     if isinstance(value, dict):
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

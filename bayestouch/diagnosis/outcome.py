@@ -1,4 +1,4 @@
-"""The outcome of a diagnosis in plain words."""
+"""Sentences on the result of a diagnosis."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-#: By the word for it in ``diagnosis.json``: what is said of a model that leaves structure, or that leaves none.
+#: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
 VERDICTS = {
     "adequate": "Adequate: the model",
     "explained": "Explained: with what was found the model",
@@ -14,14 +14,14 @@ VERDICTS = {
     "unattributed": "Unattributed: the model misses something, and no known effect explains it.",
 }
 _BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
-# Limits of a lack of fit where a file of an earlier version states none, and a fit that leaves little open.
+# Limits of a lack of fit if a file of an earlier version has none; largest `expected` of a fit that leaves little open.
 _LIMITS, _LITTLE = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
-# Errors of samples and of touch means that differ by no more than this share are of touches with one sample each.
+# If errors of samples and of touch means differ by no more than this share, touches have one sample each.
 _SAME = 1e-6
-# A change of an error by more than so many standard errors is one.
+# A change of an error counts if it exceeds this many standard errors.
 _ERRORS = 2.0
 
-#: Errors in a sentence: key, what it is called, format, unit, factor.
+#: Errors in a sentence: key, name, format, unit, factor.
 _SAID = (
     ("prediction_error_percent_peak", "prediction error", ".2f", " % of the peak", 1.0),
     ("touch_error_percent_peak", "prediction error of touch means", ".2f", " % of the peak", 1.0),
@@ -37,7 +37,7 @@ _SAID = (
 
 
 def sentences(numbers: Mapping[str, Any]) -> list[str]:
-    """What got worse, verdict, effects, what is left, and errors before and after; a line each."""
+    """Sentences: what got worse, verdict, effects, remaining misfit, and errors before and after."""
     out = [*worse_lines(numbers), verdict_sentence(numbers)]
     for effect in numbers["effects"]:
         values = ", ".join(_value(name, each) for name, each in effect["parameters"].items())
@@ -56,19 +56,19 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
 
 
 def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
-    """Keys of the errors that are larger after than before, against stated references, beyond their standard error."""
+    """Keys of errors that are larger after than before, against stated references, by more than the standard error."""
     if "change_against_stated_se" not in numbers:
-        return []  # a file of version 0.1: no standard errors, and loads were read with the force sensor
+        return []  # files of version 0.1 have no standard errors, and loads were inferred with the force sensor
     before, after = numbers["before"], numbers.get("after_against_stated", numbers["after"])
     spread = numbers["change_against_stated_se"]
     skipped = () if errors_of_samples(before, after) else ("touch_error_percent_peak",)
     out = []
     for key in (key for key, *_ in _SAID if key not in skipped):
         one, two = before.get(key), after.get(key)
-        # Coverage is no error: larger is better, up to a point.
+        # Coverage is not an error: larger is better, up to a limit.
         if key == "coverage_90" or one is None or two is None:
             continue
-        # Nor is a lack of fit that a model which misses nothing may have, such as 0.96 after 0.90.
+        # A lack of fit within the limits of a correct model is not worse, such as 0.96 after 0.90.
         if key == "lack_of_fit" and two <= (_limits(numbers)["high"] or 0.0):
             continue
         if abs(two) - abs(one) > max(_ERRORS * (spread.get(key) or 0.0), 1e-9 * abs(one)):
@@ -77,7 +77,7 @@ def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
 
 
 def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
-    """What is said first, where anything got worse: such a model is not to be taken for a better one."""
+    """First sentences if any error increased, so that the model is not mistaken for a better one; else empty."""
     keys = worse_quantities(numbers)
     if not keys:
         return []
@@ -90,14 +90,14 @@ def worse_lines(numbers: Mapping[str, Any]) -> list[str]:
 
 
 def verdict_word(numbers: Mapping[str, Any]) -> str:
-    """The verdict that agrees with the lack of fit that is printed: a key of `VERDICTS`."""
+    """Verdict, a key of `VERDICTS`, in agreement with the lack of fit that is printed."""
     word, lack, high = numbers["verdict"], numbers["after"].get("lack_of_fit"), _limits(numbers)["high"]
     beyond = lack is not None and high is not None and lack > high
     return str(_BEYOND_NOISE.get(word, word) if beyond else word)
 
 
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
-    """What is said of the model after; it follows the lack of fit that is printed."""
+    """Sentence on the final model, in agreement with the lack of fit that is printed."""
     word, lack = verdict_word(numbers), numbers["after"].get("lack_of_fit")
     limits = _limits(numbers)
     low = limits["low"]
@@ -121,7 +121,7 @@ def verdict_sentence(numbers: Mapping[str, Any]) -> str:
 
 
 def errors_of_samples(*found: Mapping[str, Any]) -> bool:
-    """Whether prediction errors are of samples and differ from those of touch means, so that both are to be named."""
+    """True if prediction errors of samples differ from those of touch means, so that both are stated."""
     for each in found:
         samples, means = each.get("prediction_error_percent_peak"), each.get("touch_error_percent_peak")
         if samples is not None and means is not None and not math.isclose(samples, means, rel_tol=_SAME):
@@ -140,7 +140,7 @@ def _value(name: str, each: Mapping[str, Any]) -> str:
 
 
 def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] | None = None) -> dict[str, str]:
-    """Errors before and after in words, by key; once where nothing was changed."""
+    """Text of errors before and after, by key; only one value if nothing was changed."""
     found = (before,) if before == after else (before, after)
     of_samples = errors_of_samples(*found)
     out = {}

@@ -1,4 +1,4 @@
-"""A diagnosis as a table and as plots on a caller's axes."""
+"""Table and plots of a diagnosis."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _OF_EFFECT = ("elpd_gain", "elpd_gain_se", "explained_fraction")
 
 
 def effect_table(numbers: Mapping[str, Any]) -> DataFrame:
-    """See `bayestouch.Diagnosis.to_dataframe`."""
+    """Table of the effects that were found; see `bayestouch.Diagnosis.to_dataframe`."""
     import pandas as pd
 
     rows = [
@@ -34,7 +34,7 @@ def effect_table(numbers: Mapping[str, Any]) -> DataFrame:
 
 
 def plot_errors(traced: Traced, axes: Axes | None = None) -> Axes:
-    """See `bayestouch.Diagnosis.plot_errors`."""
+    """Plot the rms residual by element, before and after; see `bayestouch.Diagnosis.plot_errors`."""
     before, after = traced.before.held_out, traced.after.held_out
     if before is None or after is None:
         raise InputError("no touches were held out: errors are not known")
@@ -52,7 +52,7 @@ def plot_errors(traced: Traced, axes: Axes | None = None) -> Axes:
 
 
 def plot_candidates(traced: Traced, number: int = 1, axes: Axes | None = None) -> Axes:
-    """See `bayestouch.Diagnosis.plot_candidates`."""
+    """Plot the candidates of a round; see `bayestouch.Diagnosis.plot_candidates`."""
     if not 1 <= number <= len(traced.rounds):
         raise InputError(f"round: expected 1 to {len(traced.rounds)}, got {number}")
     each = traced.rounds[number - 1]

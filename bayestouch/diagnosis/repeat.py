@@ -1,4 +1,4 @@
-"""The script that repeats a diagnosis."""
+"""Script that repeats a diagnosis."""
 
 from __future__ import annotations
 
@@ -23,6 +23,6 @@ print(diagnosis)
 
 
 def repeat_script(options: Mapping[str, Any]) -> str:
-    """A script that makes the diagnosis with these options again and saves it."""
+    """Text of a script that repeats the diagnosis with these options and saves it."""
     named = ", ".join(f"{name}={value!r}" for name, value in options.items())
     return _SCRIPT.format(version=__version__, options=named)

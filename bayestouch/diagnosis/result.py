@@ -1,4 +1,4 @@
-"""What `bayestouch.diagnose` returns."""
+"""Result of `bayestouch.diagnose`."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Summarised):
-    """A diagnosed sensor.
+    """Result of a diagnosis: effects that were found, and models with and without them.
 
     Attributes
     ----------
     numbers : mapping
-        What ``diagnosis.json`` holds.
+        Content of ``diagnosis.json``.
     calibration_before, calibration_after : Calibration
-        Without effects, and with all that was found; `bayestouch.infer` uses either.
+        Calibrations without effects, and with everything that was found; both can be used by `bayestouch.infer`.
     options : mapping
-        With which `bayestouch.diagnose` was called.
+        Options with which `bayestouch.diagnose` was called.
     traced : Traced
-        Models, residuals and rounds of the search behind the numbers.
+        Models, residuals and rounds of the search from which the numbers were made.
     """
 
     numbers: Mapping[str, Any]
@@ -45,12 +45,12 @@ class Diagnosis(Summarised):
 
     @classmethod
     def of(cls, traced: Traced, options: Mapping[str, Any]) -> Diagnosis:
-        """Sum up what was traced."""
+        """Diagnosis from the results of the search."""
         return cls(diagnosis_numbers(traced), traced.before.calibration, traced.after.calibration, options, traced)
 
     @property
     def verdict(self) -> str:
-        """``adequate``, ``explained``, ``partly explained`` or ``unattributed``."""
+        """Verdict: ``adequate``, ``explained``, ``partly explained`` or ``unattributed``."""
         return str(self.numbers["verdict"])
 
     @property
@@ -59,18 +59,18 @@ class Diagnosis(Summarised):
         return tuple(each["name"] for each in self.numbers["effects"])
 
     def to_dict(self) -> dict[str, Any]:
-        """What ``diagnosis.json`` holds."""
+        """Content of ``diagnosis.json``, as a copy."""
         return copy.deepcopy(dict(self.numbers))
 
     def save(self, folder: str | Path) -> None:
-        """Write calibrations, ``model.toml``, ``diagnosis.json``, figures and ``repeat.py`` into a folder.
+        """Write calibrations, ``model.toml``, ``diagnosis.json``, figures and ``repeat.py`` to a folder.
 
         The files are written to a temporary folder first, which is moved when complete.
 
         Raises
         ------
         InputError
-            The folder cannot be written to.
+            If the folder cannot be written.
         """
         from bayestouch.diagnosis.writing import write_diagnosis
         from bayestouch.output.files import new_folder
@@ -79,38 +79,38 @@ class Diagnosis(Summarised):
             write_diagnosis(self.traced, self.numbers, self.options, new)
 
     def to_dataframe(self) -> DataFrame:
-        """Effects that were found, a row for each of their parameters.
+        """Table of the effects that were found, one row for each of their parameters.
 
-        Columns ``effect``, ``stage``, ``parameter``, ``mean``, ``sd``, ``unit``, and of the effect ``elpd_gain`` with
-        ``elpd_gain_se`` (held-out log density) and ``explained_fraction``.
+        The columns are ``effect``, ``stage``, ``parameter``, ``mean``, ``sd``, ``unit`` and, for the whole effect,
+        ``elpd_gain`` and ``elpd_gain_se`` (held-out log density) and ``explained_fraction``.
         """
         from bayestouch.diagnosis.plots import effect_table
 
         return effect_table(self.numbers)
 
     def to_arviz(self) -> Any:
-        """Draws of the calibration after, effects' parameters among them."""
+        """Draws of the final calibration, including the parameters of the effects, as an ArviZ object."""
         return self.calibration_after.to_arviz()
 
     def plot_errors(self, axes: Axes | None = None) -> Axes:
-        """Rms residual of held-out touches by element in percent of its peak, before and after.
+        """Plot the rms residual of held-out touches by element, in percent of its peak, before and after.
 
         Raises
         ------
         InputError
-            No touches were held out.
+            If no touches were held out.
         """
         from bayestouch.diagnosis.plots import plot_errors
 
         return plot_errors(self.traced, axes)
 
     def plot_candidates(self, number: int = 1, axes: Axes | None = None) -> Axes:
-        """What each effect that was tried explains of what can be explained, in one round (from 1) of the search.
+        """Plot, for one round of the search (from 1), the share that each effect explains of what can be explained.
 
         Raises
         ------
         InputError
-            There was no such round.
+            If there is no such round.
         """
         from bayestouch.diagnosis.plots import plot_candidates
 
@@ -124,7 +124,7 @@ class Diagnosis(Summarised):
         return f"<p><strong>{verdict}</strong></p>" + "".join(f"<p>{line}</p>" for line in lines)
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         verdict, *_, errors = sentences(self.numbers)
         found = few(list(self.effects), 8) if self.effects else "none"
         return [

@@ -1,4 +1,4 @@
-"""What a diagnosis of one body hands on to verdict, numbers, pictures and files."""
+"""Results of the search of a diagnosis, from which verdict, numbers, figures and files are made."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from bayestouch.results.objects import Calibration
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EvaluatedModel(Summarised):
-    """One model of the sensor with its calibration and its errors.
+    """A model of the sensor with its calibration and its errors.
 
     Attributes
     ----------
     fitted : Fitted
         The model, fitted to the training touches.
     correction : Correction or None
-        Correction without a cause that was fitted with it.
+        Correction without a cause that was fitted with the model.
     calibration : Calibration
-        The same as a posterior that `infer` uses.
+        The model as a calibration that `infer` can use.
     held_out, held_stated : HeldOut or None
-        Residuals of the held-out touches, and those at the references that the data set states (see
-        `bayestouch.model.as_stated`); None where none could be held out.
+        Residuals of the held-out touches, at the references that the model corrects and at those that the data set
+        states (see `bayestouch.model.as_stated`); None if no touches could be held out.
     read : TouchReading or None
-        The held-out touches read as unknown; None where they were not.
+        Estimates of the held-out touches inferred as unknown; None if they were not inferred.
     """
 
     fitted: Fitted
@@ -46,26 +46,26 @@ class EvaluatedModel(Summarised):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Traced(Summarised):
-    """A traced residual.
+    """Result of a search for the causes of a residual.
 
     Attributes
     ----------
     data : SplitData
-        Touches, parted.
+        Touches, split into training and held-out touches.
     rounds : tuple of SearchRound
         Rounds of the search.
     steps : tuple of HeldOut
-        Held-out residuals at the beginning of each round; empty where none could be held out.
+        Held-out residuals at the beginning of each round; empty if no touches could be held out.
     added : tuple of AddedEffect
         Effects with their values, in the order in which they were added.
     before, explained : EvaluatedModel
-        Without effects, and with those that were found; the same object where none was.
+        Models without effects, and with those that were found; the same object if none was found.
     corrected : EvaluatedModel or None
-        With a correction on top, where structure remains that has no cause.
+        Model with a correction in addition, if structure without a known cause remains.
     remaining : Remaining
-        What the effects leave unexplained.
+        Misfit that the effects do not explain.
     advice : Advice or None
-        What to measure, where two effects cannot be distinguished.
+        Advice on what to measure if two effects are indistinguishable.
     """
 
     data: SplitData
@@ -80,5 +80,5 @@ class Traced(Summarised):
 
     @property
     def after(self) -> EvaluatedModel:
-        """The best there is: with the correction where there is one."""
+        """Best model: with the correction if there is one."""
         return self.corrected or self.explained

@@ -1,4 +1,4 @@
-"""Whether the model is within the noise on held-out touches, and the verdict."""
+"""Test whether the model is within the noise on held-out touches, and the verdict."""
 
 from __future__ import annotations
 
@@ -14,32 +14,34 @@ from bayestouch.model.significance import lack_of_fit_limits, lack_of_fit_tail
 
 Verdict = Literal["adequate", "explained", "partly explained", "unattributed"]
 
-# A lack of fit outside the limits that hold all but this share of those of a model that misses nothing is one ...
+# Share of ratios outside the limits if nothing is missing from the model.
 CHANCE = 0.01
-# ... but the limits are no narrower than this: thousands of readings show less, and less than that does no harm. It is
-# also the most that is allowed for drifts that are uncertain between touches: beyond that they predict nothing.
+# Smallest distance of the limits from one. With thousands of readings, smaller deviations would be detected, but they
+# do no harm. It is also the most that is allowed for drifts that are uncertain between touches: beyond it they predict
+# nothing.
 MATERIAL = 0.1
 
 
 @dataclass(frozen=True)
 class LackOfFit:
-    """Test of the residuals of one model.
+    """Test of the residuals of a model.
 
     Attributes
     ----------
     ratio : float
-        Residual mean square over that of the noise: the lack of fit that is printed. NaN where loads that were not
-        measured leave nothing to tell it by.
+        Residual mean square divided by that of the noise: the lack of fit that is printed. NaN if unmeasured loads
+        leave no information on it.
     expected : float
-        Its mean if nothing is missing: one, and what the fit leaves open.
+        Mean of the ratio if nothing is missing: one plus the effect of the fit's uncertainty.
     freedom, pure_freedom : float
-        If nothing is missing, ratio over `expected` is distributed as F with these, in good approximation.
+        Degrees of freedom. If nothing is missing, ratio divided by `expected` approximately follows an F distribution
+        with these.
     p_value : float
-        Chance of a ratio as large if nothing is missing.
+        Probability of a ratio at least this large if nothing is missing.
     low, high : float
-        Limits that hold 99 % of the ratios if nothing is missing, no narrower than 0.9 to 1.1.
+        Limits of 99 % of the ratios if nothing is missing, at least as wide as 0.9 to 1.1.
     held_out : bool
-        Whether the touches were held out; else they are those of the fit.
+        True if the touches were held out; False if they are those of the fit.
     """
 
     ratio: float
@@ -53,7 +55,7 @@ class LackOfFit:
 
     @classmethod
     def of(cls, ratio: float, expected: float, freedom: float, pure_freedom: float, *, held_out: bool) -> LackOfFit:
-        """Limits and tail probability of a ratio."""
+        """Test of a ratio, with its limits and tail probability."""
         tail, low, high = float("nan"), float("nan"), float("nan")
         if np.isfinite(ratio):
             tail = lack_of_fit_tail(ratio / expected, freedom, pure_freedom)
@@ -63,23 +65,23 @@ class LackOfFit:
 
     @property
     def excess(self) -> float:
-        """What is beyond the noise, in units of it; zero where there is less."""
+        """Excess of the ratio over its expectation, in units of the noise; zero if it is negative."""
         return max(self.ratio - self.expected, 0.0) if np.isfinite(self.ratio) else 0.0
 
     @property
     def there(self) -> bool:
-        """Whether structure is left that matters."""
+        """True if relevant structure remains in the residuals."""
         return self.ratio > self.high
 
 
 @dataclass(frozen=True)
 class Remaining:
-    """What is left when effects have explained what they can.
+    """Misfit before effects are added, and misfit that remains after.
 
     Attributes
     ----------
     before, after : LackOfFit
-        Without effects and with them; a correction without a cause counts as neither.
+        Tests of the models without and with effects, both without a correction.
     """
 
     before: LackOfFit
@@ -87,14 +89,14 @@ class Remaining:
 
     @property
     def fraction(self) -> float:
-        """Share of the excess over the noise that no effect explains; zero where there was none to begin with."""
+        """Share of the excess over the noise that no effect explains; zero if there was no excess."""
         if not self.before.there and not self.after.there:
             return 0.0
         return min(self.after.excess / max(self.before.excess, 1e-12), 1.0)
 
 
 def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
-    """Test a model on held-out touches, or on its own where none are held out."""
+    """Test of a model on held-out touches, or on its own touches if none are held out."""
     pure = _pure_freedom(fitted)
     if held is None:
         freedom = max(float(fitted.n_readings - fitted.model.n_base), 1.0)
@@ -106,16 +108,16 @@ def lack_of_fit(fitted: Fitted, held: HeldOut | None) -> LackOfFit:
 
 
 def null_moments(design: FloatArray, freedom: float) -> tuple[float, float]:
-    """Mean of a mean square of residuals with covariance ``1 + A Aᵀ``, and freedom of the χ² with its variance.
+    """Mean of a mean square of residuals with covariance ``1 + A Aᵀ``, and degrees of freedom of the χ² that fits it.
 
     The sum of squares has mean ``n + |A|²`` and variance ``2 tr (1 + A Aᵀ)²``: a scaled χ² has both (Satterthwaite).
 
     Parameters
     ----------
     design : (n, q) array
-        A, what the fit leaves open.
+        A: uncertainty that the fit leaves in the predictions.
     freedom : float
-        Readings behind the mean square.
+        Number of readings in the mean square.
     """
     inner = design.T @ design
     first = freedom + float(np.trace(inner))
@@ -124,13 +126,13 @@ def null_moments(design: FloatArray, freedom: float) -> tuple[float, float]:
 
 
 def _pure_freedom(fitted: Fitted) -> float:
-    """Readings behind the noise: repeats, or without these the rows far from contact, about half of the readings."""
+    """Number of readings that give the noise: repeats, or else rows far from contact, about half of the readings."""
     freedom = float(np.nansum(fitted.model.known.means.pure_error_dof))
     return freedom if freedom > 0 else 0.5 * fitted.n_readings
 
 
 def verdict(n_effects: int, remaining: Remaining) -> Verdict:
-    """One of the four verdicts."""
+    """Verdict from the number of effects and the remaining misfit."""
     if remaining.after.there:
         return "partly explained" if n_effects else "unattributed"
     return "explained" if n_effects else "adequate"

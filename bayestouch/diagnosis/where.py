@@ -1,4 +1,4 @@
-"""Where what is left of the residual lives, in words."""
+"""Sentence that says where the remaining residual is large."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from bayestouch.array_types import FloatArray
 from bayestouch.errors import few
 from bayestouch.model.held_out import HeldOut
 
-# Bins of a view, and how far a bin's mean square must stand out (standard errors) to be named.
+# Number of bins of a view, and smallest excess of a bin's mean square (standard errors) to be named.
 BINS, STANDS_OUT = 12, 4.0
-# Views that are named.
+# Largest number of views that are named.
 NAMED = 3
 
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """Mean square of the whitened residuals along one quantity; b bins.
+    """Mean square of the whitened residuals as a function of one quantity; b bins.
 
     Attributes
     ----------
     name, unit : str
-        Of the quantity.
+        Name and unit of the quantity.
     ends : (b + 1,) array or None
-        Ends of the bins; None where each bin is an element.
+        Limits of the bins; None if each bin is an element.
     square, error : (b,) arrays
         Mean square of each bin, and its standard error if nothing is missing; NaN without readings.
     mean : (b,) array
@@ -42,7 +42,7 @@ class View:
 
     @property
     def contrast(self) -> float:
-        """How unevenly the excess is spread: chi-square of the bins about their common mean, per bin, as a score."""
+        """Score of how unevenly the excess is spread: chi-square of the bins about their common mean, per bin."""
         some = np.isfinite(self.square)
         if some.sum() < 2:
             return 0.0
@@ -53,7 +53,7 @@ class View:
         return float((chi_square - freedom) / np.sqrt(2 * freedom))
 
     def outstanding(self) -> list[str]:
-        """Bins whose mean square is above what the whole has, by far; neighbours joined."""
+        """Names of the bins with a mean square far above the overall one; neighbouring bins are joined."""
         high = np.nan_to_num(self.square, nan=0.0) > np.nanmean(self.square) + STANDS_OUT * np.nan_to_num(self.error)
         if self.ends is None:
             return [f"e{i + 1:02d}" for i in np.flatnonzero(high)]
@@ -69,7 +69,7 @@ class View:
 
 
 def views(held: HeldOut) -> Iterator[View]:
-    """Views of held-out residuals: by element, and along each quantity."""
+    """Views of the held-out residuals: by element, and along each quantity."""
     m = held.residual.shape[1]
     element = np.broadcast_to(np.arange(m, dtype=float), held.residual.shape)
     yield _view(held, "element", "", element, np.arange(m + 1) - 0.5, by_element=True)
@@ -79,7 +79,7 @@ def views(held: HeldOut) -> Iterator[View]:
 
 
 def bin_ends(values: FloatArray, bins: int = BINS) -> FloatArray:
-    """Ends of bins that hold equally many values, or one for each where they are few."""
+    """Limits of bins with equally many values, or of one bin for each value if there are few."""
     distinct = np.unique(values)
     if len(distinct) <= bins:
         middle = 0.5 * (distinct[1:] + distinct[:-1])
@@ -103,7 +103,7 @@ def _view(
 
 
 def where_it_is(held: HeldOut | None) -> str:
-    """One sentence that names the views along which the excess is spread most unevenly, and where it is high."""
+    """Sentence with the quantities over which the excess is spread most unevenly, and where it is large."""
     if held is None:
         return "no touches were held out to look at"
     found = sorted(views(held), key=lambda view: -view.contrast)

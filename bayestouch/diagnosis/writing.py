@@ -1,4 +1,4 @@
-"""A diagnosis to files."""
+"""Files of a diagnosis."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ NUMBERS, MODEL, SCRIPT = "diagnosis.json", "model.toml", "repeat.py"
 
 
 def write_diagnosis(traced: Traced, numbers: Mapping[str, Any], options: Mapping[str, Any], folder: Path) -> None:
-    """Write every file of a diagnosis, made with these options, into an existing folder."""
+    """Write every file of a diagnosis with these options to an existing folder."""
     traced.before.calibration.save(folder / "calibration_before.nc")
     traced.after.calibration.save(folder / "calibration_after.nc")
     write_text(folder / MODEL, stated_model(traced, str(options.get("contact", ""))).to_toml())
@@ -28,7 +28,7 @@ def write_diagnosis(traced: Traced, numbers: Mapping[str, Any], options: Mapping
 
 
 def stated_model(traced: Traced, contact: str) -> StatedModel:
-    """The model that was found, for later calibrations."""
+    """Model with the effects that were found, for later calibrations."""
     effects = []
     for each in traced.added:
         values = zip(each.effect.parameters, each.values, strict=True)

@@ -1,4 +1,4 @@
-"""Infer: the touches are unknown, the sensor is known up to its posterior."""
+"""Inference: posteriors of unknown touches, with the sensor known up to its calibration posterior."""
 
 from __future__ import annotations
 
@@ -47,52 +47,52 @@ def infer(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> TouchPosteriors:
-    """Posterior of every touch: on a finger r_c, R, θ_c and P; on a pad x, y and P.
+    """Posteriors of touches: r_c, R, θ_c and P on a finger; x, y and P on a pad.
 
     Parameters
     ----------
     touches : Touches, str or Path
-        What was read, or the file that holds it, of which no more than a piece is then in memory. Reference locations
-        and radii are carried along, never used.
+        The touches, or the path of their file, which is read piece by piece. Reference locations and radii are copied
+        to the result but not used.
     calibration : Calibration
         The calibrated sensor.
     indenter : IndenterPrior, optional
-        What is known of the indenters beforehand (fingers only): `UniformRadius` (the default), `UniformCurvature`,
-        `IndenterDistribution`, `KnownTips` or `EdgeOrRound`. With the last two the result's `tips` says how
-        probable each is for each touch, and the draws of R and r_c take the tips' values.
+        Prior of the indenter radius (fingers only): `UniformRadius` (the default), `UniformCurvature`,
+        `IndenterDistribution`, `KnownTips` or `EdgeOrRound`. With the last two, `tips` of the result holds the
+        probability of each tip for each touch, and the draws of R and r_c have the values of the tips.
     plug_in : bool
-        Take the calibration at its mode instead of integrating over what it leaves uncertain.
+        Use the mode of the calibration and ignore the uncertainty of the calibration.
     use_load : bool
-        Use the force sensor's reading where there is one. The P of a result is the true load; what the force sensor
-        read is in `TouchPosteriors.rows`.
+        Use the reading of the force sensor if there is one. P in the result is the true load; the readings of the
+        force sensor are in `TouchPosteriors.rows`.
     check_sensor : bool
-        Look for elements (dead, stuck, swapped, of another gain or zero) and a force sensor that no longer read as
-        calibrated, and go on without them; the notes say which. Fingers, and pads of three elements and more.
+        Look for elements (dead, stuck, swapped, changed gain or zero) and a force sensor that no longer read as in the
+        calibration, and leave them out; the notes name them. For fingers, and for pads with at least three elements.
     each_sample : bool
-        A posterior for each sample in place of one for each touch's mean (fingers only).
+        Infer a posterior for each sample, not for the mean of each touch (fingers only).
     method : {"emcee", "importance"}
-        Markov chains by emcee, or Pareto-smoothed importance sampling that falls back to them where a touch's
-        weights are poor (fingers only).
+        Markov chains by emcee, or Pareto-smoothed importance sampling, which uses Markov chains for touches with poor
+        weights (fingers only).
     draws : int
-        Draws a touch, over all chains.
+        Draws of a touch, over all chains.
     thin : int
-        Of each chain every so many-th draw is kept. Grades and `TouchPosteriors.summary` are of all draws.
+        Keep every `thin`-th draw of each chain. Grades and `TouchPosteriors.summary` use all draws.
     summary_only : bool
-        Keep no draws: means, standard deviations, quantiles and grades alone.
+        Keep no draws, only means, standard deviations, quantiles and grades.
     output : str or Path, optional
-        Posterior file to write block by block, so that memory holds one block of draws however many touches there
-        are. An interrupted run leaves ``OUTPUT.partial``; the same call goes on from it, and its result is the same
-        to the last bit. What is returned is the file, opened: of draws beyond 1 GB each parameter is read when it is
-        asked for.
+        Posterior file to write block by block, so that only one block of draws is in memory. An interrupted run
+        leaves a folder ``OUTPUT.partial``; the same call continues it, and the result is identical to the last bit.
+        The value returned is read from the file: draws larger than 1 GB stay on file, and each parameter is read
+        when it is used.
     seed : int
-        Seed of every random number; a touch's draws depend on it and on the touch's place in the table alone.
+        Seed of every random number. The draws of a touch depend only on it and on the number of the touch in the table.
     workers : int, optional
-        Processes; as many as there are cores by default. The result does not depend on it.
+        Number of processes; by default the number of cores. The result does not depend on it.
     scheduler : str, optional
-        Address of the scheduler of a Dask cluster that reads the blocks instead of this machine, such as
+        Address of the scheduler of a Dask cluster that computes the blocks instead of this machine, such as
         ``tcp://10.0.0.5:8786``. The result is the same.
     progress : callable, optional
-        Called with the fraction done.
+        Function that is called with the fraction of the work that is done.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def infer_to_file(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write the posterior of every touch to a file, block by block; as `infer`, which then opens it."""
+    """Write the posteriors of all touches to a file, block by block; `infer` does this and then opens the file."""
     path = Path(output)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
@@ -135,7 +135,7 @@ def _executor(workers: int | None, scheduler: str | None) -> Executor:
 
 
 def _run(touches: Touches | str | Path, calibration: Calibration, options: Options) -> tuple[TouchRun, TouchSource]:
-    """Touches ready to be read, and where they come from."""
+    """Prepared touches, and their source."""
     source = InMemory(touches) if isinstance(touches, Touches) else source_of(touches, calibration.sensor)
     options.check(source, calibration)
     body = body_of(calibration.sensor)

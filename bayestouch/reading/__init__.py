@@ -1,1 +1,1 @@
-"""Reading touches, whatever the body: options, blocks of touches, the check of the sensor."""
+"""Inference of touches for every body: options, blocks of touches, check of the sensor, draws."""

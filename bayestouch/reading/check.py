@@ -1,4 +1,4 @@
-"""The check of a sensor before its touches are read, for fingers and pads."""
+"""Check of a sensor before its touches are inferred, for fingers and pads."""
 
 from __future__ import annotations
 
@@ -12,26 +12,28 @@ from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.reading.faults import SensorCheck, find_faults
 from bayestouch.reading.touch_reader import TouchReader
 
-#: Touches looked at, evenly spread over the table: twice as many would find changes of gain only a little smaller.
+#: Largest number of touches in the check, evenly spread over the table. Twice as many would find only slightly smaller
+#: changes of gain.
 MOST = 256
 
 
 def check_sensor(reader: TouchReader, touches: Any, block: Any, n_elements: int) -> SensorCheck:
-    """Check elements and force sensor on touches that are to be read.
+    """Faults of elements and force sensor, from the touches that are to be inferred.
 
     Parameters
     ----------
     reader : TouchReader
         The calibrated sensor.
     touches, block : object
-        The touches as `TouchReader.average` and `TouchReader.ready` give them. Fewer than `FEWEST` tell nothing.
+        The touches as returned by `TouchReader.average` and `TouchReader.ready`. With fewer touches than `FEWEST`, no
+        fault can be found.
     n_elements : int
-        Elements of the sensor; of fewer than three none can be told from the others.
+        Number of elements of the sensor. With fewer than three, a faulty element cannot be identified.
     """
     check = _look(reader, block, n_elements)
     if not reader.drifts_are_estimated:
         return check
-    # The drift followed a faulty element: without that element it is estimated again, and the others are checked again.
+    # A faulty element also changed the estimated drift: estimate it without that element, then check the others again.
     elements = replace(check, faults=tuple(fault for fault in check.faults if fault.column < n_elements), excess=1.0)
     if elements.sound:
         return check
@@ -50,7 +52,7 @@ def _look(reader: TouchReader, block: Any, n_elements: int) -> SensorCheck:
 
 
 def widened(noise: Noise, excess: float) -> Noise:
-    """Noise that covers what the readings miss the model by."""
+    """Noise multiplied by `excess`, so that it covers the misfit of the readings."""
     if excess == 1:
         return noise
     return replace(noise, tactile_sd=noise.tactile_sd * excess, discrepancy_sd=noise.discrepancy_sd * excess)

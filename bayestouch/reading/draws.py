@@ -1,4 +1,4 @@
-"""Draws of many touches: in pieces, shared out to processes."""
+"""Posterior draws of many touches, computed in pieces by several processes."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ CHAINS = 4
 SHARED_FROM = 256
 #: Rounds of the sampler, see `bayestouch.sampling.sample_blocks`. Round 0 is importance sampling.
 LAST_ROUND = 3
-#: Grades of the draws of a touch, (t,).
+#: Names of the arrays (t,) that grade the draws of a touch.
 GRADES = ("ess_bulk", "rhat", "acceptance", "pareto_k", "round", "grade")
 
 
 @dataclass(frozen=True)
 class DrawPlan:
-    """How touches are drawn.
+    """Settings of the sampler.
 
     Attributes
     ----------
     draws : int
         Draws of a touch, over all chains.
     seed : int
-        A touch's draws depend on it and on the touch's number alone.
+        Seed. The draws of a touch depend only on it and on the number of the touch.
     method : {"emcee", "importance"}
-        How to draw.
+        Sampling method.
     least_ess : float
-        Effective sample size that every parameter of a touch must reach; below it the touch is drawn again.
+        Effective sample size that every parameter of a touch must reach; otherwise the touch is drawn again.
     """
 
     draws: int
@@ -47,12 +47,12 @@ class DrawPlan:
 
     @property
     def draws_a_chain(self) -> int:
-        """Draws of each of the `CHAINS` chains."""
+        """Number of draws of each of the `CHAINS` chains."""
         return -(-self.draws // CHAINS)
 
     @property
     def first_round(self) -> int:
-        """Round that draws all touches."""
+        """Number of the round in which all touches are drawn."""
         return 0 if self.method == "importance" else 1
 
 
@@ -65,29 +65,29 @@ def draw(
     progress: Progress | None = None,
     first: int = 0,
 ) -> Drawn:
-    """Draw the posteriors of touches.
+    """Posterior draws of touches.
 
-    Pieces are drawn side by side, see `bayestouch.parallel.processes`.
+    The touches are divided into pieces, which are drawn in parallel, see `bayestouch.parallel.processes`.
 
     Parameters
     ----------
     sampler : TouchSampler
         The calibrated sensor.
     touches : Block
-        The touches as the sampler takes them.
+        The touches in the form that the sampler needs.
     plan : DrawPlan
-        How to draw.
+        Settings of the sampler.
     workers : int, optional
-        How many processes draw; as many as there are cores by default. The result does not depend on it.
+        Number of processes; by default the number of cores. The result does not depend on it.
     progress : callable, optional
-        Called with the share of the work done.
+        Function that is called with the fraction of the work that is done.
     first : int
         Number of the first touch.
 
     Returns
     -------
     dict
-        Arrays of `TouchSampler.shapes`, and the `GRADES`; the last axis is the touch.
+        The arrays of `TouchSampler.shapes` and the `GRADES`; the last axis is the touch.
     """
     t = touches.n_touches
     workers = cores(workers) if t >= SHARED_FROM else 1
@@ -116,7 +116,7 @@ def draw(
         poor = np.flatnonzero(out["grade"] == 0) if sampler.redraws_together else np.arange(0)
         for groups in spread([(rows, True) for rows in sampler.pieces(poor, again=True)]):
             for rows, drawn in groups:
-                # Chains replace poor weights even where they are poor themselves: they at least tell what they missed.
+                # Chains replace poor importance weights even if they are poor too: their grades are more reliable.
                 better = (drawn["grade"] > 0) | (drawn["ess_bulk"] > out["ess_bulk"][rows]) | (start == 0)
                 for name, values in drawn.items():
                     out[name][..., rows[better]] = values[..., better]
@@ -126,7 +126,7 @@ def draw(
 def draw_groups(
     sampler: TouchSampler[Any], touches: Any, rows: IndexArray, plan: DrawPlan, first: int, rounds: tuple[int, int]
 ) -> Iterator[tuple[IndexArray, Drawn]]:
-    """Draw some touches, from the first to the last of `rounds`; yields the rows of each group, and what is kept."""
+    """Rows and results of each group of touches, drawn from the first to the last of `rounds`."""
     for group in sampler.groups(touches, rows):
         drawn = _sample(group, plan, first + group.rows, rounds)
         grades = dict(zip(GRADES, _grades(drawn), strict=True))
@@ -136,7 +136,7 @@ def draw_groups(
 def _sample(
     group: TouchGroup, plan: DrawPlan, numbers: IndexArray, rounds: tuple[int, int]
 ) -> BlockDraws | ImportanceDraws:
-    """Draw coordinates of the touches of a group, which have these numbers."""
+    """Draws of the coordinates of a group's touches; `numbers` are the numbers of the touches."""
 
     def log_density(x: FloatArray, blocks: IndexArray) -> FloatArray:
         return group.log_density(x, np.searchsorted(numbers, blocks))
@@ -145,15 +145,15 @@ def _sample(
     common: dict[str, Any] = {"walkers": CHAINS, "draws": n, "seed": plan.seed, "blocks": numbers}
     if rounds[0] == 0:
         return importance_blocks(log_density, proposal, proposals=plan.draws, least_ess=plan.least_ess, **common)
-    # R-hat of chains that are right scatters by as many hundredths as there are chains for each hundred draws.
+    # R-hat of correct chains scatters, by about as many hundredths as there are chains for each hundred draws.
     demands = Demands(ess_bulk=plan.least_ess, rhat=1 + max(0.02, 3 / n))
     return sample_blocks(log_density, proposal, demands=demands, first_round=rounds[0], rounds=rounds[1], **common)
 
 
 def _grades(drawn: BlockDraws | ImportanceDraws) -> tuple[NDArray[Any], ...]:
-    """In the order of `GRADES`."""
+    """Grades of the draws, in the order of `GRADES`."""
     if isinstance(drawn, ImportanceDraws):
-        # Weighted draws are independent: their size is that of the weights, and there is no chain to compare.
+        # Weighted draws are independent: their size is that of the weights, and there are no chains to compare.
         one = np.ones(len(drawn.ess))
         return drawn.ess, one, one, drawn.pareto_k, 0 * one, drawn.grade
     return drawn.worst_ess, drawn.worst_rhat, drawn.acceptance, drawn.pareto_k, drawn.rounds, drawn.grade

@@ -1,4 +1,4 @@
-"""Inference block by block: in memory, or into a file that holds any number of touches."""
+"""Inference block by block, in memory or into a file, for any number of touches."""
 
 from __future__ import annotations
 
@@ -23,31 +23,31 @@ from bayestouch.results.summaries import summarise
 from bayestouch.results.tips import TipProbabilities
 from bayestouch.version import __version__
 
-# Draws of a block, over its touches: 128 MB as R, r_c, θ_c and P. A multiple of what is drawn together.
+# Draws of a block, over all its touches: 128 MB for R, r_c, θ_c and P. Block sizes are multiples of `BLOCK_UNIT`.
 BLOCK_DRAWS = 1 << 22
 BLOCK_UNIT = 512
 
 
 class BlockReader(Protocol):
-    """A calibrated sensor that is ready to read touches. It is sent to wherever they are read."""
+    """A calibrated sensor that can infer blocks of touches. It is sent to other processes or machines."""
 
     def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of a block of touches, numbered from `first`; they do not depend on the other blocks."""
+        """Posteriors of a block of touches, numbered from `first`; they do not depend on other blocks."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class TouchRun:
-    """Touches that are ready to be read.
+    """Touches that are prepared for inference.
 
     Attributes
     ----------
     reader : BlockReader
-        Reads them.
+        Infers the posteriors of a block.
     n_touches : int
-        How many.
+        Number of touches.
     blocks : callable
-        Given a size, yields the touches in blocks of that size (the last one smaller), in order.
+        Function of a block size. It yields the touches in order, in blocks of that size (the last one smaller).
     """
 
     reader: BlockReader
@@ -56,17 +56,18 @@ class TouchRun:
 
 
 Numbered = Iterator[tuple[int, Any]]
-#: Reads blocks, each given with the number of its first touch, in any order; tells how far it is with the one in work.
+#: Function that infers blocks, in any order. Each block comes with the number of its first touch. The last argument is
+#: called with the progress of the current block.
 Executor = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
 
 
 def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
-    """Numbers 0 ... n - 1 in pieces of `size`."""
+    """Numbers 0 ... n - 1 in arrays of length `size` (the last one shorter)."""
     return (np.arange(first, min(first + size, n)) for first in range(0, n, size))
 
 
 def in_blocks(parts: Iterable[AnyBlock], size: int) -> Iterator[AnyBlock]:
-    """Touches of parts of any size in blocks of one size, the last one smaller."""
+    """Touches from parts of any size, in blocks of one size (the last one smaller)."""
     held: list[AnyBlock] = []
     for part in parts:
         held.append(part)
@@ -81,12 +82,12 @@ def in_blocks(parts: Iterable[AnyBlock], size: int) -> Iterator[AnyBlock]:
 
 
 def size_of_block(kept: Kept) -> int:
-    """Touches that are read together."""
+    """Number of touches in a block."""
     return max(1, BLOCK_DRAWS // kept.draws // BLOCK_UNIT) * BLOCK_UNIT
 
 
 def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
-    """A block with the summary of all its draws, and those to be kept."""
+    """Block reduced to the draws that are kept, with the summary of all its draws."""
     if kept.everything:
         return block
     draws = {} if kept.summary_only else {name: a[:, :: kept.thin] for name, a in block.posterior.items()}
@@ -94,7 +95,7 @@ def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
 
 
 def local_executor(workers: int | None) -> Executor:
-    """Read blocks one after the other, each with all cores of this machine or so many."""
+    """Executor that infers blocks one after the other on this machine, with `workers` processes (default: cores)."""
 
     def executor(
         reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
@@ -106,7 +107,7 @@ def local_executor(workers: int | None) -> Executor:
 
 
 def cluster_executor(address: str) -> Executor:
-    """Read blocks on the Dask cluster whose scheduler is at `address`; raises as `on_cluster`."""
+    """Executor that uses the Dask cluster with its scheduler at `address`; raises as `on_cluster`."""
 
     def executor(
         reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
@@ -123,7 +124,7 @@ def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> Tou
 
 
 def read_in_memory(run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None) -> TouchPosteriors:
-    """Posteriors of all touches."""
+    """Posteriors of all touches, in memory."""
     blocks = dict(_read(run, kept, executor, progress, set()))
     return _joined([blocks[first] for first in sorted(blocks)])
 
@@ -131,12 +132,12 @@ def read_in_memory(run: TouchRun, kept: Kept, executor: Executor, progress: Prog
 def read_to_file(
     run: TouchRun, kept: Kept, executor: Executor, path: Path, fingerprint: str, progress: Progress | None
 ) -> None:
-    """Write the posteriors of all touches to a file, going on from where an interrupted run stopped.
+    """Write the posteriors of all touches to a file; an interrupted run is continued.
 
     Raises
     ------
     InputError
-        The file cannot be written, or another process is writing it.
+        If the file cannot be written, or another process is writing it.
     """
     from bayestouch.results.groups import touch_groups
 
@@ -156,7 +157,7 @@ def read_to_file(
 
 
 def fingerprint(source: TouchSource, calibration: Calibration, options: Options) -> str:
-    """Hash of all that the draws follow from: data, calibration, options, and the versions of what computes."""
+    """Hash of everything that the draws depend on: data, calibration, options, versions of the packages used."""
     from importlib.metadata import version
 
     from bayestouch.results.groups import calibration_groups
@@ -186,7 +187,7 @@ def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches:
 def _read(
     run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None, done: set[int]
 ) -> Iterator[tuple[int, TouchPosteriors]]:
-    """First touch and posteriors of each block that is not done."""
+    """First touch and posteriors of each block whose number is not in `done`."""
     size = size_of_block(kept)
     read = len(done)
 

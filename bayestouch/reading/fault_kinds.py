@@ -1,4 +1,4 @@
-"""What is wrong with one column of a touch table."""
+"""Kinds of faults of one column of a touch table."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from bayestouch.reading.fault_tests import TOLERANCE, SensorMisfit
 
 Kind = Literal["dead", "stuck", "gain", "offset", "unlike"]
 
-#: An element that follows the touches by less than this share of what it should is dead.
+#: An element is dead if its readings follow the touches by less than this share of the expected amount.
 DEAD_SHARE = 0.15
 
 
 @dataclass(frozen=True)
 class ColumnFault:
-    """What is wrong with one column.
+    """Fault of one column of a touch table.
 
     Attributes
     ----------
     column : int
-        Element, counted from 0; the number of elements for the force sensor.
+        Number of the element from 0; the force sensor has the number of elements.
     kind : str
-        ``dead`` (does not follow the touches), ``stuck`` (one value), ``gain`` (reads `value` times what it should),
-        ``offset`` (reads `value` of its peak too much) or ``unlike`` (does not fit in another way).
+        ``dead`` (readings do not follow the touches), ``stuck`` (one constant value), ``gain`` (reading is `value`
+        times the expected one), ``offset`` (reading is too high by `value` times the peak) or ``unlike`` (any other
+        misfit).
     value, sd : float
-        Of `kind`, with its standard deviation.
+        Size of the fault as `kind` defines it, and its standard deviation.
     """
 
     column: int
@@ -38,13 +39,13 @@ class ColumnFault:
 
 
 def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
-    """What is wrong with a column, from what the others say it should have read."""
+    """Fault of a column, from its readings `read` and the prediction by the other columns."""
     there = np.isfinite(read)
     y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]
     scale = float(misfit.scale[column])
     if len(y) > 1 and np.ptp(y) == 0:
         return ColumnFault(column, "stuck", float(y[0]))
-    # A signal that is itself uncertain would draw the slope to zero: its variance is taken out of its square.
+    # The uncertainty of the signal would bias the slope towards zero, so its variance is subtracted from the square.
     weight = 1 / (s_sd**2 + (0.02 * scale) ** 2)
     square = float((weight * (s**2 - s_sd**2)).sum())
     if square <= 0:

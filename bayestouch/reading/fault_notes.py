@@ -1,4 +1,4 @@
-"""What a check of the sensor found, in sentences for the notes of a result."""
+"""Sentences about the result of a sensor check, for the notes of a result."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from bayestouch.reading.faults import SensorCheck
 
 
 def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
-    """One sentence for each finding; none for a sound sensor.
+    """One sentence for each fault that was found; empty for a sensor without faults.
 
     Parameters
     ----------
     check : SensorCheck
-        What was found.
+        Result of the check.
     load_unit : str
         Unit of the load.
     """
@@ -40,7 +40,7 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
 
 
 def fault_settings(check: SensorCheck) -> dict[str, str | float]:
-    """The same for the settings of a result."""
+    """Result of the check as settings of a result."""
     m = len(check.order)
     found: dict[str, str | float] = {"touches_checked": float(check.touches)}
     if check.left_out.any():

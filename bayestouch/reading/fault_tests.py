@@ -1,8 +1,9 @@
-"""Does each element still read what it read when the sensor was calibrated? Score tests on the residuals of touches.
+"""Score tests on the residuals of touches: does each element still read as it did in the calibration?
 
-Every touch is fitted with all elements and the force sensor; a *column* is one of them. If a column is at fault, its
-residuals go one way over many touches. What a touch's own location, load and radius can absorb of a residual is
-projected out, so that a column is held against what the others say of the touch (leave one out, in linear order).
+Every touch is fitted with all elements and the force sensor; each of these is a *column*. If a column is faulty, its
+residuals have the same sign over many touches. The part of a residual that location, load and radius of the touch can
+absorb is projected out. The test thus compares a column with the prediction by the other columns (leave one out, to
+first order).
 """
 
 from __future__ import annotations
@@ -15,44 +16,46 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 
-#: Changes of gain (share) and offsets (share of the peak) of an element below the first, and force factors nearer to 1
-#: than the second, are not looked for: a model that is a little wrong, or a radius at the end of its range, shifts
-#: whole columns by tenths of a per cent.
+#: Smallest changes that are looked for: change of gain (share) and offset (share of the peak) of an element, and
+#: deviation of the force factor from 1. Small model errors, or a radius at the limit of its range, shift whole columns
+#: by tenths of a per cent.
 TOLERANCE, FORCE_TOLERANCE = 0.01, 0.005
-#: Touches that tell of a column's gain are those under which it reads this share of its peak: on its far tails a model
-#: that is a little wrong is wrong by a large share.
+#: A touch is used for the gain of a column if the column reads at least this share of its peak. Below it, a small model
+#: error is a large share of the reading.
 SIGNAL_SHARE = 0.2
-#: Standard deviations beyond the tolerance that make a fault: 33 two-sided tests at 4 go off in 1 of 500 tables, less
-#: often for the tolerance.
+#: Number of standard deviations beyond the tolerance that make a fault. With 33 two-sided tests at 4, a false alarm
+#: occurs in 1 of 500 tables; the tolerance makes it rarer.
 THRESHOLD = 4.0
-#: A column whose residuals scatter this many times wider than those of the median column is at fault.
+#: A column is faulty if its residuals scatter this many times wider than those of the median column.
 SCATTER = 2.5
-#: Fewer touches than this with information on a column, or than the second with a signal of it, tell nothing of it.
+#: A column is not tested with fewer touches with information on it than the first number, or with fewer touches with a
+#: signal of it than the second.
 FEWEST, FEWEST_SIGNALS = 8, 3
 _NORMAL_QUARTILE = 0.6744897501960817
 
 
 @dataclass(frozen=True, eq=False)
 class SensorMisfit:
-    """Residuals of fitted touches; t touches, k columns (the elements, then the force sensor).
+    """Residuals of fitted touches and what is needed to test them; t touches, k columns (elements, then force sensor).
 
     Attributes
     ----------
     score : (t, k) array
         Inverse covariance times (reading minus prediction) at the mode of each touch.
     information : (t, k) array
-        Inverse variance of each reading about what the other columns predict; 0 where not read or not told by them.
+        Inverse variance of the difference between each reading and its prediction by the other columns; 0 where there
+        is no reading or no such prediction.
     signal : (t, k) array
-        Predicted readings; of the force sensor the load.
+        Predicted readings; for the force sensor the load.
     signal_sd : (t, k) array
-        What the touch, as fitted, leaves open of them.
+        Standard deviation of `signal` that is left by the uncertainty of the fitted touch.
     shared : callable
-        Variance (k,) that the calibration's errors, the same in all touches, give to sums over touches of a
-        direction (t, k) times the score.
+        Function of a direction (t, k): variance (k,) of the sum over touches of direction times score that is caused by
+        errors of the calibration, which all touches share.
     discrepancy : (k,) array
-        What the calibrated model missed each column by, in calibration, beyond noise; a share of `scale`.
+        Model error of each column beyond noise in the calibration, as a share of `scale`.
     scale : (k,) array
-        Peak reading of each column: that of an edge right above the element; of the force sensor a typical load.
+        Peak reading of each column, under an edge right above the element; for the force sensor a typical load.
     """
 
     score: FloatArray
@@ -65,30 +68,30 @@ class SensorMisfit:
 
     @property
     def n_elements(self) -> int:
-        """Number of elements, k less the force sensor."""
+        """Number of elements: k without the force sensor."""
         return len(self.scale) - 1
 
 
 @dataclass(frozen=True, eq=False)
 class ColumnTests:
-    """What the residuals say of each column; (k,) arrays, NaN where they say nothing.
+    """Results of the tests of each column; (k,) arrays, NaN where there is too little information.
 
     Attributes
     ----------
     gain, gain_sd : arrays
-        Reading over what it should be, and its standard deviation.
+        Reading divided by the expected reading, and its standard deviation.
     offset, offset_sd : arrays
-        Reading less what it should be as a share of `SensorMisfit.scale`; NaN for the force sensor.
+        Reading minus the expected reading as a share of `SensorMisfit.scale`; NaN for the force sensor.
     scatter : array
-        Robust standard deviation of the standardised residuals, over that of the median column (1 at the least).
+        Robust standard deviation of the standardised residuals, divided by that of the median column (at least 1).
     drop : array
-        Sum of squared standardised residuals: how much better everything fits without the column.
+        Sum of squared standardised residuals: the decrease of the total misfit if the column is left out.
     faulty : bool array
-        Gain, offset or scatter beyond what chance and tolerance allow.
+        True if gain, offset or scatter deviates by more than chance and tolerance allow.
     differ : bool
-        Sound elements differ among each other in gain or offset by more than the tolerance.
+        True if elements without a fault differ from each other in gain or offset by more than the tolerance.
     usual : float
-        Robust standard deviation of the standardised residuals of the median element, 1 at the least.
+        Robust standard deviation of the standardised residuals of the median element, at least 1.
     """
 
     gain: FloatArray
@@ -103,7 +106,7 @@ class ColumnTests:
 
     @property
     def agree(self) -> bool:
-        """Whether nothing is wrong with the columns that were fitted."""
+        """True if no fault was found in the columns that were fitted."""
         return not self.differ and not bool(self.faulty.any())
 
 
@@ -129,7 +132,7 @@ def tested(misfit: SensorMisfit) -> ColumnTests:
     differ = False
     for value, sd in ((gain, gain_sd), (offset, offset_sd)):
         known = enough & np.isfinite(sd)
-        # Where the model is a little wrong, sound elements differ among each other by more than their sds.
+        # If the model has a small error, sound elements differ from each other by more than their sds.
         unlike, chance = _excess(value[known & elements], sd[known & elements])
         differ |= not chance and unlike > float(np.median(tolerance))
         total = np.sqrt(sd**2 + unlike**2)
@@ -149,7 +152,7 @@ def tested(misfit: SensorMisfit) -> ColumnTests:
 
 
 def _coefficient(misfit: SensorMisfit, direction: FloatArray, usual: float) -> tuple[FloatArray, FloatArray]:
-    """How far each column moves along a direction (t, k), and its sd; inf where the touches do not tell."""
+    """Deviation of each column along a direction (t, k), and its sd; inf where the touches give no information."""
     weight = misfit.information * direction**2
     total = weight.sum(axis=0)
     told = total > 0
@@ -160,16 +163,16 @@ def _coefficient(misfit: SensorMisfit, direction: FloatArray, usual: float) -> t
 
 
 def _robust_sd(z: FloatArray, told: NDArray[np.bool_]) -> FloatArray:
-    """Median of |z| over that of a standard normal, by column; NaN where nothing is told."""
+    """Median of |z| divided by that of a standard normal, by column; NaN for a column without information."""
     return np.array([_median(np.abs(column[there])) for column, there in zip(z.T, told.T, strict=True)]) / (
         _NORMAL_QUARTILE
     )
 
 
 def _excess(value: FloatArray, sd: FloatArray) -> tuple[float, bool]:
-    """Standard deviation among columns beyond their own sds, by medians, and whether chance could make it.
+    """Standard deviation among columns beyond their own sds, from medians, and True if chance can explain it.
 
-    Fewer than five columns say nothing.
+    With fewer than five columns the result is 0 and True.
     """
     precise = sd < 3 * _median(sd)
     n = int(precise.sum())

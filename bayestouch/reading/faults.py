@@ -1,7 +1,8 @@
-"""Faulty sensors: which element, or the force sensor, no longer reads as it was calibrated, and going on without it.
+"""Faulty sensors: search for elements, or a force sensor, that no longer read as in the calibration.
 
-The columns of the touch table (elements and force sensor) are left out one by one, the worst first, until what is
-left agrees with itself; then each is tried again among the sound ones, so that no column pays for another's fault.
+The columns of the touch table (elements and force sensor) are left out one by one, the worst first, until the others
+agree with each other. Then each column is tried again among the sound ones, so that none is left out because of a
+fault of another.
 """
 
 from __future__ import annotations
@@ -16,51 +17,51 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.reading.fault_kinds import ColumnFault, named
 from bayestouch.reading.fault_tests import ColumnTests, SensorMisfit, tested
 
-#: No more than this share of the elements is left out; beyond it the readings as a whole do not fit the calibration.
+#: Largest share of the elements that is left out. With more faults, the calibration does not fit the readings at all.
 LARGEST_SHARE = 1 / 3
-#: Elements that miss the model by more than this many times what noise and calibration explain widen the noise: the
-#: second where something was found to be at fault.
+#: The noise is widened if elements deviate from the model by more than this many times what noise and calibration
+#: explain. The second number applies if a fault was found.
 LARGEST_MISFIT, SLIGHT_MISFIT = 2.0, 1.2
-#: Columns that are left out on trial, where a faulty element moves the touches themselves.
+#: Number of columns that are left out on trial if a faulty element shifts the estimates of the touches.
 MOST_TRIED = 8
 
 
 class FittedTouches(Protocol):
-    """Touches that can be fitted without some of the columns, the last of which is the force sensor."""
+    """Touches that can be fitted without some of the columns; the last column is the force sensor."""
 
     @property
     def columns(self) -> FloatArray:
-        """What each column read, (t, k)."""
+        """Readings of each column, (t, k)."""
         ...
 
     @property
     def few(self) -> bool:
-        """Whether elements are so few that a faulty one takes the touches to another place, where others misfit."""
+        """True if there are so few elements that a faulty one shifts the fitted touch, so that the others misfit."""
         ...
 
     def with_order(self, order: IndexArray) -> FittedTouches:
-        """The same touches with the readings of the elements in another order."""
+        """Same touches with the readings of the elements in another order."""
         ...
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
-        """Fit without the columns `out`, a mask (k,)."""
+        """Residuals of a fit without the columns in the mask `out` (k,)."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class SensorCheck:
-    """What the readings of many touches say of the sensor.
+    """Result of the check of a sensor.
 
     Attributes
     ----------
     faults : tuple of ColumnFault
-        Columns to go on without, elements first.
+        Columns that are left out, elements first.
     order : (m,) int array
-        Column that holds the readings of each element: not 0, 1, 2 … where wires are swapped.
+        Column with the readings of each element; other than 0, 1, 2 … if wires are swapped.
     excess : float
-        How many times noise and calibration the readings miss the model by, where no few elements explain it; else 1.
+        Ratio of the misfit to what noise and calibration explain, if leaving out a few elements does not help; else 1.
     touches : int
-        Touches looked at.
+        Number of touches in the check.
     """
 
     faults: tuple[ColumnFault, ...]
@@ -70,34 +71,34 @@ class SensorCheck:
 
     @property
     def left_out(self) -> BoolArray:
-        """Elements to go on without, (m,)."""
+        """Mask of the elements that are left out, (m,)."""
         out = np.zeros(len(self.order), dtype=bool)
         out[[fault.column for fault in self.faults if fault.column < len(out)]] = True
         return out
 
     @property
     def force_left_out(self) -> bool:
-        """Whether to go on without the force sensor."""
+        """True if the force sensor is left out."""
         return any(fault.column == len(self.order) for fault in self.faults)
 
     def corrected(self, means: TouchMeans) -> TouchMeans:
-        """Touches with swapped wires put right, and without readings of faulty elements."""
+        """Touches with swapped wires corrected, and without the readings of faulty elements."""
         readings, counts, out = means.readings[:, self.order], means.counts[:, self.order], self.left_out
         return replace(means, readings=np.where(out, np.nan, readings), counts=np.where(out, 0, counts))
 
     @property
     def sound(self) -> bool:
-        """Whether nothing was found."""
+        """True if no fault was found."""
         return not self.faults and self.excess == 1 and bool(np.all(np.diff(self.order) == 1))
 
 
 def find_faults(fitted: FittedTouches) -> SensorCheck:
-    """Look for columns that no longer read as calibrated.
+    """Result of a search for columns that no longer read as in the calibration.
 
     Parameters
     ----------
     fitted : FittedTouches
-        Touches with the model of the calibrated sensor.
+        Touches and the model of the calibrated sensor.
     """
     t, k = fitted.columns.shape
     order = np.arange(k - 1)
@@ -108,27 +109,27 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
         swap = _exchanged(k - 1, pair)
         fitted, order = fitted.with_order(swap), order[swap]
         out[list(pair)] = False
-        out = _readmitted(fitted, out)  # what paid for the wires
+        out = _readmitted(fitted, out)  # columns that misfitted only because of the swapped wires
     misfit, columns = fitted(out), fitted.columns
     faults = tuple(named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
     if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
-        # no factor puts the force sensor right: more likely it is the elements, each in its own way
+        # no factor corrects the force sensor: more likely each element has a fault of its own
         return _as_a_whole(fitted)
-    # Where some elements are at fault the others may be a little; where none is, the model is what it was calibrated.
+    # Next to faulty elements, the others may have small faults; without any fault, the model should fit as calibrated.
     overall, worst = _root_mean_squares(misfit)
     widen = overall > (SLIGHT_MISFIT if len(faults) else LARGEST_MISFIT)
     return SensorCheck(faults, order, max(1.0, worst) if widen else 1.0, t)
 
 
 def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
-    """Another order of the elements that makes everything agree, or else how much there is to be explained."""
+    """Check of the sensor as a whole: an order of the elements with which all agree, else the size of the misfit."""
     t, k = fitted.columns.shape
     order = np.arange(k - 1)
     excess = max(1.0, _root_mean_squares(fitted(np.zeros(k, dtype=bool)))[1])
     for other in (order[::-1], np.roll(order, 1), np.roll(order, -1)):
         turned = fitted.with_order(other)
         out = _without(turned)
-        # one element more may be at fault: that whose wire was left over by the shift
+        # one more element may be faulty: the one that has no wire after the shift
         if out is None or out.sum() > 1 or out[-1]:
             continue
         misfit = turned(out)
@@ -140,7 +141,7 @@ def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
 
 
 def _without(fitted: FittedTouches) -> BoolArray | None:
-    """Columns (k,) to leave out so that the others agree; None where they are too many."""
+    """Columns (k,) to leave out so that the others agree; None if there are too many."""
     k = fitted.columns.shape[1]
     out = np.zeros(k, dtype=bool)
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
@@ -152,7 +153,7 @@ def _without(fitted: FittedTouches) -> BoolArray | None:
 
 
 def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
-    """Columns (k,) to leave out, without those that agree with all others after all."""
+    """Mask (k,) of columns to leave out, without those that agree with all others when they are tried again."""
     for column in np.flatnonzero(out):
         tried = out.copy()
         tried[column] = False
@@ -162,34 +163,34 @@ def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
 
 
 def _trouble(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
-    """Tests of the columns that are not `out`; None where nothing is wrong with them."""
+    """Tests of the columns that are not in `out`; None if no fault is found in them."""
     misfit = fitted(out)
     tests = tested(misfit)
-    # where a faulty element takes touches away from itself, nothing is left of it to be tested: all others misfit
+    # a faulty element can shift the touches so far that its own readings cannot be tested: all others misfit
     hidden = fitted.few and _root_mean_squares(misfit)[0] > LARGEST_MISFIT
     return None if tests.agree and not hidden else tests
 
 
 def _worst(fitted: FittedTouches, out: BoolArray, tests: ColumnTests) -> int:
-    """The column to leave out next."""
+    """Column to leave out next."""
     k = len(out)
     if fitted.few:
         likely = np.argsort(np.where(out, -1.0, tests.drop))[::-1][: min(MOST_TRIED, int((~out).sum()))]
         only = np.eye(k, dtype=bool)
         return min(map(int, likely), key=lambda column: _root_mean_squares(fitted(out | only[column]))[0])
-    # where elements differ but none stands out, a large fault of one may hide in what it does to its neighbours
+    # if elements differ but none is clearly faulty, a large fault of one may be hidden in the misfit of its neighbours
     suspects = tests.faulty if tests.faulty.any() else ~out & (np.arange(k) < k - 1)
     return int(np.where(suspects, tests.drop, -1.0).argmax())
 
 
 def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
-    """Two elements, one of them in `out`, that agree with all others when their readings are exchanged."""
+    """Two elements, one of them in `out`, that agree with all others if their readings are exchanged; None if none."""
     m = len(out) - 1
     if not out[:m].any():
         return None
     untold = np.isnan(tested(fitted(out)).gain[:m])
     for first in np.flatnonzero(out[:m]):
-        # the partner is at fault too, unless nothing is asked of it where the touches are
+        # the other element is faulty too, unless the touches contain no information on it
         for second in np.flatnonzero((out[:m] | untold) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
@@ -206,7 +207,7 @@ def _exchanged(m: int, pair: tuple[int, int]) -> IndexArray:
 
 
 def _root_mean_squares(misfit: SensorMisfit) -> tuple[float, float]:
-    """Of the standardised residuals of all elements together, and of the element that has the largest."""
+    """Root mean squares of the standardised residuals: of all elements together, and of the worst element."""
     told = (misfit.information > 0)[:, :-1]
     score, information = misfit.score[:, :-1], misfit.information[:, :-1]
     squares = np.where(told, score**2 / np.where(told, information, 1.0), 0.0)

@@ -1,4 +1,4 @@
-"""What may be chosen of an inference."""
+"""Options of an inference."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from bayestouch.results.objects import Calibration
 
 @dataclass(frozen=True)
 class Kept:
-    """What is kept of the draws.
+    """Options about the draws that are kept in a result.
 
     Attributes
     ----------
     draws : int
-        Draws of a touch.
+        Number of draws of a touch.
     thin : int
-        Of each chain every so many-th draw is kept.
+        Every `thin`-th draw of each chain is kept.
     summary_only : bool
-        No draw is kept.
+        True if no draws are kept.
     summarised : bool
-        There are summaries, of all draws, even if every draw is kept.
+        True if summaries of all draws are stored, even if every draw is kept.
     """
 
     draws: int = 1024
@@ -34,13 +34,13 @@ class Kept:
 
     @property
     def everything(self) -> bool:
-        """Whether posteriors stay as they are drawn."""
+        """True if all draws are kept and no summary is stored."""
         return self.thin == 1 and not (self.summary_only or self.summarised)
 
 
 @dataclass(frozen=True)
 class Options:
-    """Everything a result follows from beside touches and calibration; see `bayestouch.infer`."""
+    """All options that influence a result; `bayestouch.infer` describes them."""
 
     indenter: IndenterPrior | None = None
     plug_in: bool = False
@@ -52,12 +52,12 @@ class Options:
     seed: int = 0
 
     def check(self, source: TouchSource, calibration: Calibration) -> None:
-        """Refuse what cannot be.
+        """Refuse options that are impossible.
 
         Raises
         ------
         InputError
-            An option is out of range, or the table does not fit the calibrated sensor.
+            If an option is out of range, or the table does not fit the calibrated sensor.
         """
         draws, thin = self.kept.draws, self.kept.thin
         if self.method not in ("emcee", "importance"):
@@ -75,7 +75,7 @@ class Options:
 
     @property
     def of_some_bodies(self) -> dict[str, Any]:
-        """Options that not all bodies have; None where they are left at their defaults."""
+        """Options that only some bodies have; None for those with their default values."""
         return {
             "each_sample": self.each_sample or None,
             "method": None if self.method == "emcee" else self.method,

@@ -1,4 +1,4 @@
-"""Touches made ready to be read, and read block by block: one way for every body, with effects and without."""
+"""Preparation of touches and inference block by block; the same for every body, with and without effects."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from bayestouch.version import __version__
 
 @dataclass(frozen=True, eq=False)
 class ReadyReader:
-    """A calibrated sensor that is ready to read blocks of touches. A `bayestouch.reading.driver.BlockReader`.
+    """A calibrated sensor that can infer blocks of touches. A `bayestouch.reading.driver.BlockReader`.
 
     Attributes
     ----------
     calibration : Calibration
         The calibrated sensor.
     reader : TouchReader
-        Reads touches on this body, without what the check of the sensor left out.
+        Functions of this body, without the columns that the check of the sensor left out.
     plan : DrawPlan
-        How touches are drawn.
+        Settings of the sampler.
     settings, notes
-        Of the result.
+        Settings and notes of the result.
     """
 
     calibration: Calibration
@@ -43,7 +43,7 @@ class ReadyReader:
     notes: tuple[str, ...]
 
     def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of touches that are numbered from `first`, by so many processes."""
+        """Posteriors of a block of touches that are numbered from `first`, computed by `workers` processes."""
         reader = self.reader
         unknown = reader.unknown(block)
         drawn = draw(reader.sampler, unknown, self.plan, workers=workers, progress=progress, first=first)
@@ -64,24 +64,24 @@ class ReadyReader:
 def touch_run(
     reader: TouchReader, source: TouchSource, found: Survey, calibration: Calibration, options: Options
 ) -> TouchRun:
-    """Make touches ready to be read.
+    """Touches prepared for inference: rest reading subtracted, sensor checked, settings and notes complete.
 
     Parameters
     ----------
     reader : TouchReader
         The calibrated sensor.
     source, found : TouchSource, Survey
-        The touches, and what was found in going through them once.
+        The touches, and what a first pass over them found.
     calibration, options : Calibration, Options
-        What `reader` was made of.
+        The calibration and the options from which `reader` was made.
 
     Raises
     ------
     InputError
-        The rest reading of the calibration is not that of the table's elements.
+        If the rest reading of the calibration belongs to other elements than the table.
     """
     baseline = Baseline.of(found.rest, calibration.rest_reading)
-    # What is read of a touch may depend on other touches: then the table is in memory, and made ready at once.
+    # If a touch depends on other touches, the whole table is in memory and is prepared at once.
     whole = reader.average(baseline.subtracted(source.whole())) if reader.needs_whole_table else None
     block = None if whole is None else reader.ready(whole)
     notes = [*found.notes, baseline.note, *reader.notes(found, whole)]

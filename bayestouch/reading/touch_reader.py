@@ -1,4 +1,4 @@
-"""What a body gives so that touches on it can be read: the protocols that finger and pad fulfil."""
+"""Protocols of the inference of touches, which each body (finger, pad) implements."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ Drawn = dict[str, FloatArray]
 
 
 class Block(Protocol):
-    """Touches that are read together; t touches, m elements."""
+    """Touches that are processed together; t touches, m elements."""
 
     @property
     def n_touches(self) -> int:
-        """How many."""
+        """Number of touches."""
         ...
 
     def select(self, index: IntArray) -> Self:
-        """Some of them."""
+        """Block with some of the touches."""
         ...
 
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
-        """All touches of several blocks."""
+        """Block with all touches of several blocks."""
         ...
 
 
@@ -46,56 +46,56 @@ class TouchGroup(Protocol):
 
     @property
     def rows(self) -> IndexArray:
-        """Their places among the touches of the block, ascending."""
+        """Rows of the touches in the block, ascending."""
         ...
 
     @property
     def proposal(self) -> BlockProposal:
-        """Proposal of the sampler for each of them."""
+        """Proposal of the sampler for each touch."""
         ...
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
-        """Log posterior density (B, n) of points x (B, n, d) of the touches at the places `touch` (B,) of the group."""
+        """Log posterior density (B, n) at points x (B, n, d) of touches; `touch` (B,) numbers them in the group."""
         ...
 
     def results(self, draws: FloatArray) -> Drawn:
-        """What is kept of draws (chain, draw, t, d): the arrays of `TouchSampler.shapes`."""
+        """Arrays that are kept of draws (chain, draw, t, d): those of `TouchSampler.shapes`."""
         ...
 
 
 class TouchSampler(Protocol[AnyTouches]):
-    """A calibrated sensor that touches are drawn with."""
+    """Sampler of touches on a calibrated sensor."""
 
     @property
     def redraws_together(self) -> bool:
-        """Whether touches with poor draws are drawn again together, wherever they are, or each in its own group."""
+        """True if all touches with poor draws are drawn again together; False if each is drawn again in its group."""
         ...
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
-        """Rows in the pieces that one process takes at a time. They do not depend on the number of processes."""
+        """Rows divided into pieces, one for each task of a process. They do not depend on the number of processes."""
         ...
 
     def shapes(self, chains: int, draws: int) -> Mapping[str, tuple[int, ...]]:
-        """Names of what is kept, and the shape of each without its last axis, which is the touch."""
+        """Names of the arrays that are kept, with the shape of each without its last axis (the touch)."""
         ...
 
     def groups(self, touches: AnyTouches, rows: IndexArray) -> Iterator[TouchGroup]:
-        """Some of the touches, in groups that are drawn together."""
+        """Groups of touches from these rows; a group is drawn together."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """What was read of t touches, in public names and units.
+    """Estimates of t touches, in public names and units.
 
     Attributes
     ----------
     posterior, sample_stats, reference
         As in `bayestouch.results.objects.TouchPosteriors`.
     rows : TouchRows
-        The touches, with the readings that are predicted.
+        The touches with the predicted readings.
     tips : TipProbabilities or None
-        Where the prior of the indenter has tips.
+        Probabilities of the tips, if the prior of the indenter has tips.
     """
 
     posterior: Mapping[str, FloatArray]
@@ -106,35 +106,35 @@ class Estimates:
 
 
 class TouchReader(Protocol):
-    """A calibrated sensor that reads touches: a finger or a pad, with or without effects.
+    """Functions of a calibrated sensor that infer touches: a finger or a pad, with or without effects.
 
-    Rows of the touch table become touches in two steps, `average` and `ready`. Only the second one depends on what the
-    check of the sensor found.
+    Rows of the touch table become touches in two steps, `average` and `ready`. Only the second step depends on the
+    result of the sensor check.
     """
 
     @property
     def needs_whole_table(self) -> bool:
-        """Whether what is read of a touch depends on other touches of the table: on those before it, or on a drift."""
+        """True if a touch depends on other touches of the table: on those before it, or on a drift."""
         ...
 
     @property
     def sampler(self) -> TouchSampler[Any]:
-        """Draws touches."""
+        """Sampler of touches."""
         ...
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Unknowns of a touch, with their priors."""
+        """Unknown parameters of a touch, with their priors."""
         ...
 
     @property
     def settings(self) -> Mapping[str, str | float]:
-        """What a result says of this body's own options."""
+        """Settings of the result that only this body has."""
         ...
 
     @property
     def least_share(self) -> float:
-        """Effective draws, as a share of all draws, below which a touch is drawn again."""
+        """Effective draws as a share of all draws; with fewer, a touch is drawn again."""
         ...
 
     @property
@@ -144,38 +144,38 @@ class TouchReader(Protocol):
 
     @property
     def unchecked(self) -> str:
-        """Why the sensor cannot be checked; empty where it can."""
+        """Reason why the sensor cannot be checked; empty if it can."""
         ...
 
     @property
     def drifts_are_estimated(self) -> bool:
-        """Whether drifts are estimated from the touches that are read: a faulty element then looks like a drift."""
+        """True if drifts are estimated from the touches to be inferred; then a faulty element looks like a drift."""
         ...
 
     def average(self, piece: Touches) -> Any:
-        """Touches of a piece of the table, the rest reading subtracted; the piece holds its touches whole."""
+        """Averaged touches of a part of the table, rest reading already subtracted; no touch is split between parts."""
         ...
 
     def ready(self, touches: Any) -> Any:
-        """A block of touches, without what the check left out, and with the effects of each touch's own time."""
+        """Block of touches without the columns that the check left out, with effects at the time of each touch."""
         ...
 
     def fitted(self, block: Any) -> FittedTouches:
-        """The touches as the check of the sensor wants them."""
+        """Touches in the form that the check of the sensor needs."""
         ...
 
     def without(self, check: SensorCheck) -> Self:
-        """The reader that goes on without faulty columns, with wires in order, and with noise that covers misfits."""
+        """Reader without faulty columns, with wires in the right order, and with noise widened to cover misfits."""
         ...
 
     def unknown(self, block: Any) -> Any:
-        """The touches as the sampler wants them."""
+        """Touches in the form that the sampler needs."""
         ...
 
     def estimates(self, block: Any, drawn: Drawn) -> Estimates:
-        """What was read, from what was drawn and its grades."""
+        """Estimates from the draws and their grades."""
         ...
 
     def notes(self, found: Survey, whole: Any | None) -> tuple[str, ...]:
-        """What is to be said of the touches; `whole` is the averaged table where it is needed whole."""
+        """Notes on the touches; `whole` is the averaged table if the whole table is needed."""
         ...

@@ -1,6 +1,6 @@
-"""How far a finger's readings can be trusted, and where: thresholds, sweet spots, and questions of design.
+"""Reliability of a finger's readings over location: thresholds, sweet spots, and effects of the design.
 
-``__init__.pyi`` says which module defines a name; the module is imported when the name is used.
+``__init__.pyi`` lists the module of each name; a module is imported when one of its names is used.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""Errors by indenter and location as touches show them, and how much of them a prediction explains."""
+"""Observed errors by indenter and location, and scores of how well a prediction explains them."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.results.objects import TouchPosteriors
 
-#: Mean of the absolute value of a normal number over its standard deviation.
+#: Mean absolute value of a normal variable divided by its standard deviation.
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))
 
 
 @dataclass(frozen=True, eq=False)
 class BiasMap:
-    """Errors of estimates over k indenters and n locations.
+    """Errors of estimates for k indenters at n locations.
 
     Attributes
     ----------
     indenters_mm : (k,) array
-        r_c.
+        Indenter radii r_c.
     angle_deg : (n,) array
         Reference locations.
     error : (k, n) array
-        Estimate less reference, mean of the touches there; NaN where there is none. R in mm, θ_c in degree, P in N/m.
+        Mean over touches of estimate minus reference; NaN without touches. R in mm, θ_c in degree, P in N/m.
     touches : (k, n) int array
-        How many.
+        Number of touches.
     """
 
     indenters_mm: FloatArray
@@ -39,26 +39,26 @@ class BiasMap:
 
     @property
     def location_rms(self) -> FloatArray:
-        """Root mean square over the indenters, (n,)."""
+        """Root mean square error over the indenters at each location, (n,)."""
         return np.asarray(np.sqrt(np.nanmean(self.error**2, axis=0)))
 
     @property
     def shared(self) -> float:
-        """Mean correlation over location between indenters: near 1 where bias belongs to the location (Figure 13)."""
+        """Mean correlation over location between indenters; near 1 if the bias belongs to the location (Figure 13)."""
         return shared_by_indenters(self.error)
 
 
 def observed_bias(posteriors: TouchPosteriors, name: str = "R", *, without: ArrayLike = ()) -> BiasMap:
-    """Errors of posterior means on the grid of indenters and locations that were touched.
+    """Errors of posterior means by indenter and location.
 
     Parameters
     ----------
     posteriors : TouchPosteriors
-        Of touches on a finger with reference radius and location.
+        Posteriors of touches on a finger with reference radius and location.
     name : {"R", "theta_c", "P"}
-        Which estimate.
+        The estimated quantity.
     without : (j,) array_like
-        Indenters to leave out, r_c in mm: those that calibrated.
+        Indenters to leave out, r_c in mm: those of the calibration.
 
     Raises
     ------
@@ -82,7 +82,7 @@ def observed_bias(posteriors: TouchPosteriors, name: str = "R", *, without: Arra
 
 
 def shared_by_indenters(error: FloatArray) -> float:
-    """Mean correlation between the rows of (k, n) errors; NaN for one indenter or one that never errs."""
+    """Mean correlation between the rows of errors (k, n); NaN if fewer than two rows vary."""
     rows = error[:, np.isfinite(error).all(axis=0)]
     rows = rows[rows.std(axis=1) > 0]
     if len(rows) < 2 or rows.shape[1] < 3:
@@ -92,17 +92,17 @@ def shared_by_indenters(error: FloatArray) -> float:
 
 @dataclass(frozen=True)
 class Explained:
-    """How much of a map a prediction explains.
+    """Scores of a prediction of a map of errors.
 
     Attributes
     ----------
     r_squared : float
-        Share of the mean square that goes away when the prediction is subtracted: of the signed errors about zero,
-        of absolute ones about their mean. Below zero where the prediction is worse than none.
+        Relative decrease of the mean square when the prediction is subtracted: of signed errors about zero, of absolute
+        errors about their mean. Below zero if the prediction is worse than none.
     rank_correlation : float
-        Spearman's.
+        Rank correlation of Spearman.
     r_squared_interval, rank_interval : (float, float)
-        90 % of bootstrap samples of locations (in blocks) and indenters.
+        Central 90 % over bootstrap samples of locations (in blocks) and indenters.
     """
 
     r_squared: float
@@ -112,33 +112,34 @@ class Explained:
 
 
 def explained_sign(predicted: ArrayLike, observed: ArrayLike, *, block: int = 8, seed: int = 0) -> Explained:
-    """How well signed predictions (k, n) explain errors (k, n); blocks of `block` neighbouring locations."""
+    """Scores of signed predictions (k, n) of errors (k, n); bootstrap blocks have `block` neighbouring locations."""
     return _explained(np.asarray(predicted, float), np.asarray(observed, float), _signed_r_squared, block, seed)
 
 
 def explained_size(predicted_rms: ArrayLike, observed: ArrayLike, *, block: int = 8, seed: int = 0) -> Explained:
-    """How well predicted root mean squares (k, n) explain the sizes of errors (k, n).
+    """Scores of predicted root mean squares (k, n) as predictions of the absolute errors (k, n).
 
-    One error says little of its root mean square, so that even a perfect prediction explains little: see `attainable`.
+    A single error varies widely about its root mean square, so even a perfect prediction has low scores: see
+    `attainable`.
     """
     predicted = MEAN_ABSOLUTE * np.asarray(predicted_rms, dtype=float)
     return _explained(predicted, np.abs(np.asarray(observed, dtype=float)), _size_r_squared, block, seed)
 
 
 def attainable(predicted_rms: ArrayLike, drawn: ArrayLike) -> dict[str, tuple[float, float, float]]:
-    """Scores of `explained_size` where the prediction is the truth: mean and 90 % interval over drawn maps.
+    """Scores of `explained_size` for a correct prediction: mean and 90 % interval over simulated maps.
 
     Parameters
     ----------
     predicted_rms : (k, n) array_like
-        Prediction.
+        Predicted root mean squares.
     drawn : (d, k, n) array_like
-        Errors drawn from it.
+        Errors drawn from the prediction.
 
     Returns
     -------
     dict
-        ``r_squared`` and ``rank_correlation``.
+        Mean, lower and upper limit for ``r_squared`` and ``rank_correlation``.
     """
     predicted = MEAN_ABSOLUTE * np.asarray(predicted_rms, dtype=float)
     sizes = np.abs(np.asarray(drawn, dtype=float))
@@ -200,7 +201,7 @@ def _interval(values: FloatArray) -> tuple[float, float]:
 
 
 def covered(posteriors: TouchPosteriors, name: str = "R", probability: float = 0.9) -> FloatArray:
-    """Whether each touch's central interval contains its reference, (t,): 1, 0, or NaN without a reference."""
+    """1 if the central interval of a touch contains its reference, 0 if not, NaN without a reference; (t,)."""
     low, high = posteriors.interval(name, probability)
     reference = posteriors.reference[name]
     inside = ((reference >= low) & (reference <= high)).astype(float)
@@ -208,7 +209,7 @@ def covered(posteriors: TouchPosteriors, name: str = "R", probability: float = 0
 
 
 def expected_coverage(noise_sd: ArrayLike, bias_rms: ArrayLike, probability: float = 0.9) -> FloatArray:
-    """Coverage of intervals that know of the noise alone, where calibrations err too; broadcasts."""
+    """Coverage of intervals that include only the noise although calibrations have errors too; broadcasts."""
     from scipy.special import ndtr, ndtri
 
     reach = ndtri((1 + probability) / 2) * np.asarray(noise_sd) / np.hypot(noise_sd, bias_rms)
@@ -216,21 +217,22 @@ def expected_coverage(noise_sd: ArrayLike, bias_rms: ArrayLike, probability: flo
 
 
 def variance_split(averaged: TouchPosteriors, single: TouchPosteriors, name: str = "R") -> dict[str, float]:
-    """Standard deviations of errors as Table 4 splits them, of posterior means.
+    """Standard deviations of the errors of posterior means, divided as in Table 4.
 
     Parameters
     ----------
     averaged : TouchPosteriors
-        One for each touch, of the mean of its samples.
+        Posteriors of touches, each from the mean of its samples.
     single : TouchPosteriors
-        One for each sample (``each_sample``), under the touch's number.
+        Posteriors of single samples (``each_sample``), with the numbers of their touches.
     name : {"R", "theta_c", "P"}
-        Which estimate.
+        The estimated quantity.
 
     Returns
     -------
     dict
-        ``total`` of single samples; ``location`` of averages; ``noise`` of single samples about their touch's average.
+        ``total``: errors of single samples. ``location``: errors of averages. ``noise``: differences of single samples
+        from the average of their touch.
     """
     order = np.argsort(averaged.rows.touch)
     place = order[np.searchsorted(averaged.rows.touch[order], single.rows.touch)]

@@ -1,4 +1,4 @@
-"""Numbers that the paper printed beside ours: difference, reason, and whether all of them are there."""
+"""Comparison of all numbers that the paper printed with those of this package."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ _HEADER = "| number | paper | bayestouch | 90 % | difference | why |\n|---|---|-
 
 @dataclass(frozen=True)
 class Beside:
-    """A printed number beside ours.
+    """A number of the paper and the corresponding number of this package.
 
     Attributes
     ----------
     key : str
         Key of `bayestouch.paper.published.number`.
     ours, low, high : float
-        In the paper's unit, with the ends of its 90 % interval; NaN ends where none is given, NaN for a quantity that
-        has no counterpart here.
+        Number of this package, in the paper's unit, and its 90 % interval. The limits are NaN if there is no interval;
+        all are NaN if the quantity has no counterpart here.
     why : str
-        Why they differ, or on what our number rests.
+        Reason for the difference, or basis of our number.
     put_in : bool
-        Our number is a setting of the simulation, so that agreement shows nothing.
+        True if our number is a setting of the simulation, so that agreement proves nothing.
     """
 
     key: str
@@ -39,17 +39,17 @@ class Beside:
 
     @property
     def paper(self) -> published.PublishedNumber:
-        """As printed."""
+        """The number as the paper printed it."""
         return published.number(self.key)
 
     @property
     def difference(self) -> float:
-        """Ours less the paper's."""
+        """Our number minus the paper's."""
         return self.ours - self.paper.value
 
     @property
     def agrees(self) -> bool:
-        """Whether the printed number, give or take its rounding, lies in the interval (or is ours, without one)."""
+        """True if the printed number lies in our interval (or equals our number), allowing for its rounding."""
         low, high = (self.ours, self.ours) if np.isnan(self.low) else (self.low, self.high)
         slack = self.paper.rounding + 1e-9 * abs(self.paper.value)
         return bool(low - slack <= self.paper.value <= high + slack)
@@ -57,19 +57,19 @@ class Beside:
 
 @dataclass(frozen=True)
 class PublishedComparison:
-    """Every number that the paper printed, in its order, beside ours.
+    """All numbers that the paper printed, in its order, each with ours.
 
     Attributes
     ----------
     rows : tuple of Beside
-        One for each key of `bayestouch.paper.published.all_numbers`.
+        One row for each key of `bayestouch.paper.published.all_numbers`.
     """
 
     rows: tuple[Beside, ...]
 
     @classmethod
     def of(cls, rows: Iterable[Beside]) -> PublishedComparison:
-        """Order the rows as the paper has them.
+        """Comparison with the rows in the order of the paper.
 
         Raises
         ------
@@ -89,11 +89,11 @@ class PublishedComparison:
 
     @property
     def predicted(self) -> tuple[Beside, ...]:
-        """Rows that are neither settings of the simulation nor without a counterpart."""
+        """Rows with a counterpart that is not a setting of the simulation."""
         return tuple(row for row in self.rows if not row.put_in and np.isfinite(row.ours))
 
     def counted(self) -> str:
-        """How many rows there are of each kind, one sentence."""
+        """Sentence with the number of rows of each kind."""
         predicted = self.predicted
         agree = sum(row.agrees for row in predicted)
         put_in = sum(row.put_in for row in self.rows)
@@ -104,7 +104,7 @@ class PublishedComparison:
         )
 
     def markdown(self) -> str:
-        """The table in Markdown, a section for each table of the paper and one for its text."""
+        """Comparison as Markdown: a section for each table of the paper and one for its text."""
         sections = [("Table 1", "table_1."), ("Table 2", "table_2."), ("Table 3", "table_3["), ("Table 4", "table_4.")]
         out = [self.counted(), ""]
         done: set[str] = set()
@@ -119,7 +119,7 @@ class PublishedComparison:
 
 
 def shown_number(value: float, decimals: int = 0) -> str:
-    """Three digits and at least these decimals, without an exponent; a dash for NaN."""
+    """Number as text: three digits and at least `decimals` decimals, no exponent; a dash for NaN."""
     if np.isnan(value):
         return "–"
     if not np.isfinite(value) or abs(value - round(value)) < 1e-9:

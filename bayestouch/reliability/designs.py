@@ -1,8 +1,8 @@
-"""Another sensor: the maps of reliability as functions of depth, element spacing, noise and rubber thickness.
+"""Reliability of other finger designs, as functions of element depth, element spacing, noise and rubber thickness.
 
-They rest on `expected_finger` and `sweet_spots`: nothing is simulated, so a design is judged in a second or two. Places
-are counted from an element (0) to halfway to its neighbour (0.5), in pitches: on a finger built as designed every
-stretch between two elements is the same but for those at the ends.
+The maps use `expected_finger` and `sweet_spots`. No touch is simulated, so a design takes only a second or two. A place
+is a distance from an element in pitches: from 0 (above it) to 0.5 (halfway to its neighbour). On a finger built as
+designed, all intervals between elements are equivalent, except those at the ends.
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ PLACES = tuple(np.linspace(0.0, 0.5, 6))
 
 @dataclass(frozen=True, eq=False)
 class DesignMaps:
-    """Maps over v designs, k indenters and n places; R in mm, θ_c in degree, P in N/m.
+    """Maps of reliability for v designs, k indenters and n places; R in mm, θ_c in degree, P in N/m.
 
     Attributes
     ----------
     vary : str
-        What was changed.
+        Name of the quantity that varies.
     values : (v,) array
-        To what.
+        Values of that quantity.
     designs : tuple of FingerDesign
         The designs.
     places : (n,) array
-        From an element (0) to halfway to the next (0.5), pitches.
+        Distances from an element (0) up to halfway to the next one (0.5), pitches.
     spots : tuple of SweetSpots
-        Every map of each design, element by element.
+        Maps of each design, also by element.
     threshold_mm : (v, n) array
-        Sharpest r_c told from a knife edge with 95 %; NaN where not even the flat is.
+        Sharpest r_c that is distinguished from a knife edge with 95 %; NaN if not even a flat is.
     """
 
     vary: str
@@ -56,15 +56,15 @@ class DesignMaps:
     threshold_mm: FloatArray
 
     def sd(self, name: str = "R") -> FloatArray:
-        """Standard deviation of an estimate, noise and calibration together, (v, k, n)."""
+        """Standard deviation of an estimate from noise and calibration together, (v, k, n)."""
         return np.stack([each.sd(name) for each in self.spots])
 
     def rms(self, name: str = "R") -> FloatArray:
-        """Its root mean square over indenters and places, (v,)."""
+        """Root mean square of `sd` over indenters and places, (v,)."""
         return np.asarray(np.sqrt((self.sd(name) ** 2).mean(axis=(1, 2))))
 
     def unevenness(self, name: str = "R") -> FloatArray:
-        """Standard deviation halfway between elements over that above one, root mean square of the indenters, (v,)."""
+        """Standard deviation halfway between elements divided by that above one, rms over the indenters, (v,)."""
         squares = (self.sd(name) ** 2).mean(axis=1)
         return np.asarray(np.sqrt(squares[:, -1] / squares[:, 0]))
 
@@ -81,32 +81,33 @@ def design_maps(
     noise_of: Literal["peak", "strain"] = "peak",
     lack_of_fit_percent: float = 0.0,
 ) -> DesignMaps:
-    """Reliability of a finger as a function of one of its sizes.
+    """Reliability of a finger as a function of one quantity of its design.
 
     Parameters
     ----------
     design : FingerDesign
-        Everything else.
+        The design with all other quantities.
     vary : {"depth_mm", "spacing_mm", "noise_percent", "thickness_mm"}
-        Depth of the elements below the surface; arc between them at their radius (over the same whole arc); noise of
-        one reading in % of the peak; thickness of the rubber, the elements staying as far above the core.
+        Quantity that varies: depth of the elements below the surface; arc between them at their radius (the total arc
+        is kept); noise of one reading in % of the peak; thickness of the rubber (height of the elements above the core
+        is kept).
     values : (v,) array_like
-        What to set it to.
+        Values of that quantity.
     indenters_mm : sequence of float
         r_c of the k indenters.
     places : sequence of float
-        From an element (0) to halfway to the next (0.5), pitches.
+        Distances from an element (0) up to halfway to the next one (0.5), pitches.
     samples, use_load
         As in `sweet_spots`.
     noise_of : {"peak", "strain"}
-        What stays when the strain at the elements changes: noise in % of its peak, or noise as a strain.
+        What is kept constant when the strain at the elements changes: noise in % of the peak, or noise as a strain.
     lack_of_fit_percent : float
         As in `expected_finger`.
 
     Raises
     ------
     InputError
-        If a value gives an impossible finger, or `vary` is unknown.
+        If a value gives an impossible finger or `vary` is unknown.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
     designs = tuple(changed_design(design, vary, float(value), noise_of=noise_of) for value in wanted)
@@ -122,7 +123,7 @@ def design_maps(
 def changed_design(
     design: FingerDesign, vary: Vary, value: float, *, noise_of: Literal["peak", "strain"] = "peak"
 ) -> FingerDesign:
-    """One design of `design_maps`."""
+    """Design of `design_maps` for one value."""
     outer = design.outer_radius_mm
     if vary == "depth_mm":
         new = replace(design, sensing_radius_mm=outer - value)
@@ -143,7 +144,7 @@ def changed_design(
 
 
 def places_deg(design: FingerDesign, places: Sequence[float] = PLACES) -> FloatArray:
-    """Angles of places counted from the element nearest to the middle towards its neighbour below, degree."""
+    """Angles of places, in pitches from the element nearest to the middle towards its neighbour below, degree."""
     element = design.element_angles_deg[design.n_elements // 2]
     return np.asarray(element - np.asarray(places, dtype=float) * design.pitch_deg)
 

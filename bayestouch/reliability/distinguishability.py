@@ -1,7 +1,7 @@
-"""Which indenters one touch tells apart: posterior odds with location, load and calibration unknown.
+"""Which indenters one touch can distinguish: posterior odds with location, load and calibration unknown.
 
-`distinguished` and `threshold_radii` integrate Fisher information (`RadiusScale`); `trial` makes touches and weighs
-evidence, which asks for nothing but the likelihood and gives error rates and ROC curves. The two agree.
+`distinguished` and `threshold_radii` integrate the Fisher information (`RadiusScale`). `trial` simulates touches and
+computes the evidence; it needs only the likelihood, and gives error rates and ROC curves. The two methods agree.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from bayestouch.reliability.paper_criterion import Annulus, smallest_radius
 def distinguished(
     known: KnownFinger, indenters_mm: ArrayLike, angle_deg: ArrayLike, *, samples: int = 1, use_load: bool = True
 ) -> FloatArray:
-    """Probability of naming the right one of each pair of indenters at even odds.
+    """Probability of identifying the right one of each pair of indenters, with even prior odds.
 
     Parameters
     ----------
     known : KnownFinger
         The calibrated finger.
     indenters_mm : (k,) array_like
-        r_c: 0 a knife edge, inf a flat.
+        Indenter radii r_c: 0 knife edge, inf flat.
     angle_deg : (n,) array_like
         Locations.
     samples, use_load
@@ -39,7 +39,7 @@ def distinguished(
     Returns
     -------
     (n, k, k) array
-        0.5 on the diagonal: a coin.
+        Probabilities; 0.5 on the diagonal, which is chance.
     """
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
@@ -56,9 +56,9 @@ def threshold_radii(
     samples: int = 1,
     use_load: bool = True,
 ) -> FloatArray:
-    """r_c (mm) of the sharpest round indenter that is told from `from_r_c` at each location, (n,).
+    """r_c (mm) of the sharpest round indenter that is distinguished from `from_r_c` at each location, (n,).
 
-    NaN where not even the flat is distinguished. See `RadiusScale.threshold`.
+    NaN if not even a flat is distinguished. See `RadiusScale.threshold`.
     """
     scale = RadiusScale.of(known, np.radians(angle_deg), samples=samples, use_load=use_load)
     return scale.threshold(from_r_c, probability)
@@ -66,27 +66,27 @@ def threshold_radii(
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """Touches by k indenters, n each, and the evidence for each indenter.
+    """Simulated touches by k indenters, n each, with the evidence for each indenter.
 
     Attributes
     ----------
     indenters_mm : (k,) array
-        r_c.
+        Indenter radii r_c.
     log_evidence : (k, n, k) array
-        By true indenter, touch and indenter supposed.
+        Log evidence by true indenter, touch and assumed indenter.
     """
 
     indenters_mm: FloatArray
     log_evidence: FloatArray
 
     def log_odds(self, i: int, j: int) -> tuple[FloatArray, FloatArray]:
-        """Log posterior odds for j against i at even prior odds: of touches by i, and of touches by j; (n,) each."""
+        """Log posterior odds of j against i with even prior odds: of touches by i, and of touches by j; (n,) each."""
         difference = self.log_evidence[..., j] - self.log_evidence[..., i]
         return difference[i], difference[j]
 
     @property
     def distinguished(self) -> FloatArray:
-        """Share of touches of which the right one of two is named, (k, k); ties count half."""
+        """Share of touches for which the right one of two indenters is identified, (k, k); ties count half."""
         k = len(self.indenters_mm)
         out = np.full((k, k), 0.5)
         for i in range(k):
@@ -98,19 +98,19 @@ class Trial:
 
     @property
     def named(self) -> FloatArray:
-        """Share of touches by each indenter (row) that are named as each (column) of all k, (k, k)."""
+        """Share of touches by each indenter (row) that are identified as each of the k indenters (column), (k, k)."""
         k = len(self.indenters_mm)
         best = self.log_evidence.argmax(axis=-1)
         return np.stack([(best == j).mean(axis=1) for j in range(k)], axis=1)
 
     @property
     def probability(self) -> FloatArray:
-        """Posterior probability of each indenter at even odds among the k, (k, n, k)."""
+        """Posterior probability of each of the k indenters with even prior odds, (k, n, k)."""
         share = np.exp(self.log_evidence - self.log_evidence.max(axis=-1, keepdims=True))
         return np.asarray(share / share.sum(axis=-1, keepdims=True))
 
     def roc(self, i: int, j: int) -> tuple[FloatArray, FloatArray]:
-        """False alarms (touches by i called j) and hits (touches by j called j) as the odds demanded fall from inf."""
+        """ROC curve: rates of false alarms (by i, called j) and hits (by j, called j) as the required odds decrease."""
         by_i, by_j = self.log_odds(i, j)
         level = np.sort(np.concatenate([by_i, by_j]))[::-1]
         alarms = np.searchsorted(np.sort(-by_i), -level, side="right") / len(by_i)
@@ -118,12 +118,12 @@ class Trial:
         return np.concatenate([[0.0], alarms]), np.concatenate([[0.0], hits])
 
     def area(self, i: int, j: int) -> float:
-        """Area under the ROC curve: the probability that a touch by j has higher odds for j than one by i."""
+        """Area under the ROC curve: probability that a touch by j has higher odds of j than a touch by i."""
         alarms, hits = self.roc(i, j)
         return float(np.diff(alarms) @ (hits[1:] + hits[:-1]) / 2)
 
     def hits_at(self, i: int, j: int, false_alarms: float = 0.05) -> float:
-        """Share of touches by j that are called j when at most this share of touches by i is."""
+        """Share of touches by j that are called j, if at most the share `false_alarms` of touches by i is called j."""
         alarms, hits = self.roc(i, j)
         return float(hits[alarms <= false_alarms].max())
 
@@ -142,26 +142,26 @@ def trial(
     use_load: bool = True,
     seed: int = 0,
 ) -> Trial:
-    """Touch with every indenter at random locations, and weigh all of them as the cause.
+    """Simulated touches by every indenter at random locations, with the evidence for all indenters.
 
-    Each touch is on a finger drawn from the calibration's posterior: the calibration is unknown, not only uncertain.
+    Each touch is on a finger drawn from the calibration's posterior, so the calibration is really unknown.
 
     Parameters
     ----------
     known : KnownFinger
         The calibrated finger.
     indenters_mm : (k,) array_like
-        r_c.
+        Indenter radii r_c.
     angle_deg : (n,) array_like
-        Locations to choose from.
+        Locations, from which one is drawn for each touch.
     touches : int
-        By each indenter.
+        Number of touches by each indenter.
     samples : int
         Samples averaged in each touch.
     use_load : bool
         Whether the force sensor is read.
     seed : int
-        Of everything random.
+        Seed of all random numbers.
     """
     if touches < 1 or samples < 1:
         raise InputError("a trial needs at least one touch by each indenter, and one sample a touch")
@@ -184,7 +184,7 @@ def trial(
 
 
 def _own_errors(known: KnownFinger, touches: TouchPlaces, rng: np.random.Generator) -> FloatArray:
-    """Errors of the readings, each touch with a calibration of its own, (t, m)."""
+    """Errors of the predicted readings, with another calibration drawn for each touch, (t, m)."""
     assert known.errors is not None
     covariance = known.errors.covariance(touches)
     values, vectors = np.linalg.eigh(covariance)
@@ -194,16 +194,17 @@ def _own_errors(known: KnownFinger, touches: TouchPlaces, rng: np.random.Generat
 
 @dataclass(frozen=True)
 class Optimism:
-    """The paper's threshold beside the honest one, at one location; radii r_c in mm.
+    """Threshold of the paper and threshold with everything unknown, at one location; radii r_c in mm.
 
     Attributes
     ----------
     paper_mm : float
-        Sharpest indenter that the paper's criterion tells from a knife edge.
+        Sharpest indenter that the paper's criterion distinguishes from a knife edge.
     distinguished_there : float
-        Probability with which one touch really tells it from an edge.
+        Probability with which one touch distinguishes that indenter from an edge.
     honest_mm : float
-        Sharpest indenter distinguished with 95 %; NaN where not even the flat is.
+        Sharpest indenter distinguished with 95 % if location, load and calibration are unknown; NaN if not even a flat
+        is.
     """
 
     paper_mm: float
@@ -212,7 +213,7 @@ class Optimism:
 
     @property
     def factor(self) -> float:
-        """Honest threshold over the paper's: above 1 the paper is optimistic."""
+        """Ratio of our threshold to the paper's; above 1 the paper is optimistic."""
         return self.honest_mm / self.paper_mm
 
 
@@ -225,18 +226,18 @@ def optimism(
     samples: int = 1,
     use_load: bool = False,
 ) -> tuple[Optimism, ...]:
-    """How far the paper's criterion is optimistic at each location.
+    """Comparison of the paper's threshold with ours at each location.
 
     Parameters
     ----------
     known : KnownFinger
         The calibrated finger, with elements.
     finger : Annulus
-        The same finger to the paper's criterion; its noise is that of the mean of `samples` over the typical peak.
+        The same finger for the paper's criterion. Its noise is that of the mean of `samples` over the typical peak.
     angle_deg : (n,) array_like
         Locations.
     span_deg : float
-        Reading of "mean square", see `strain_difference`.
+        Arc of the "mean square", see `strain_difference`.
     samples, use_load
         As in `touch_information`.
     """

@@ -1,4 +1,4 @@
-"""How much effort is enough: calibration touches to make, samples of a touch to average."""
+"""How much effort is enough: number of calibration touches, number of samples averaged in a touch."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from bayestouch.reliability.known_finger import KnownFinger
 from bayestouch.reliability.maps import sweet_spots
 from bayestouch.simulation import FingerDesign
 
-#: A standard deviation that is larger than the least possible by this share is good enough.
+#: A standard deviation is good enough if it exceeds the smallest possible one by at most this share.
 ENOUGH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class Effort:
-    """Root mean square standard deviation of an estimate over indenters and places, as something is done more often.
+    """Standard deviation of an estimate (rms over indenters and places) as a function of a count.
 
     Attributes
     ----------
     name : str
-        Which estimate: ``R`` (mm), ``theta_c`` (degree) or ``P`` (N/m).
+        The estimate: ``R`` (mm), ``theta_c`` (degree) or ``P`` (N/m).
     count : (s,) int array
-        Calibration touches, or samples averaged; rising.
+        Number of calibration touches, or of samples averaged; increasing.
     sd : (s,) array
-        With noise, calibration and lack of fit in it.
+        Standard deviation from noise, calibration and lack of fit.
     floor : float
-        What is left however large the count.
+        Limit of the standard deviation for a large count.
     """
 
     name: str
@@ -41,16 +41,16 @@ class Effort:
     floor: float
 
     def enough(self, share: float = ENOUGH) -> float:
-        """Smallest count with which the standard deviation is at most (1 + share) times the floor.
+        """Smallest count for which the standard deviation is at most (1 + share) times the floor.
 
-        Interpolated as `needed` does; inf where no count given is enough.
+        Interpolated as in `needed`; inf if no count of `count` is enough.
         """
         return self.needed((1 + share) * self.floor)
 
     def needed(self, sd: float) -> float:
-        """Smallest count with which the standard deviation is at most `sd`; inf where no given one is enough.
+        """Smallest count for which the standard deviation is at most `sd`; inf if no count of `count` is enough.
 
-        Between the counts given the variance above the floor is interpolated as a power of the count, -1 for noise.
+        Between the counts, the variance above the floor is interpolated as a power of the count (-1 for noise).
         """
         good = np.flatnonzero(self.sd <= sd)
         if not good.size:
@@ -75,23 +75,23 @@ def calibration_effort(
     use_load: bool = False,
     lack_of_fit_percent: float = 0.0,
 ) -> Effort:
-    """How many calibration touches are enough.
+    """Standard deviation of an estimate as a function of the number of calibration touches.
 
     Parameters
     ----------
     design : FingerDesign
-        Sensor, noise, samples of each calibration touch and the arc that they span.
+        Sensor, noise, samples of each calibration touch, and the arc of the calibration touches.
     edge_steps_deg : sequence of float
-        Steps between knife edges to try.
+        Steps between knife edges to compare.
     flats_per_edge : float
-        Flats are made at that share of the places.
+        Number of flats per knife edge.
     name, indenters_mm, samples, use_load, lack_of_fit_percent
-        As in `design_maps`; `samples` are those of the touches to be read.
+        As in `design_maps`; `samples` are those of the touches to be inferred.
 
     Returns
     -------
     Effort
-        The floor is that of a calibration without any error.
+        The floor is the standard deviation with an exact calibration.
     """
     places, counts, sds = places_deg(design), [], []
 
@@ -116,7 +116,7 @@ def averaging_effort(
     indenters_mm: Sequence[float] = INDENTERS_MM,
     use_load: bool = False,
 ) -> Effort:
-    """How many samples of a touch to average.
+    """Standard deviation of an estimate as a function of the number of samples averaged in a touch.
 
     Parameters
     ----------
@@ -125,14 +125,14 @@ def averaging_effort(
     angle_deg : (n,) array_like
         Locations.
     samples : sequence of int
-        Numbers to try.
+        Numbers of samples to compare.
     name, indenters_mm, use_load
         As in `calibration_effort`.
 
     Returns
     -------
     Effort
-        The floor is what calibration and lack of fit leave of it.
+        The floor is the part from calibration and lack of fit.
     """
     count = np.array(sorted(samples), dtype=np.int64)
 
@@ -140,5 +140,5 @@ def averaging_effort(
         spots = sweet_spots(known, indenters_mm, angle_deg, samples=number, use_load=use_load)
         return float(np.sqrt((spots.sd(name) ** 2).mean()))
 
-    # Noise a thousandth of what is tried last is as good as none.
+    # The noise with 10⁶ times the largest number of samples is negligible.
     return Effort(name, count, np.array([rms(int(n)) for n in count]), rms(int(count[-1]) * 10**6))

@@ -1,4 +1,4 @@
-"""Evidence for each of several indenters from one touch, with location, load and calibration unknown."""
+"""Evidence of one touch for each of several indenters, with location, load and calibration unknown."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.sampling.laplace import damped_newton_steps
 
-# The search for the location starts from the best of these; a strain profile is some 20° wide.
+# The search for the location starts from the best of a grid with this step; a strain profile is about 20° wide.
 START_STEP = np.radians(1.0)
 MARGIN = np.radians(10.0)
 STEP_ANGLE, STEP_LOAD, BEND_STEP = 1e-3, 1e-3, 5e-3
@@ -27,8 +27,8 @@ def log_evidence(
 ) -> FloatArray:
     """Log marginal likelihood of touches for each of several radii.
 
-    For one radius location and load are normal to a good approximation, so Laplace's integral is taken over both;
-    the calibration's errors are in the covariance of the readings. Priors of location and load are flat and the same
+    For a given radius, location and load are approximately normal, so both are integrated by Laplace's method. Errors
+    of the calibration are included in the covariance of the readings. Priors of location and load are flat and equal
     for all radii.
 
     Parameters
@@ -40,14 +40,14 @@ def log_evidence(
     radius_mm : (k,) array_like
         Composite radii R.
     load : (t,) array_like, optional
-        Measured loads, N/m; unknown without.
+        Measured loads, N/m; if missing, the load is unknown.
     samples : int
-        Samples behind each mean.
+        Number of samples in each mean.
 
     Returns
     -------
     (t, k) array
-        Up to a constant of each touch.
+        Log marginal likelihood, up to a constant for each touch.
     """
     data = np.atleast_2d(np.asarray(readings, dtype=float))
     if data.shape[1] != known.n_elements or not np.all(np.isfinite(data)):
@@ -62,7 +62,7 @@ def log_evidence(
         noise = np.broadcast_to(np.sqrt(known.noise_variance(samples)), data.shape)
         root = noise[:, :, None] * np.eye(known.n_elements)
         touches, _, _ = _climb(known, data, touches, root, measured, load_sd)
-        # The covariance of the calibration's errors changes slowly with the touch: it is taken at this fit.
+        # The covariance of the calibration's errors changes slowly with the touch, so its value at this fit is used.
         root = np.asarray(np.linalg.cholesky(known.covariance(touches, samples)), dtype=np.float64)
         touches, cost, information = _climb(known, data, touches, root, measured, load_sd)
         log_volume = 0.5 * np.linalg.slogdet(information)[1]
@@ -74,7 +74,7 @@ def log_evidence(
 def _start(
     known: KnownFinger, data: FloatArray, radius: float, measured: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Location (rad) and load of the best template on a grid of locations."""
+    """Location (rad) and load of the best fit on a grid of locations."""
     place = known.chain.angle
     angles = np.arange(place.min() - MARGIN, place.max() + MARGIN, START_STEP)
     typical = known.typical_load
@@ -94,7 +94,7 @@ def _climb(
     measured: FloatArray | None,
     load_sd: float,
 ) -> tuple[TouchPlaces, FloatArray, FloatArray]:
-    """Gauss-Newton over location and load; the fit, half its squared residuals, and their Hessian (t, 2, 2)."""
+    """Gauss-Newton fit of location and load: fitted touches, half the squared residuals, their Hessian (t, 2, 2)."""
     angle, load = touches.angle.copy(), touches.load.copy()
     predict, radius = known.chain.predict, touches.radius_mm
     whitener = np.linalg.inv(root)
@@ -127,8 +127,8 @@ def _climb(
         damping = np.where(better, 0.1 * damping, 10 * damping)
         if gained.max() < 1e-5:
             break
-    # Residuals bend the cost along the location; along the load, in which readings are all but linear, and across
-    # (where the gradient is zero at the fit) they do not.
+    # Add the second derivative of the residuals with respect to the location. That with respect to the load is
+    # negligible (readings are nearly linear in it), and so is the mixed one (the gradient is zero at the fit).
     bend = miss(angle + BEND_STEP, load) + miss(angle - BEND_STEP, load) - 2 * here
     own = information[:, 0, 0]
     information[:, 0, 0] = np.maximum(own + (here * bend).sum(axis=1) / BEND_STEP**2, 0.2 * own)

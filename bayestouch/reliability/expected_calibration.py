@@ -1,4 +1,4 @@
-"""What a plan of calibration touches would leave open, without making one of them."""
+"""Uncertainty of a planned calibration, without simulated touches."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 from bayestouch.simulation import FingerDesign
 from bayestouch.simulation.finger import REFERENCE_LOAD, BuiltFinger
 
-# Central 68 % of a prior: its standard deviation where it is normal.
+# Limits of the central 68 % of a prior: plus and minus one standard deviation if it is normal.
 _ONE_SD = np.array([0.15865525, 0.84134475])
 
 
 def expected_finger(
     design: FingerDesign, *, seed: int | None = None, calibrated: bool = True, lack_of_fit_percent: float = 0.0
 ) -> KnownFinger:
-    """The finger of a design as its planned calibration would know it.
+    """Finger of a design with the posterior that its planned calibration would give.
 
-    The covariance is that of the Laplace approximation at the truth: Fisher information of the calibration touches
-    and the default priors. It holds for any data, so no touch is simulated.
+    The covariance is the Laplace approximation at the true values: Fisher information of the calibration touches and
+    of the default priors. It does not depend on the data, so no touch is simulated.
 
     Parameters
     ----------
     design : FingerDesign
         Sensor, noise, and calibration touches.
     seed : int, optional
-        Draws the errors of the elements (gain, depth, angle); built as designed without.
+        Seed of the errors of the elements (gain, depth, angle); without it, the finger is built as designed.
     calibrated : bool
-        False takes every parameter as known.
+        If False, every parameter is known exactly.
     lack_of_fit_percent : float
-        Error of the model in % of `peak_reading`, independent between touches and elements, which no averaging of
-        samples removes: in the calibration touches as in those to be read.
+        Model error in % of `peak_reading`, independent between touches and elements. Averaging samples does not reduce
+        it. It affects both the calibration touches and the touches to be inferred.
     """
     built = _built(design, seed)
     m = design.n_elements
@@ -67,7 +67,7 @@ def expected_finger(
 
 def _built(design: FingerDesign, seed: int | None) -> BuiltFinger:
     if seed is not None:
-        return BuiltFinger.of(design, np.random.default_rng([seed, 0]))  # as `bayestouch.simulate` draws them
+        return BuiltFinger.of(design, np.random.default_rng([seed, 0]))  # same stream as in `bayestouch.simulate`
     m = design.n_elements
     one = BuiltFinger(design, np.full(m, design.sensing_radius_mm), design.element_angles_deg, np.ones(m))
     gain = design.peak_reading / (one.response * REFERENCE_LOAD)
@@ -91,7 +91,7 @@ def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, no
             rows[block * m + element, :, element] = jacobian[block, :, element]
     rows[3 * m :] = jacobian[3:]
     sd = noise.mean_sd(np.full((n, m), samples), np.zeros((n, m)))
-    # The load of a calibration touch is measured with an error that moves all elements together.
+    # The load of a calibration touch has a measurement error, which shifts all elements together.
     by_load = chain.predict(touches.radius_mm, touches.angle, touches.load) / touches.load[:, None]
     covariance = DiagonalPlusRankOne(sd, by_load * design.force_noise_sd / np.sqrt(samples))
     white = covariance.whiten(rows).reshape(len(rows), -1)
@@ -101,7 +101,7 @@ def _covariance(design: FingerDesign, built: BuiltFinger, chain: FingerChain, no
 
 
 def _prior_precision(built: BuiltFinger, chain: FingerChain) -> FloatArray:
-    """Of responses (within a factor of 3), depths, angles, σ, log μ."""
+    """Prior precision of responses (within a factor of 3), depths, angles, σ, log μ."""
     priors, _ = FingerPriors.of(built.sensor({}))
     m = chain.n_elements
 

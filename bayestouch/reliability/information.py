@@ -1,9 +1,9 @@
-"""What one touch tells about R, θ_c and P, before it is made: Fisher information with the calibration's errors in it.
+"""Fisher information of one touch about R, θ_c and P, including errors of the calibration.
 
-Location and load are unknown with the radius, so the information about R is that left after both are fitted along.
-Its square root, integrated from the knife edge, is a scale ``u(R)`` on which the estimate of any radius has a
-standard deviation of one. On it edge and flat are the only boundaries: what truncation does to a posterior, and how
-often two indenters are confused, are one-dimensional integrals.
+Location and load are unknown too, so the information about R is what remains after both are fitted. The integral of its
+square root from the knife edge defines a scale ``u(R)`` on which the estimate of any radius has standard deviation one.
+On this scale, edge and flat are the only boundaries. The effect of truncation on a posterior, and the probability of
+confusing two indenters, are one-dimensional integrals.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from bayestouch.contact import composite_radius, indenter_radius
 from bayestouch.errors import InputError
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
-#: Knots in R from edge to flat.
+#: Number of knots in R from edge to flat.
 RADIUS_KNOTS = 49
-# Estimates are tabulated this many standard deviations beyond edge and flat.
+# Estimates are tabulated up to this many standard deviations beyond edge and flat.
 REACH = 5.0
 
 
@@ -34,11 +34,11 @@ def touch_information(
     known : KnownFinger
         The calibrated finger.
     touches : TouchPlaces
-        Touches that could be made.
+        The touches.
     samples : int
-        Samples averaged: noise shrinks, the calibration's errors do not.
+        Number of samples averaged; it reduces the noise but not the errors of the calibration.
     use_load : bool
-        Whether the force sensor's reading is used.
+        Whether the reading of the force sensor is used.
     """
     jacobian = known.touch_jacobian(touches)
     weighted = np.linalg.solve(known.covariance(touches, samples), jacobian)
@@ -49,7 +49,7 @@ def touch_information(
 
 @dataclass(frozen=True, eq=False)
 class RadiusScale:
-    """The scale u(R) at n locations: on it estimates have a standard deviation of one.
+    """Scale u(R) at n locations, on which estimates of the radius have standard deviation one.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class RadiusScale:
     radius_mm : (k,) array
         Knots in R, from 0 to ``r_b``.
     scale : (n, k) array
-        u at the knots, 0 at the knife edge.
+        u at the knots; 0 at the knife edge.
     """
 
     outer_radius_mm: float
@@ -78,7 +78,7 @@ class RadiusScale:
         samples: int = 1,
         use_load: bool = True,
     ) -> RadiusScale:
-        """Tabulate u at locations `angle` (n,), rad, under a load (N/m; the calibration's by default)."""
+        """Scale at locations `angle` (n,), rad, for a load (N/m; by default the typical load of the calibration)."""
         where = np.atleast_1d(np.asarray(angle, dtype=float))
         radius = np.linspace(0.0, known.outer_radius_mm, RADIUS_KNOTS)
         touches = TouchPlaces.grid(radius, where, known.typical_load if load is None else load)
@@ -90,14 +90,14 @@ class RadiusScale:
         return cls(known.outer_radius_mm, where, radius, scale)
 
     def at(self, radius_mm: ArrayLike) -> FloatArray:
-        """u of composite radii (q,), shape (n, q)."""
+        """Values of u at composite radii (q,), shape (n, q)."""
         wanted = np.atleast_1d(np.asarray(radius_mm, dtype=float))
         return np.stack([np.interp(wanted, self.radius_mm, row) for row in self.scale])
 
     def distinguished(self, first_r_c: ArrayLike, second_r_c: ArrayLike) -> FloatArray:
-        """Probability of naming the right one of two indenters at even odds, (n, q); r_c in mm, both (q,).
+        """Probability of identifying the right one of two indenters with even prior odds, (n, q); r_c in mm, both (q,).
 
-        Known to this scale they are two normals of unit width: ``Φ(|u_1 - u_2|/2)``.
+        On this scale both estimates are normal with unit standard deviation: ``Φ(|u_1 - u_2|/2)``.
         """
         from scipy.special import ndtr
 
@@ -105,21 +105,21 @@ class RadiusScale:
         return np.asarray(ndtr(0.5 * np.abs(second - first)))
 
     def threshold(self, from_r_c: float = 0.0, probability: float = 0.95, *, blunter: bool = True) -> FloatArray:
-        """r_c (mm) of the nearest indenter that is told from `from_r_c` with this probability, (n,).
+        """r_c (mm) of the nearest indenter that is distinguished from `from_r_c` with this probability, (n,).
 
         Parameters
         ----------
         from_r_c : float
-            Indenter to start from, a knife edge by default.
+            Indenter to start from; a knife edge by default.
         probability : float
-            Of naming the right one of the two at even odds.
+            Probability of identifying the right one of the two with even prior odds.
         blunter : bool
-            Search towards the flat, or towards the edge.
+            True to search towards the flat, False towards the edge.
 
         Returns
         -------
         (n,) array
-            inf where only the flat itself is distinguished; NaN where nothing is.
+            inf if only the flat itself is distinguished; NaN if nothing is.
         """
         from scipy.special import ndtri
 
@@ -139,19 +139,19 @@ class RadiusScale:
         return out
 
     def estimates(self, radius_mm: float, offset: ArrayLike = 0.0) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What posteriors of R say of a touch, averaged over the noise; prior uniform from edge to flat.
+        """Expected posteriors of R for a touch, averaged over the noise; the prior is uniform from edge to flat.
 
         Parameters
         ----------
         radius_mm : float
             True composite radius R.
         offset : (n,) array_like
-            Error of the estimate (on this scale) that all touches at the location share.
+            Error of the estimate (on this scale) that is common to all touches at the location.
 
         Returns
         -------
         mean, scatter, sd : (n,) arrays
-            Mean of the posterior means, their standard deviation, and root mean square posterior sd; mm.
+            Mean and standard deviation of the posterior means, and rms of the posterior standard deviations; mm.
         """
         fine = np.linspace(0.0, self.outer_radius_mm, 6 * RADIUS_KNOTS)
         u = self.at(fine)

@@ -1,4 +1,4 @@
-"""A finger as its calibration knows it: predictions, noise, and what the calibration leaves open."""
+"""A calibrated finger before any touch: predictions, noise, and uncertainty of the calibration."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from bayestouch.results.objects import Calibration
 
 @dataclass(frozen=True, eq=False)
 class TouchPlaces:
-    """Touches that could be made; t of them.
+    """Possible touches; t of them.
 
     Attributes
     ----------
@@ -37,25 +37,25 @@ class TouchPlaces:
 
     @classmethod
     def grid(cls, radius_mm: FloatArray, angle: FloatArray, load: float) -> TouchPlaces:
-        """Every radius at every location under one load, radius by radius."""
+        """Touches with every radius at every location and one load, ordered by radius."""
         r, a = (g.ravel() for g in np.meshgrid(radius_mm, angle, indexing="ij"))
         return cls(r, a, np.full(len(r), float(load)))
 
     @property
     def n_touches(self) -> int:
-        """t."""
+        """Number of touches t."""
         return len(self.radius_mm)
 
 
 class CalibrationErrors(Protocol):
-    """What a calibration leaves open, as errors of the readings that it predicts."""
+    """Uncertainty of a calibration, expressed as errors of the predicted readings."""
 
     def covariance(self, touches: TouchPlaces) -> FloatArray:
         """Covariance of the readings of each touch, (t, m, m)."""
         ...
 
     def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
-        """Errors of one calibration after another at all touches, (n, t, m): true reading less predicted one."""
+        """Errors of n calibrations drawn from the posterior, at all touches, (n, t, m): true minus predicted."""
         ...
 
 
@@ -66,7 +66,7 @@ class ElasticErrors:
     Attributes
     ----------
     chain : FingerChain
-        The finger at the mode.
+        The finger at the posterior mode.
     parameters : (3 m + 2, 3 m + 2) array
         Covariance of responses, depths (mm), angles (rad), σ, log μ.
     """
@@ -111,7 +111,7 @@ class EmpiricalErrors:
         return self.calibration.reading_covariance(touches.radius_mm, touches.angle, touches.load)
 
     def draw(self, touches: TouchPlaces, n: int, rng: np.random.Generator) -> FloatArray:
-        """Errors of n maps drawn from the posterior, (n, t, m); contact (σ, μ) is held at its mode."""
+        """Errors of n maps drawn from the posterior, (n, t, m); contact parameters (σ, μ) are fixed at the mode."""
         chain = self.calibration.chain
         design = pressure_matrix(chain.elastic, touches.radius_mm, touches.angle, touches.load, chain.n_coefficients)
         out = np.empty((n, touches.n_touches, chain.n_elements))
@@ -124,18 +124,18 @@ class EmpiricalErrors:
 
 @dataclass(frozen=True, eq=False)
 class KnownFinger:
-    """A calibrated finger, before any touch is read.
+    """A calibrated finger without any touches.
 
     Attributes
     ----------
     chain : CalibratedFinger
-        What predicts the readings.
+        Model that predicts the readings.
     noise : Noise
-        Of one reading of the elements and of the force sensor.
+        Noise of one reading of the elements and of the force sensor.
     errors : CalibrationErrors or None
-        What the calibration leaves open; None takes it as exact.
+        Uncertainty of the calibration; None if it is exact.
     typical_load : float
-        N/m.
+        Typical load of a touch, N/m.
     """
 
     chain: CalibratedFinger
@@ -145,7 +145,7 @@ class KnownFinger:
 
     @classmethod
     def of(cls, calibration: Calibration) -> KnownFinger:
-        """From a calibration of a finger, with either E map.
+        """Finger from a calibration, with a modelled or an identified E map.
 
         Raises
         ------
@@ -162,12 +162,12 @@ class KnownFinger:
 
     @property
     def n_elements(self) -> int:
-        """m."""
+        """Number of elements m."""
         return len(self.noise.tactile_sd)
 
     @property
     def outer_radius_mm(self) -> float:
-        """``r_b``, mm."""
+        """Outer radius ``r_b``, mm."""
         return self.chain.outer_radius_mm
 
     def predict(self, touches: TouchPlaces) -> FloatArray:
@@ -179,7 +179,7 @@ class KnownFinger:
         return np.asarray(self.noise.mean_sd(np.full(self.n_elements, samples), np.zeros(self.n_elements)) ** 2)
 
     def covariance(self, touches: TouchPlaces, samples: int) -> FloatArray:
-        """Covariance of the readings of each touch about the prediction: noise and calibration, (t, m, m)."""
+        """Covariance of the readings of each touch about the prediction, from noise and calibration, (t, m, m)."""
         total = np.zeros((touches.n_touches, self.n_elements, self.n_elements))
         if self.errors is not None:
             total += self.errors.covariance(touches)
@@ -188,14 +188,14 @@ class KnownFinger:
         return total
 
     def load_sd(self, samples: int, use_load: bool) -> float:
-        """Standard error of the measured load, N/m; inf where it is not used or there is no force sensor."""
+        """Standard error of the measured load, N/m; inf if it is not used or there is no force sensor."""
         sd = float(self.noise.mean_load_sd(samples))
         return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
         """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).
 
-        The step in R spans a few knots of the contact's table; at the knife edge the derivative is one-sided.
+        The step in R covers a few knots of the contact table; at the knife edge the derivative is one-sided.
         """
         radius, angle, load = touches.radius_mm, touches.angle, touches.load
         step = 0.05 * (radius + 1.0)

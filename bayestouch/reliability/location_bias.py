@@ -1,4 +1,4 @@
-"""How errors of the readings become errors of R, θ_c and P, touch by touch and element by element."""
+"""Propagation of errors of the readings to errors of R, θ_c and P, by touch and element."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
-#: What a touch is estimated by: R (mm), θ_c (degree), P (N/m).
+#: Estimated quantities of a touch: R (mm), θ_c (degree), P (N/m).
 NAMES = ("R", "theta_c", "P")
 _UNITS = np.array([1.0, 180 / np.pi, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
 class TouchEstimator:
-    """The estimate of a touch to first order: generalised least squares over R, θ_c and P; t touches, m elements.
+    """First-order estimator of touches: generalised least squares for R, θ_c and P; t touches, m elements.
 
     Attributes
     ----------
     weights : (t, 3, m) array
         Change of R (mm), θ_c (degree) and P (N/m) per unit error of each reading: ``(Jᵀ Σ⁻¹ J)⁻¹ Jᵀ Σ⁻¹``.
     load_weights : (t, 3) array
-        The same per N/m of error of the force sensor; zero where it is not used.
+        The same per N/m error of the force sensor; zero if it is not used.
     noise_variance : (t, m) array
-        Of the readings: noise of the mean of the samples, without what the model misses.
+        Noise variance of the mean readings, without the discrepancy of the model.
     load_variance : float
-        Of the force sensor's mean reading.
+        Noise variance of the mean reading of the force sensor.
     """
 
     weights: FloatArray
@@ -52,13 +52,13 @@ class TouchEstimator:
         known : KnownFinger
             The calibrated finger.
         touches : TouchPlaces
-            Touches that could be made.
+            The touches.
         samples : int
-            Samples averaged in each.
+            Samples averaged in each touch.
         use_load : bool
             Whether the force sensor is read.
         plug_in : bool
-            Weigh readings by their noise alone, as if the calibration were exact.
+            Weight readings only by their noise, as if the calibration were exact.
         """
         jacobian = known.touch_jacobian(touches)
         weighted: FloatArray
@@ -81,23 +81,23 @@ class TouchEstimator:
     def errors(self, of_readings: FloatArray) -> FloatArray:
         """Errors of R (mm), θ_c (degree), P (N/m) from errors of the readings, (..., t, m) to (..., t, 3).
 
-        An error is the reading less what the calibration predicts for the true touch.
+        The error of a reading is its difference from the prediction of the calibration for the true touch.
         """
         return np.asarray(np.einsum("tim,...tm->...ti", self.weights, of_readings))
 
     def noise_sd(self) -> FloatArray:
-        """Standard deviations from the noise of readings and force sensor, (t, 3)."""
+        """Standard deviations of the estimates from the noise of elements and force sensor, (t, 3)."""
         variance = self.noise_by_element().sum(axis=-1) + self.load_weights**2 * self.load_variance
         return np.asarray(np.sqrt(variance))
 
     def noise_by_element(self) -> FloatArray:
-        """Variance that each element's noise puts into each estimate, (t, 3, m)."""
+        """Variance of each estimate from the noise of each element, (t, 3, m)."""
         return np.asarray(self.weights**2 * self.noise_variance[:, None, :])
 
     def variance_by_element(self, covariance: FloatArray) -> FloatArray:
-        """Variance that errors of covariance (t, m, m) put into each estimate, by element, (t, 3, m).
+        """Variance of each estimate from errors with the covariance (t, m, m), by element, (t, 3, m).
 
-        An element's part is its own variance and half of what it shares with each other one, so that the parts sum
-        to the whole; a part below zero is an element that makes up for the errors of others.
+        The part of an element is its own variance and half of each covariance with another element, so that the parts
+        add up to the total. A negative part means that the element compensates for errors of others.
         """
         return np.asarray(self.weights * (self.weights @ covariance))

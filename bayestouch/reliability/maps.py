@@ -1,4 +1,4 @@
-"""Where a finger will read well and where it will not, from its calibration alone."""
+"""Maps that predict from a calibration alone how well a finger reads at each location."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ from bayestouch.reliability.location_bias import NAMES, TouchEstimator
 
 @dataclass(frozen=True, eq=False)
 class SweetSpots:
-    """Maps over k indenters and n locations, before any touch; R in mm, θ_c in degree, P in N/m.
+    """Predicted errors of estimates for k indenters at n locations; R in mm, θ_c in degree, P in N/m.
 
-    What a calibration leaves open is a random function of location: its size can be predicted, its sign cannot.
+    The uncertainty of a calibration is a random function of location: its size can be predicted, its sign cannot.
 
     Attributes
     ----------
     indenters_mm : (k,) array
-        r_c.
+        Indenter radii r_c.
     angle_deg : (n,) array
         Locations.
     noise_sd : mapping of (k, n) arrays
-        By estimate (``R``, ``theta_c``, ``P``): standard deviation that noise gives at one location.
+        Standard deviation from noise at one location, by estimate (``R``, ``theta_c``, ``P``).
     bias_rms : mapping of (k, n) arrays
-        Root mean square, over calibrations, of the error that all samples at the location share: what the
-        calibration leaves open and what the model misses.
+        Error that is common to all samples at a location, rms over calibrations: uncertainty of the calibration and
+        discrepancy of the model.
     posterior_sd : (k, n) array
-        Root mean square posterior standard deviation of R, with edge and flat as the ends of its prior.
+        Root mean square posterior standard deviation of R, with a prior from edge to flat.
     radius_offset : (k, n) array
-        Mean error of the posterior mean of R: what truncation at edge and flat does, for any calibration.
+        Mean error of the posterior mean of R, caused by truncation at edge and flat.
     radius_scatter : (k, n) array
-        Standard deviation of the posterior mean of R about it, over noise and calibrations.
+        Standard deviation of the posterior mean of R over noise and calibrations.
     bias_by_element, noise_by_element : mapping of (k, n, m) arrays
-        Parts of the variances above that each element causes.
+        Parts of the variances above that belong to each element.
     """
 
     indenters_mm: FloatArray
@@ -53,16 +53,16 @@ class SweetSpots:
     noise_by_element: Mapping[str, FloatArray]
 
     def sd(self, name: str) -> FloatArray:
-        """Standard deviation of an estimate with noise, calibration and lack of fit in it, without ends, (k, n)."""
+        """Standard deviation of an estimate from noise, calibration and lack of fit, without truncation, (k, n)."""
         return np.asarray(np.hypot(self.noise_sd[name], self.bias_rms[name]))
 
     @property
     def radius_error(self) -> FloatArray:
-        """Root mean square error to expect of the posterior mean of R, (k, n)."""
+        """Expected root mean square error of the posterior mean of R, (k, n)."""
         return np.asarray(np.hypot(self.radius_offset, self.radius_scatter))
 
     def best(self, name: str = "R") -> float:
-        """Location (degree) with the smallest standard deviation, on average over the indenters."""
+        """Location (degree) with the smallest standard deviation, averaged over the indenters."""
         return float(self.angle_deg[(self.sd(name) ** 2).mean(axis=0).argmin()])
 
 
@@ -76,24 +76,24 @@ def sweet_spots(
     use_load: bool = True,
     plug_in: bool = False,
 ) -> SweetSpots:
-    """Map what a calibrated finger will make of touches.
+    """Maps of the expected errors of touches on a calibrated finger.
 
     Parameters
     ----------
     known : KnownFinger
         The calibrated finger.
     indenters_mm : (k,) array_like
-        r_c: 0 a knife edge, inf a flat.
+        Indenter radii r_c: 0 knife edge, inf flat.
     angle_deg : (n,) array_like
         Locations.
     load : float, optional
-        N/m; that of the calibration by default.
+        Load in N/m; by default that of the calibration.
     samples : int
         Samples averaged in each touch.
     use_load : bool
         Whether the force sensor is read.
     plug_in : bool
-        Estimates that take the calibration as exact, weighing readings by noise alone; the errors remain.
+        Use estimates that weight readings only by noise, as if the calibration were exact; its errors still count.
     """
     radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
     composite = composite_radius(radii, known.outer_radius_mm)
@@ -138,14 +138,14 @@ def draw_bias(
     plug_in: bool = False,
     seed: int = 0,
 ) -> dict[str, FloatArray]:
-    """Maps of the bias for calibrations drawn from their posterior: what one finger may look like.
+    """Maps of the bias for calibrations drawn from their posterior: examples of what one finger may look like.
 
-    Parameters as in `sweet_spots`. What the model misses is not drawn: nothing is known of how it varies.
+    Parameters as in `sweet_spots`. The discrepancy of the model is not drawn, because its variation is not known.
 
     Returns
     -------
     mapping of (draws, k, n) arrays
-        By estimate: R (mm), theta_c (degree), P (N/m).
+        Bias by estimate: R (mm), theta_c (degree), P (N/m).
     """
     radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
     estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
@@ -167,24 +167,24 @@ def known_bias(
     use_load: bool = True,
     plug_in: bool = False,
 ) -> dict[str, FloatArray]:
-    """Bias, with its sign, of reading with one model touches that another model predicts better.
+    """Signed bias of estimates with one model, if another model predicts the readings better.
 
-    With an identified E map as the better model this is the part of the bias that the calibration touches have
-    already shown; with another contact model, the part that this contact model implies.
+    If the better model has an identified E map, this is the part of the bias that the calibration touches have already
+    revealed. If it has another contact model, this is the part of the bias due to that contact model.
 
     Parameters
     ----------
     known : KnownFinger
-        What touches are read with.
+        Model that is used for the estimates.
     better : KnownFinger
-        What predicts them better.
+        Model that predicts the readings better.
     indenters_mm, angle_deg, load, samples, use_load, plug_in
         As in `sweet_spots`.
 
     Returns
     -------
     mapping of (k, n) arrays
-        By estimate: R (mm), theta_c (degree), P (N/m).
+        Bias by estimate: R (mm), theta_c (degree), P (N/m).
     """
     radii, where, touches = _grid(known, indenters_mm, angle_deg, load)
     estimator = TouchEstimator.of(known, touches, samples=samples, use_load=use_load, plug_in=plug_in)
@@ -195,7 +195,7 @@ def known_bias(
 def _grid(
     known: KnownFinger, indenters_mm: ArrayLike, angle_deg: ArrayLike, load: float | None
 ) -> tuple[FloatArray, FloatArray, TouchPlaces]:
-    """Indenters (k,), locations (n,) in degree, and touches by each at each."""
+    """Indenters (k,), locations (n,) in degree, and touches by each indenter at each location."""
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     where = np.atleast_1d(np.asarray(angle_deg, dtype=float))
     composite = np.asarray(composite_radius(radii, known.outer_radius_mm))

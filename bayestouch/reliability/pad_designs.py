@@ -1,4 +1,4 @@
-"""Another pad: how well it would locate touches, as a function of spacing, noise and rubber thickness."""
+"""Expected location errors of other pad designs, as functions of element spacing, noise and rubber thickness."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ VaryPad = Literal["spacing_mm", "noise_percent", "thickness_mm"]
 
 @dataclass(frozen=True, eq=False)
 class PadDesignMaps:
-    """Standard deviations of the location over v designs and n places.
+    """Standard deviations of the location for v designs and n places.
 
     Attributes
     ----------
     vary : str
-        What was changed.
+        Name of the quantity that varies.
     values : (v,) array
-        To what.
+        Values of that quantity.
     designs : tuple of PadDesign
         The designs.
     places : (n,) array
-        From an element (0) to halfway to the nearest other one (0.5), spacings.
+        Distances from an element (0) up to halfway to its nearest neighbour (0.5), spacings.
     spots : tuple of PadSpots
         The maps of each design.
     """
@@ -45,7 +45,7 @@ class PadDesignMaps:
     spots: tuple[PadSpots, ...]
 
     def sd(self) -> FloatArray:
-        """Standard deviation of the distance, noise and calibration together, (v, n), mm."""
+        """Standard deviation of the location (all coordinates) from noise and calibration together, (v, n), mm."""
         return np.stack([each.sd for each in self.spots])
 
 
@@ -58,30 +58,31 @@ def pad_design_maps(
     samples: int = 1,
     seed: int = 0,
 ) -> PadDesignMaps:
-    """Reliability of a pad as a function of one of its sizes.
+    """Reliability of a pad as a function of one quantity of its design.
 
-    Each design is simulated and calibrated with the kernel of its own rubber, a few seconds each. The elements lie at
-    the base of the rubber, so that its thickness is their depth.
+    Each design is simulated and calibrated with the kernel of its own rubber, which takes a few seconds. The elements
+    are at the base of the rubber, so that its thickness is their depth.
 
     Parameters
     ----------
     design : PadDesign
-        Everything else.
+        The design with all other quantities.
     vary : {"spacing_mm", "noise_percent", "thickness_mm"}
-        Smallest distance between elements, all others in proportion; noise of one reading in % of the peak; thickness.
+        Quantity that varies: smallest distance between elements (all distances are scaled); noise of one reading in %
+        of the peak; thickness.
     values : (v,) array_like
-        What to set it to.
+        Values of that quantity.
     places : sequence of float
-        From the element in the middle (0) to halfway to its nearest neighbour (0.5), spacings.
+        Distances from the element in the middle (0) up to halfway to its nearest neighbour (0.5), spacings.
     samples : int
         Samples averaged in each touch.
     seed : int
-        Of the simulated calibrations.
+        Seed of the simulated calibrations.
 
     Raises
     ------
     InputError
-        If a value gives an impossible pad, or `vary` is unknown.
+        If a value gives an impossible pad or `vary` is unknown.
     """
     wanted = np.atleast_1d(np.asarray(values, dtype=float))
     designs = tuple(changed_pad(design, vary, float(value)) for value in wanted)
@@ -97,7 +98,7 @@ def pad_design_maps(
 
 
 def changed_pad(design: PadDesign, vary: VaryPad, value: float) -> PadDesign:
-    """One design of `pad_design_maps`."""
+    """Design of `pad_design_maps` for one value."""
     if vary == "thickness_mm":
         return replace(design, thickness_mm=value)
     if vary == "noise_percent":
@@ -116,7 +117,7 @@ def changed_pad(design: PadDesign, vary: VaryPad, value: float) -> PadDesign:
 
 
 def pad_places(design: PadDesign, places: Sequence[float] = PLACES) -> FloatArray:
-    """Places between the element nearest to the middle and its nearest neighbour, (n, D) mm."""
+    """Coordinates of places between the element nearest to the middle and its nearest neighbour, (n, D) mm."""
     first, second = _pair(_elements(design))
     return np.asarray(first + np.asarray(places, dtype=float)[:, None] * (second - first))
 
@@ -127,7 +128,7 @@ def _elements(design: PadDesign) -> FloatArray:
 
 
 def _pair(elements: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """The element nearest to the middle of all, and its nearest neighbour."""
+    """Coordinates of the element nearest to the middle of all, and of its nearest neighbour."""
     if len(elements) < 2:
         raise InputError("a pad of one element has no spacing")
     middle = int(np.linalg.norm(elements - elements.mean(axis=0), axis=1).argmin())

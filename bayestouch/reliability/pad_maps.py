@@ -1,4 +1,4 @@
-"""Where a pad will locate touches well: the maps of `bayestouch.reliability.maps`, with location in place of radius."""
+"""Maps that predict how well a pad locates touches; like `bayestouch.reliability.maps`, for location, not radius."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from bayestouch.pad.reading.reader import PadReader
 
 @dataclass(frozen=True, eq=False)
 class PadSpots:
-    """Standard deviations of the location of touches at n places, before any touch; D coordinates, m elements.
+    """Predicted standard deviations of the location at n places; D coordinates, m elements.
 
     Attributes
     ----------
     location : (n, D) array
-        mm.
+        Places, mm.
     noise_sd : (n, D) array
-        What the noise of the readings gives, in mm; on a pad calibrated without repeats that is all that the map does
-        not explain.
+        Standard deviation from the noise of the readings, mm. On a pad calibrated without repeats, this noise is
+        everything that the map does not explain.
     bias_rms : (n, D) array
-        Root mean square, over calibrations, of the error that every touch there shares.
+        Error that is common to all touches at a place, rms over calibrations.
     by_element : (n, D, m) array
-        Part of each variance that each element causes, noise and calibration together.
+        Part of each variance that belongs to each element, noise and calibration together.
     """
 
     location: FloatArray
@@ -36,28 +36,28 @@ class PadSpots:
 
     @property
     def sd(self) -> FloatArray:
-        """Standard deviation of the distance's two (or one) coordinates together, (n,), mm."""
+        """Standard deviation of the location, all coordinates together, (n,), mm."""
         return np.asarray(np.sqrt((self.noise_sd**2 + self.bias_rms**2).sum(axis=1)))
 
 
 def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1) -> PadSpots:
-    """Map how well a calibrated pad will locate touches.
+    """Maps of the expected location errors of a calibrated pad.
 
     Parameters
     ----------
     reader : PadReader
-        From `PadReader.from_calibration`.
+        Result of `PadReader.from_calibration`.
     location : (n, D) array_like
         Places, mm.
     load : float, optional
-        In the calibration's unit; its mean by default.
+        Load in the unit of the calibration; by default the mean of the calibration.
     reads : int
-        Raw readings averaged in each touch.
+        Number of raw readings averaged in each touch.
 
     Raises
     ------
     InputError
-        If the places have another number of coordinates than the pad.
+        If the number of coordinates is not that of the pad.
     """
     where = _places(reader, location)
     weights, noise, calibration = _weights(reader, where, load, reads)
@@ -73,14 +73,14 @@ def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = No
 def pad_known_bias(
     reader: PadReader, better: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1
 ) -> FloatArray:
-    """Bias of the location, with its sign, of reading with one model touches that another predicts better; (n, D) mm.
+    """Signed bias of locations inferred with one model, if another model predicts readings better; (n, D) mm.
 
     Parameters
     ----------
     reader : PadReader
-        What touches are read with, such as a kernel alone.
+        Model that is used for the estimates, such as a kernel alone.
     better : PadReader
-        What predicts them better, such as the kernel with its empirical map.
+        Model that predicts the readings better, such as the kernel with its empirical map.
     location, load, reads
         As in `pad_spots`.
     """
@@ -102,7 +102,7 @@ def _places(reader: PadReader, location: ArrayLike) -> FloatArray:
 def _weights(
     reader: PadReader, where: FloatArray, load: float | None, reads: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Change of the location per unit error of each reading (n, D, m); variances by noise and calibration (n, m)."""
+    """Change of the location per unit error of each reading (n, D, m); variances from noise and calibration (n, m)."""
     push = np.full(len(where), reader.load if load is None else load)
     sensitivity, slope = reader.map.slopes(where)
     _, variance, covariance = reader.map.at(where)
@@ -113,7 +113,7 @@ def _weights(
     jacobian = np.concatenate([push[:, None, None] * slope, sensitivity[:, None]], axis=1)  # (n, D + 1, m)
     information = (jacobian / total[:, None]) @ jacobian.swapaxes(1, 2)
     information[:, -1, -1] += reader.load_sd**-2.0
-    # Never singular: the prior of a location is the region that was calibrated.
+    # Never singular, because the prior of the location is limited to the calibrated region.
     width = reader.map.high - reader.map.low
     axes = np.arange(reader.map.dimensions)
     information[:, axes, axes] += 12 / width**2

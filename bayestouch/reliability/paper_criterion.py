@@ -1,8 +1,8 @@
-"""The paper's criterion for telling two indenters apart: section 2.1 and Figure 4.
+"""Criterion of the paper for distinguishing two indenters: section 2.1 and Figure 4.
 
 "The round and edge indenters can be distinguished at a 95 % level when the square root of the mean square error
-exceeds 2 standard deviations of the noise": location, load and sensor are taken as known, and the error is a mean
-over angle, not a sum over elements. Over which angles is not printed; `span_deg` says.
+exceeds 2 standard deviations of the noise". Location, load and sensor are assumed to be known, and the error is a mean
+over angle, not a sum over elements. The paper does not state the range of angles; here it is `span_deg`.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from bayestouch.chain.response import modes_needed
 from bayestouch.contact import ContactModel, composite_radius, contact_model
 from bayestouch.errors import InputError
 
-#: The noise is exceeded by this factor where two indenters count as distinguished.
+#: Two indenters count as distinguished if their difference exceeds the noise by this factor.
 NOISE_FACTOR = 2.0
-#: Readings of "mean square": over the circumference, or the arcs of the standard errors of sections 3.2 and 3.1.
+#: Possible ranges of the "mean square": the circumference, or the arcs of the standard errors of sections 3.2 and 3.1.
 SPANS_DEG = {"circumference": 360.0, "touched half": 180.0, "50 degrees": 50.0}
 ANGLES = 2048
 
 
 @dataclass(frozen=True)
 class Annulus:
-    """A finger without its elements: what Figure 4 needs of it.
+    """A finger without elements, as Figure 4 needs it.
 
     Attributes
     ----------
@@ -64,19 +64,19 @@ class Annulus:
             raise InputError("shear modulus and load must be above zero")
 
     def strain(self, indenter_radius_mm: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Compressive strain around the finger under indenters that touch it at angle zero.
+        """Angles around the finger, and compressive strain there under indenters at angle zero.
 
         Parameters
         ----------
         indenter_radius_mm : (n,) array_like
-            r_c: 0 a knife edge, inf a flat.
+            Indenter radii r_c: 0 knife edge, inf flat.
 
         Returns
         -------
         angle : (a,) array
-            rad, from -π.
+            Angles in rad, from -π.
         strain : (n, a) array
-            ``-e_rr`` at ``r_s``.
+            Strain ``-e_rr`` at ``r_s``.
         """
         outer = self.outer_radius_mm
         radii = (self.alpha * outer, outer)
@@ -95,14 +95,14 @@ class Annulus:
 
 @lru_cache(maxsize=32)
 def _contact(name: str, radii: tuple[float, float], poisson_ratio: float) -> ContactModel:
-    """Contact model of a body: solved once for all loads, moduli and indenters."""
+    """Contact model of a body, cached: it is solved once for all loads, moduli and indenters."""
     return contact_model(name, radii, poisson_ratio)
 
 
 def strain_difference(
     finger: Annulus, indenter_radius_mm: ArrayLike, *, from_radius_mm: float = 0.0, span_deg: float = 360.0
 ) -> FloatArray:
-    """Root mean square difference of strain profiles over the peak strain of the reference: Figure 4's surface.
+    """Root mean square difference of strain profiles, relative to the peak strain of the reference (Figure 4).
 
     Parameters
     ----------
@@ -111,13 +111,14 @@ def strain_difference(
     indenter_radius_mm : (n,) array_like
         r_c of the indenters.
     from_radius_mm : float
-        Reference indenter, a knife edge by default.
+        Radius r_c of the reference indenter; a knife edge by default.
     span_deg : float
-        The mean is over this arc about the contact; 360 is all around.
+        Arc about the contact for the mean; 360 is the whole circumference.
 
     Returns
     -------
     (n,) array
+        Relative differences.
 
     Raises
     ------
@@ -134,20 +135,20 @@ def strain_difference(
 
 
 def tolerable_noise(finger: Annulus, *, indenter_radius_mm: float = np.inf, span_deg: float = 360.0) -> float:
-    """Largest noise, as a share of the peak strain, at which the criterion tells an indenter from a knife edge.
+    """Largest noise (share of the peak strain) for which the criterion distinguishes an indenter from a knife edge.
 
-    The paper has 3.7 % for the flat at α = 0.70.
+    The paper gives 3.7 % for the flat at α = 0.70.
     """
     return float(strain_difference(finger, [indenter_radius_mm], span_deg=span_deg)[0]) / NOISE_FACTOR
 
 
 def smallest_radius(finger: Annulus, noise: float, *, span_deg: float = 360.0) -> float:
-    """Smallest r_c (mm) that the criterion tells from a knife edge at this noise (share of the peak strain).
+    """Smallest r_c (mm) that the criterion distinguishes from a knife edge at this noise (share of the peak strain).
 
-    The paper has ``0.16 r_b`` at 1 % and α = 0.70. inf where not even the flat is distinguished.
+    The paper gives ``0.16 r_b`` at 1 % and α = 0.70. inf if not even a flat is distinguished.
     """
     outer = finger.outer_radius_mm
-    # Evenly in R, the scale on which strains change; the ends are edge and flat.
+    # Equal steps in R, the scale on which strains change; the limits are edge and flat.
     composite = np.linspace(0.0, outer, 97)
     with np.errstate(divide="ignore"):
         radius = 1 / (1 / composite[1:] - 1 / outer)

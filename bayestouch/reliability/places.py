@@ -1,4 +1,4 @@
-"""Bias of a place that calibration touches there have already shown, whatever causes it."""
+"""Bias of estimates at a place, predicted from calibration touches at that place, whatever the cause."""
 
 from __future__ import annotations
 
@@ -25,35 +25,35 @@ def place_bias(
     use_load: bool = True,
     plug_in: bool = False,
 ) -> dict[str, FloatArray]:
-    """Bias, with its sign, that the residuals of knife edges at the same place imply for other indenters.
+    """Signed bias for other indenters that is implied by residuals of knife edges at the same place.
 
-    What an edge's readings leave over, per unit load, is taken to be there for every indenter at that place, and sent
-    through the weights of the estimate. That holds for errors of the place; errors of an element's E map are felt
-    less by blunt indenters, so they go into `better`. Residuals are shrunk element by element by the share of their
-    variance that noise explains: where the model is right nothing is predicted. Between edges they are interpolated
-    linearly.
+    The residual of an edge per unit load is assumed to be the same for every indenter at that place, and is multiplied
+    by the weights of the estimate. The assumption is right for errors of the place. Errors of an element's E map have
+    less effect on blunt indenters, so they should be included in `better`. For each element, residuals are shrunk by
+    the share of their variance that noise explains, so that a correct model gives no bias. Between edges they are
+    interpolated linearly.
 
     Parameters
     ----------
     known : KnownFinger
-        What touches are read with.
+        Model that is used for the estimates.
     calibrating : TouchMeans
         Averaged calibration touches, rest reading subtracted.
     better : KnownFinger, optional
-        What predicts touches better, such as the identified E map: residuals are about it, and what it changes is part
-        of the bias, as in `known_bias`.
+        Model that predicts touches better, such as one with the identified E map. Residuals are then relative to it,
+        and its difference from `known` is part of the bias, as in `known_bias`.
     indenters_mm, angle_deg, load, samples, use_load, plug_in
         As in `bayestouch.reliability.sweet_spots`.
 
     Returns
     -------
     mapping of (k, n) arrays
-        By estimate: R (mm), theta_c (degree), P (N/m).
+        Bias by estimate: R (mm), theta_c (degree), P (N/m).
 
     Raises
     ------
     InputError
-        If fewer than two knife edges with location and load were made.
+        If there are fewer than two knife edges with location and load.
     """
     radii = np.atleast_1d(np.asarray(indenters_mm, dtype=float))
     where = np.atleast_1d(np.asarray(angle_deg, dtype=float))
@@ -70,7 +70,7 @@ def place_bias(
 
 
 def _residuals(known: KnownFinger, calibrating: TouchMeans) -> tuple[FloatArray, FloatArray]:
-    """Angles of the edges (t,), rising, and what each element misses of them per N/m (t, m), shrunk."""
+    """Angles of the edges (t,), ascending, and residual of each element per N/m (t, m), shrunk."""
     if calibrating.angle_deg is None:
         raise InputError("the bias of places needs angle_deg of the calibration touches")
     angle, load = calibrating.angle_deg, calibrating.load

@@ -1,4 +1,4 @@
-"""Report: what can be trusted, and where."""
+"""Reliability report: which estimates of a sensor can be trusted, and at which locations."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ __all__ = ["Report", "report"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Summarised):
-    """A written report.
+    """A report that was written to a folder.
 
     Attributes
     ----------
     path : Path
-        Its folder: ``index.html``, ``report.json``, ``figures``, ``calibration.nc``, ``posterior.nc``.
+        Folder with ``index.html``, ``report.json``, ``figures``, ``calibration.nc``, ``posterior.nc``.
     numbers : mapping
-        What ``report.json`` holds: every number of the page.
+        Content of ``report.json``: every number of the page.
     figures : tuple of Path
-        The figures' files.
+        Paths of the figures.
     """
 
     path: Path
@@ -40,20 +40,20 @@ class Report(Summarised):
 
     @property
     def calibration(self) -> Calibration:
-        """The calibration, read back from its file."""
+        """Calibration, read from its file."""
         from bayestouch.results.reading import load_calibration
 
         return load_calibration(self.path / "calibration.nc")
 
     @property
     def posteriors(self) -> TouchPosteriors:
-        """The touches' posteriors, read back from their file."""
+        """Posteriors of the touches, read from their file."""
         from bayestouch.results.reading import load_touches
 
         return load_touches(self.path / "posterior.nc")
 
     def to_dataframe(self) -> DataFrame:
-        """The key numbers: a row for each ``quantity`` with ``value``, ``unit`` and a ``detail`` in words."""
+        """Key numbers: one row for each ``quantity``, with ``value``, ``unit`` and ``detail`` (text)."""
         import pandas as pd
 
         return pd.DataFrame(self.numbers["answer"]["key_numbers"])
@@ -63,7 +63,7 @@ class Report(Summarised):
         return self.posteriors.to_arviz()
 
     def plot_estimates(self, name: str, axes: Axes | None = None) -> Axes:
-        """Posterior mean and 90 % interval of every touch over its reference."""
+        """Plot posterior mean and 90 % interval of every touch against its reference value."""
         return self.posteriors.plot_estimates(name, axes)
 
     def _repr_html_(self) -> str:
@@ -80,7 +80,7 @@ class Report(Summarised):
         return " ".join(self.numbers["answer"]["sentences"])
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         answer = self.numbers["answer"]
         verdict = [f"{row['question']} {row['short']}." for row in answer.get("verdict", ())]
         keys = [f"{row['quantity']}: {number(row['value'])} {row['unit']}".rstrip() for row in answer["key_numbers"]]
@@ -98,31 +98,31 @@ def report(
     diagnosis: bool | str | Path = True,
     progress: Progress | None = None,
 ) -> Report:
-    """Calibrate, read all touches, and write a reliability report.
+    """Report on the reliability of a sensor; this calibrates, infers all touches and writes the report.
 
     Parameters
     ----------
     dataset : DataSet or None
-        Sensor and touches. None reports on the simulated finger that comes with the package, together with the
-        paper's tables.
+        Sensor and touches. If None, the report is on the simulated finger of the package and includes the tables of
+        the paper.
     output : str or Path
-        Folder to write; made if need be. A report in it is replaced when the new one is complete.
+        Folder to write; it is created if necessary. An earlier report in it is replaced when the new one is complete.
     seed : int
-        Seed of every random number; the same data, version and seed give the same report.
+        Seed of every random number. The same data, version and seed give the same report.
     draws : int
-        Draws a touch.
+        Draws of a touch.
     plug_in : bool
-        Take the calibration as exact.
+        Assume that the calibration is exact.
     diagnosis : bool or path
-        Whether to search for effects that the model misses (a light run, without reading the held-out touches as
-        unknown), or the folder of a diagnosis that was saved.
+        True to search for effects that are missing from the model (a short run, without inference of the held-out
+        touches), or the folder of a saved diagnosis.
     progress : callable, optional
-        Called with the fraction done.
+        Function that is called with the fraction of the work that is done.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate` and `bayestouch.infer`, or the folder cannot be written to.
+        As in `bayestouch.calibrate` and `bayestouch.infer`, or if the folder cannot be written.
     """
     from bayestouch.output.files import new_folder
     from bayestouch.reporting.gather import gather

@@ -1,4 +1,4 @@
-"""The data of a report: what they are and where they come from."""
+"""Description of the data of a report: content and source."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bayestouch.reporting.evidence import Evidence
 
 
 def about_data(evidence: Evidence) -> dict[str, Any]:
-    """Sensor, source and contents of the touch tables."""
+    """Numbers of ``report.json`` about the data: sensor, source, content of the touch tables."""
     sensor, dataset = evidence.sensor, evidence.dataset
     tables = {"to calibrate with": dataset.calibration, "to be read": dataset.touches}
     return {
@@ -27,7 +27,7 @@ def about_data(evidence: Evidence) -> dict[str, Any]:
 
 
 def _sensor(sensor: Sensor) -> list[dict[str, Any]]:
-    """Rows of quantity, value, unit; value None where not stated."""
+    """Rows of quantity, value and unit; the value is None if it is not stated."""
     body = sensor.body
     rows: list[tuple[str, Any, str]] = [
         ("elements", body.n_elements, ""),
@@ -49,7 +49,7 @@ def _notes(evidence: Evidence) -> list[str]:
 
 
 def _sentence(note: str) -> str:
-    """The note with a capital and a full stop, whoever wrote it; a file's name keeps its letters."""
+    """Note with a capital letter and a full stop; a file name at its beginning is not changed."""
     first = note.split(maxsplit=1)[0]
     start = note if "." in first.rstrip(".:,") else note[:1].upper() + note[1:]
     return start.rstrip(".") + "."

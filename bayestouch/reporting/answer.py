@@ -1,4 +1,4 @@
-"""The answer at the top of a report: how well touches are read, in sentences made from its numbers."""
+"""Summary at the top of a report: sentences about the errors, made from its numbers."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Any
 from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.bodies import PAGES
 
-# Coverage is as claimed within so many points of 90 %, or within two standard errors where touches are few; and nearly
-# as claimed within so many more.
+# Coverage counts as right if it is within this many percentage points of 90 %, or within two standard errors if there
+# are few touches. With at most this many further points, it counts as nearly right.
 _AS_CLAIMED, _NEARLY = 2.5, 6.0
-# Fewer touches than these say nothing of 90 %.
+# With fewer touches, coverage of 90 % intervals cannot be judged.
 _FEWEST = 10
-# A mean square of residuals this far above that of repeats is more than the scatter of a few hundred touches.
+# A larger ratio of mean squares (residuals to repeats) is not explained by the scatter of a few hundred touches.
 _LACK_OF_FIT = 1.25
-# An exponent this far from one, with an error that it lowers by a tenth, is told.
+# Nonlinearity is reported if the exponent differs from one by this much and lowers the error by a tenth.
 _NOT_LINEAR = 0.05
 _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x", "y": "y", "region": "location"}
 
 
 def answer(numbers: dict[str, Any]) -> dict[str, Any]:
-    """Sentences and key numbers from everything else in `numbers`."""
+    """Sentences and key numbers, from all other numbers of the report."""
     errors, key_numbers = PAGES[numbers["data"]["body"]].errors_and_limits(numbers)
     sentences = [*errors, *_intervals(numbers), *_model(numbers)]
     if numbers["data"]["simulated"]:
@@ -40,7 +40,7 @@ def _intervals(numbers: dict[str, Any]) -> list[str]:
 
 
 def _verdict(rows: list[dict[str, Any]]) -> str:
-    """What coverage says of the stated uncertainties: the worst parameter decides."""
+    """Clause on the stated uncertainties; the parameter with the worst coverage decides."""
     grade, words = coverage_verdict(rows)
     if grade == "unknown":
         return words
@@ -51,7 +51,7 @@ def _verdict(rows: list[dict[str, Any]]) -> str:
 
 
 def coverage_verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
-    """How often 90 % intervals hold the reference: ``good``, ``fair``, ``bad`` or ``unknown``, and in words."""
+    """Grade of the coverage of 90 % intervals (``good``, ``fair``, ``bad``, ``unknown``), and the same in words."""
     touches = min(row["touches"] for row in rows)
     if touches < _FEWEST:
         return "unknown", f"{plural(touches, 'touch')} cannot tell whether that is as often as it should be"
@@ -68,7 +68,7 @@ def coverage_verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
 
 
 def has_lack_of_fit(calibration: dict[str, Any]) -> bool:
-    """Whether the calibrated model misses its own touches by more than noise explains."""
+    """True if the calibrated model deviates from its own touches by more than noise explains."""
     lack = calibration["lack_of_fit"]
     return lack is not None and bool(lack > _LACK_OF_FIT)
 
@@ -116,5 +116,5 @@ def _linearity(found: dict[str, Any]) -> list[str]:
 
 
 def _power(exponent: float) -> str:
-    """A law of the load in words; a power near zero with an offset is the logarithm."""
+    """Text of a power law of the load; a power near zero with an offset is a logarithm."""
     return "the logarithm of the load" if exponent < 0.05 else f"the load to the power {number(exponent, 2)}"

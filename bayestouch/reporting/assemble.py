@@ -1,4 +1,4 @@
-"""Every number of a report, as one dictionary."""
+"""All numbers of a report in one dictionary."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from bayestouch.version import __version__
 
 
 def report_numbers(evidence: Evidence) -> dict[str, Any]:
-    """Everything that the page shows, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
+    """Content of ``report.json``, in public units: mm, degree, MPa, N/m on a finger, N on a pad."""
     pages = PAGES[evidence.sensor.body.kind]
     own = pages.numbers(evidence)
     numbers: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""The kinds of bodies that can be reported on."""
+"""Bodies that have reports."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.finger.pages import FINGER
 from bayestouch.reporting.pad.pages import PAD
 
-#: By the name of the body in ``sensor.toml`` and ``report.json``.
+#: Pages by the name of the body in ``sensor.toml`` and ``report.json``.
 PAGES: Mapping[str, BodyPages] = {Finger.kind: FINGER, Pad.kind: PAD}

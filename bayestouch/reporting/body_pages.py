@@ -1,4 +1,4 @@
-"""What the pages of one kind of body have of their own; the rest of a report is the same for every body."""
+"""Parts of a report that depend on the body; all other parts are the same for every body."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.output.pictures import Picture
 from bayestouch.reporting.evidence import Evidence
 
-#: What ``report.json`` holds, or will hold.
+#: Content of ``report.json``, or part of it.
 Numbers = dict[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
 class BodyNumbers:
-    """Parts of ``report.json`` that each kind of body fills in its own way.
+    """Parts of ``report.json`` that depend on the body.
 
     Attributes
     ----------
     peak : dict
         ``calibration.peak``: error of the fit and noise in % of each element's peak.
     estimates : dict
-        ``estimates``: what is read of the touches, against their references.
+        ``estimates``: results for the touches, compared with their references.
     places : dict
-        ``places``: the error to expect at each place.
+        ``places``: expected error at each place.
     prediction : dict or None
-        ``residuals.prediction``: errors of the readings predicted at the references.
+        ``residuals.prediction``: errors of the readings that are predicted for the reference values.
     paper : dict or None
-        ``paper``: the paper's printed tables.
+        ``paper``: tables that the paper printed.
     """
 
     peak: Numbers
@@ -42,35 +42,35 @@ class BodyNumbers:
 
 @dataclass(frozen=True, eq=False)
 class BodyPages:
-    """Numbers, words and pictures of one kind of body. Its templates are in ``templates/<kind>/``.
+    """Numbers, text and figures of one kind of body. Its templates are in ``templates/<kind>/``.
 
     Attributes
     ----------
     numbers : callable
-        Its parts of ``report.json``.
+        Function that returns the `BodyNumbers`.
     errors_and_limits : callable
-        Sentences on errors and limits, and key numbers, from the numbers of a report.
+        Function of the numbers of a report: sentences on errors and limits, and key numbers.
     own_answers : callable
-        Rows of question, short answer and reason, from the numbers of a report.
+        Function of the numbers of a report: rows of question, short answer and reason.
     plug_in_compared : tuple of str
-        Parameters that are read with the calibration's uncertainty and without it, for comparison; none: touches are
-        read in one way.
+        Parameters that are inferred both with and without the uncertainty of the calibration, for comparison. If empty,
+        touches are inferred in one way only.
     read : str
-        The quantity that `bayestouch.reporting.next_steps` speaks of.
+        Name of the quantity in the texts of `bayestouch.reporting.next_steps`.
     next_after_diagnosis : str
-        What to do with the effects that a diagnosis found.
+        Advice on what to do with the effects that a diagnosis found.
     design : callable
-        Places of the elements as designed, (m,) each, by the name of the calibration parameter.
+        Designed places of the elements, (m,) arrays by the name of the calibration parameter.
     origin_known : bool
-        Whether places of the elements and of the touches have one origin; if not, elements may all be shifted.
+        True if places of elements and touches have a common origin; otherwise all elements may be shifted together.
     examples : callable
-        Numbers of touches that are shown one by one: ``typical``, and ``hardest`` where there is one.
+        Numbers of the touches that are shown as examples: ``typical``, and ``hardest`` if there is one.
     pictures : callable
-        Figures of the estimates.
+        Function that yields the figures of the estimates.
     sensor_picture : callable
-        The sensor with the error to expect at each place.
+        Function that returns the figure of the sensor with the expected error at each place.
     live_sensor, live_estimates : callable
-        The interactive figures of both, from the numbers of a report and the touches' data source.
+        Functions that return the interactive versions, from the numbers of a report and the data source of the touches.
     """
 
     numbers: Callable[[Evidence], BodyNumbers]

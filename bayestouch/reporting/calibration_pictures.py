@@ -1,4 +1,4 @@
-"""Figures of the calibration: every element beside its design, and the fit of one element."""
+"""Figures of the calibration: each element compared with its design, and the fit of one element."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from bayestouch.results.plots import LOCATION_LABELS
 
 
 def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:
-    """Parameters by element, and on a finger or a line of elements the fit of the middle one."""
+    """Figures of the parameters by element and, on a finger or a line of elements, of the fit of the middle element."""
     yield _elements(evidence)
     rows = evidence.calibration.rows
     if len(rows.location) == 1:
@@ -37,10 +37,10 @@ def calibration_pictures(evidence: Evidence) -> Iterator[Picture]:
 
 @dataclass(frozen=True, eq=False)
 class _Departure:
-    """What is drawn by element: draws (n, m) and truth (m,) less the design and a shift that all elements share.
+    """Draws (n, m) and true values (m,) of a parameter, minus the design and a shift that all elements share.
 
-    The shift is zero where places of elements and touches have one origin, as angles of a finger do; the origin of
-    the stage that touches a pad need not be the design's.
+    The shift is zero if places of elements and touches have one origin, as on a finger. On a pad, the origin of the
+    stage that touches it may differ from that of the design.
     """
 
     symbol: str
@@ -114,7 +114,7 @@ def _elements(evidence: Evidence) -> Picture:
 
 
 def _fit(evidence: Evidence) -> Picture:
-    """Figures 9 and 10 of the paper: readings of one element against location, the fit, and the difference."""
+    """Figure of one element's readings against location, with fit and difference (Figures 9 and 10 of the paper)."""
     rows = evidence.calibration.rows
     (name, location), *_ = rows.location.items()
     element = _middle_element(rows.observed)
@@ -161,7 +161,7 @@ def _fit(evidence: Evidence) -> Picture:
 
 
 def _middle_element(observed: FloatArray) -> int:
-    """The element in the middle, or the nearest to it that reads anything."""
+    """Number of the element in the middle, or of the nearest one that has readings."""
     m = observed.shape[1]
     alive = np.flatnonzero(np.isfinite(observed).any(axis=0))
     return int(alive[np.abs(alive - m // 2).argmin()])

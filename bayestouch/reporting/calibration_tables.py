@@ -1,4 +1,4 @@
-"""The calibration in tables: parameters beside their priors, element by element, models that competed."""
+"""Tables of the calibration: parameters with their priors, values of each element, competing models."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _STATISTICS = {
     "map_size_everywhere": "size of the empirical map, share of the signal's peak",
     "map_size_of_kernel": "size of the empirical map, share of the kernel",
 }
-# Symbol, unit and meaning of what a calibration holds beside its parameters.
+# Symbol, unit and meaning of derived quantities of a calibration.
 _DERIVED = {
     "gain": ("1/G", "{unit} per unit strain", "reading per unit of compressive strain"),
     "noise_sd": ("", "{unit}", "noise of one raw reading"),
@@ -40,7 +40,7 @@ _DERIVED = {
 
 
 def about_calibration(evidence: Evidence, peak: dict[str, Any]) -> dict[str, Any]:
-    """Everything the report shows of the calibration; `peak` is the body's table of errors and noise."""
+    """Numbers of ``report.json`` about the calibration; `peak` is the body's table of errors and noise."""
     calibration = evidence.calibration
     statistics = {name: float(value) for name, value in calibration.statistics.items()}
     return {
@@ -57,12 +57,12 @@ def about_calibration(evidence: Evidence, peak: dict[str, Any]) -> dict[str, Any
 
 
 def in_words(name: str) -> str:
-    """A calibration's statistic or setting, by its name, in words."""
+    """Description of a statistic or setting of a calibration."""
     return _STATISTICS.get(name, name.replace("_", " "))
 
 
 def model_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Models that competed on a pad, the best first: score of readings left out, and their error in % of the peak."""
+    """Models compared on a pad, the best first: held-out log score, and error in % of the peak."""
     rows = []
     for key in _scores(statistics):
         model = key.removeprefix(_SCORE)
@@ -82,13 +82,13 @@ def _scores(statistics: Mapping[str, float]) -> list[str]:
 
 
 def statistic_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
-    """Everything else that the calibration tells of itself."""
+    """All other statistics of the calibration."""
     told = {f"{start}{key.removeprefix(_SCORE)}" for key in _scores(statistics) for start in (_SCORE, _ERROR)}
     return [{"name": in_words(name), "value": value} for name, value in statistics.items() if name not in told]
 
 
 def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
-    """Symbol, unit, prior and meaning of anything in the calibration's posterior."""
+    """Symbol, unit, prior and meaning of a parameter or derived quantity in the calibration's posterior."""
     known: Mapping[str, Parameter] = {parameter.name: parameter for parameter in calibration.parameters}
     if name in known:
         parameter = known[name]
@@ -99,7 +99,7 @@ def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
 
 
 def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:
-    """Posterior beside prior, one row a parameter; by element the least, mean and largest posterior mean."""
+    """Posterior and prior, one row a parameter; if it has a value for each element, smallest, mean and largest mean."""
     rows = []
     calibration = evidence.calibration
     for name, draws in calibration.posterior.items():
@@ -126,14 +126,14 @@ def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def _inside(draws: FloatArray, true: Any) -> float:
-    """Share in % of true values inside the central 90 % interval."""
+    """Percentage of true values inside the central 90 % interval."""
     low, high = np.quantile(draws, [0.05, 0.95], axis=(0, 1))
     value = np.asarray(true, dtype=float)
     return float(100 * np.mean((value >= low) & (value <= high)))
 
 
 def element_table(calibration: Calibration) -> dict[str, Any]:
-    """Posterior mean and standard deviation of every parameter that elements have of their own."""
+    """Posterior mean and standard deviation of every parameter that has a value for each element."""
     m = calibration.sensor.n_elements
     own = {name: draws for name, draws in calibration.posterior.items() if draws.shape[2:] == (m,)}
     columns = []

@@ -1,4 +1,4 @@
-"""Corner plots: the posterior of single touches, and of one element's calibration."""
+"""Corner plots of the posteriors of single touches, and of the calibration of one element."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import describe
 from bayestouch.reporting.evidence import Evidence
 
-# Draws in a corner plot: more only make its file larger.
+# Number of draws in a corner plot; more draws only make its file larger.
 _CORNER_DRAWS = 2000
 _OF_ELEMENT = ("r_s", "theta_s", "x_s", "y_s", "x", "y", "response", "gain", "sigma", "mu")
 
 
 def corner_png(values: FloatArray, labels: Sequence[str], truths: Sequence[float | None] | None = None) -> bytes:
-    """Corner plot of draws (n, k); columns that do not vary are left out."""
+    """Corner plot of draws (n, k) as PNG; columns that do not vary are left out."""
     from matplotlib.figure import Figure
 
     corner = _corner_library()
@@ -50,18 +50,18 @@ def corner_png(values: FloatArray, labels: Sequence[str], truths: Sequence[float
 
 
 def _corner_library() -> Any:
-    """The module `corner`. It loads arviz where that is installed, which fails where the home folder cannot be written
-    to; it is then loaded without."""
+    """Module `corner`. It imports arviz if that is installed, which fails if the home folder is not writable; `corner`
+    is then imported without arviz."""
     import sys
     import warnings
 
     try:
         with warnings.catch_warnings():
-            # what arviz says of its next version, once a day, is nothing to readers of a report
+            # readers of a report do not need the daily message of arviz about its next version
             warnings.simplefilter("ignore", FutureWarning)
             import corner
     except OSError:
-        sys.modules["arviz"] = None  # type: ignore[assignment]  # the import system's way to say: not there
+        sys.modules["arviz"] = None  # type: ignore[assignment]  # makes the import of arviz fail
         try:
             import corner
         finally:
@@ -70,7 +70,7 @@ def _corner_library() -> Any:
 
 
 def corner_columns(names: Sequence[str], draws: Mapping[str, FloatArray], index: int) -> FloatArray:
-    """Draws of one touch or element as columns (n, k); a parameter without that axis is shared."""
+    """Draws for one touch or element as columns (n, k); a parameter without that axis is shared by all."""
     columns = []
     for name in names:
         values = draws[name]
@@ -79,7 +79,7 @@ def corner_columns(names: Sequence[str], draws: Mapping[str, FloatArray], index:
 
 
 def touch_corners(evidence: Evidence) -> Iterator[Picture]:
-    """A typical touch, and where the body's pages name one the hardest."""
+    """Corner plots of a typical touch and, if the body's pages name one, of the hardest touch."""
     posteriors = evidence.posteriors
     chosen = PAGES[evidence.sensor.body.kind].examples(evidence)
     labels = {parameter.name: parameter.label for parameter in posteriors.parameters}
@@ -107,7 +107,7 @@ def touch_corners(evidence: Evidence) -> Iterator[Picture]:
 
 
 def element_corner(evidence: Evidence) -> Iterator[Picture]:
-    """Calibration of the element in the middle."""
+    """Corner plot of the calibration of the element in the middle."""
     calibration = evidence.calibration
     element = calibration.sensor.n_elements // 2
     m = calibration.sensor.n_elements
@@ -121,7 +121,7 @@ def element_corner(evidence: Evidence) -> Iterator[Picture]:
     for name in names:
         symbol, unit, _, _ = describe(calibration, name)
         label = latex.get(name, f"{symbol} ({unit})" if unit else symbol)
-        labels.append(label.replace(" (", "\n(", 1))  # long units would run into each other
+        labels.append(label.replace(" (", "\n(", 1))  # long units would overlap
     true = [evidence.truth.get(name) for name in names]
     marks = [None if t is None else float(np.atleast_1d(t)[element] if np.ndim(t) else t) for t in true]
     values = corner_columns(names, draws, element)

@@ -1,4 +1,4 @@
-"""What the model missed: a light diagnosis made for the report, or one that was saved."""
+"""Diagnosis in a report: a short one made for the report, or a saved one."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from bayestouch.errors import InputError
 from bayestouch.output.pictures import Format, Picture
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
 
-#: Figures of a diagnosis that a report shows; the others are in the diagnosis' own folder.
+#: Number of figures of a diagnosis that a report shows; the folder of the diagnosis has all.
 _SHOWN = 3
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosed:
-    """A diagnosis as a report tells it.
+    """A diagnosis as it appears in a report.
 
     Attributes
     ----------
     numbers : dict
-        What ``diagnosis.json`` holds, with ``sentences`` and ``made`` (how it came about); or ``missing``, why there
-        is none.
+        Content of ``diagnosis.json``, with ``sentences`` and ``made`` (its origin); or only ``missing``, the reason why
+        there is no diagnosis.
     pictures : tuple of Picture
-        The most telling ones.
+        The most important figures.
     """
 
     numbers: dict[str, Any]
@@ -33,7 +33,7 @@ class Diagnosed:
 
 
 def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
-    """Search for effects without reading the held-out touches as unknown: a verdict, and prediction errors."""
+    """Diagnosis without inference of the held-out touches: verdict and prediction errors."""
     from bayestouch.diagnosis import diagnose
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import diagnosis_pictures
@@ -50,12 +50,12 @@ def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
 
 
 def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
-    """What `bayestouch diagnose` wrote.
+    """Diagnosis that `bayestouch diagnose` wrote to a folder.
 
     Raises
     ------
     InputError
-        The folder holds no diagnosis, one that is damaged, or one of another sensor.
+        If the folder has no diagnosis, or one that is damaged or of another sensor.
     """
     from bayestouch.diagnosis.outcome import sentences
 
@@ -77,5 +77,5 @@ def _read(folder: Path, described: dict[str, str]) -> Picture:
 
 
 def _of_report(pictures: tuple[Picture, ...]) -> tuple[Picture, ...]:
-    """Under names and in a section of their own."""
+    """Figures with names and section for the report."""
     return tuple(replace(each, name=f"diagnosis_{each.name}", section="diagnosis") for each in pictures[:_SHOWN])

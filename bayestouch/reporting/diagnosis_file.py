@@ -1,4 +1,4 @@
-"""diagnosis.json from anyone: nothing that a report tells of it is taken on trust."""
+"""Reader of a diagnosis.json of unknown origin: everything that a report shows of it is checked."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from bayestouch.errors import InputError, shown
 if TYPE_CHECKING:
     from jsonschema import ValidationError
 
-#: Ours have some tens of kB, and figures a MB at most. 2 MB are checked in some seconds.
+#: Limits of the file sizes. Usual files have tens of kB, and figures at most a MB; 2 MB take some seconds to check.
 MAX_BYTES, MAX_FIGURE_BYTES = 2_000_000, 50_000_000
 _WHAT = "the diagnosis.json of `bayestouch diagnose`"
-# Beyond this no number is an error, a score or a value of an effect; ours have some tens of entries in a list.
+# Numbers beyond this limit are not plausible as errors, scores or values; usual lists have tens of entries.
 _LARGEST, MOST_ENTRIES = 1e30, 10_000
 
 _Schema = dict[str, Any]
 
 
 def _one_of(expected: str, kind: str, *others: str, **limits: Any) -> _Schema:
-    """Schema of a value of a kind; its description is what an error says was expected."""
+    """Schema of a value of one of these types; `expected` describes it in error messages."""
     return {"description": expected, "type": [kind, *others], **limits}
 
 
@@ -34,7 +34,7 @@ def _list_of(each: _Schema) -> _Schema:
 
 
 def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema] = {}, **required: _Schema) -> _Schema:
-    """Schema of an object, its size first: keys that it must have, that it may have, and what other values must be."""
+    """Schema of an object with keys that are required, optional ones (`later`), and a schema for all other values."""
     counted = _one_of("an object", "object", *null, maxProperties=MOST_ENTRIES)
     return {**counted, "required": [*required], "properties": {**required, **later}, "additionalProperties": rest}
 
@@ -50,7 +50,7 @@ _EFFECT = _object(
     parameters=_object(_object(mean=_NUMBER, sd=_PERHAPS, unit=_TEXT)),
     indistinguishable_from=_list_of(_TEXT),
 )
-#: What a report reads of the file, as JSON Schema (draft 2020-12).
+#: JSON Schema (draft 2020-12) of what a report reads from the file.
 SCHEMA = _object(
     verdict=_one_of(" or ".join(sorted(VERDICTS)), "string", enum=sorted(VERDICTS)),
     data=_object(elements=_NUMBER, held_out_touches=_NUMBER),
@@ -75,12 +75,12 @@ SCHEMA = _object(
 
 
 def read_diagnosis(file: Path) -> dict[str, Any]:
-    """Numbers of a diagnosis as `bayestouch diagnose` wrote them.
+    """Numbers of a diagnosis that `bayestouch diagnose` wrote.
 
     Raises
     ------
     InputError
-        The file is missing, too large, no JSON, or not what a report expects, with the place that is not.
+        If the file is missing, too large, not JSON, or not as a report expects it (the message names the place).
     """
     with reading(file) as path:
         if path.stat().st_size > MAX_BYTES:
@@ -88,13 +88,13 @@ def read_diagnosis(file: Path) -> dict[str, Any]:
         data = path.read_bytes()
     try:
         numbers = json.loads(data.decode("utf-8"))
-        # The report holds it again: as JSON without infinity, in UTF-8.
+        # The report stores it again as JSON in UTF-8, without infinite numbers.
         json.dumps(numbers, ensure_ascii=False, allow_nan=False).encode("utf-8")
     except (ValueError, RecursionError):
         raise InputError(f"expected {_WHAT}, got no JSON", file=file) from None
     from jsonschema import Draft202012Validator
 
-    # The first error: of a file that is wrong everywhere nobody asks for all.
+    # Only the first error is reported.
     if wrong := next(Draft202012Validator(SCHEMA).iter_errors(numbers), None):
         raise InputError(f"expected {_WHAT}: expected {_expected(wrong)}", file=file)
     checked: dict[str, Any] = numbers
@@ -102,14 +102,14 @@ def read_diagnosis(file: Path) -> dict[str, Any]:
 
 
 def read_figure(folder: Path, name: str, form: str) -> bytes:
-    """A figure beside the diagnosis, "svg" or "png"; never one of another folder.
+    """Figure in the folder of the diagnosis ("svg" or "png"), never from another folder.
 
     Raises
     ------
     InputError
-        It is missing or too large, or its name is none.
+        If it is missing or too large, or its name is not valid.
     """
-    if not re.fullmatch(r"[\w-]{1,99}", name, re.ASCII):  # such as effect-1-crosstalk
+    if not re.fullmatch(r"[\w-]{1,99}", name, re.ASCII):  # for example effect-1-crosstalk
         raise InputError(f"expected a figure's name of letters and hyphens, got {shown(name)}", file=folder)
     with reading(folder / "figures" / f"{name}.{form}") as file:
         if file.stat().st_size > MAX_FIGURE_BYTES:
@@ -118,7 +118,7 @@ def read_figure(folder: Path, name: str, form: str) -> bytes:
 
 
 def _expected(wrong: ValidationError) -> str:
-    """What was expected, where, and what stands there."""
+    """Text of what was expected, where, and what was found."""
     found, place = wrong.instance, wrong.json_path.removeprefix("$").lstrip(".") or "the top"
     if wrong.validator == "required":
         missing = next(key for key in wrong.validator_value if key not in found)

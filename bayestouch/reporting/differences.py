@@ -1,4 +1,4 @@
-"""Differences between estimates and references, and how they are summed up."""
+"""Differences between estimates and references, and their summaries."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bayestouch.results.objects import TouchPosteriors
 
 
 def turned(degrees: ArrayLike) -> FloatArray:
-    """Angle differences brought to between -180° and 180°."""
+    """Angle differences shifted to the range from -180° to 180°."""
     return np.asarray((np.asarray(degrees, dtype=float) + 180) % 360 - 180)
 
 
@@ -25,7 +25,7 @@ def estimate_errors(posteriors: TouchPosteriors, name: str) -> FloatArray:
 
 
 def load_errors(evidence: Evidence) -> FloatArray:
-    """Load read without the force sensor less the force sensor's reading, (t,); NaN where it has none."""
+    """Load inferred without the force sensor minus its reading, (t,); NaN if there is no reading."""
     measured = evidence.posteriors.rows.load
     if evidence.without_load is None:
         return np.full(len(measured), np.nan)
@@ -33,7 +33,7 @@ def load_errors(evidence: Evidence) -> FloatArray:
 
 
 def error_summary(error: ArrayLike) -> dict[str, Any]:
-    """Number, mean, standard deviation, root mean square, and median and 90 % of the absolute error; NaN left out."""
+    """Number, mean, standard deviation, rms, and median and 90 % quantile of absolute errors; NaN are left out."""
     values = np.asarray(error, dtype=float)
     values = values[np.isfinite(values)]
     if not values.size:
@@ -56,7 +56,7 @@ def reference_composite_radius(radius_mm: ArrayLike, outer_radius_mm: float) -> 
 
 
 def three(values: ArrayLike) -> dict[str, Any]:
-    """Minimum, mean and maximum, NaN left out: the paper's way to sum up elements."""
+    """Minimum, mean and maximum without NaN: the paper's summary over elements."""
     some = np.asarray(values, dtype=float)
     some = some[np.isfinite(some)]
     if not some.size:
@@ -65,7 +65,7 @@ def three(values: ArrayLike) -> dict[str, Any]:
 
 
 def load_summary(evidence: Evidence) -> dict[str, Any]:
-    """Load read without the force sensor, against the force sensor."""
+    """Summary of the load inferred without the force sensor, compared with its readings."""
     unit = evidence.sensor.body.load_unit
     if evidence.without_load is None:
         return {**error_summary([]), "unit": unit, "rms_percent": None}

@@ -1,4 +1,4 @@
-"""What a report rests on: the data set, its calibration, and the touches read with it."""
+"""Basis of a report: the data set, its calibration, and the posteriors of its touches."""
 
 from __future__ import annotations
 
@@ -17,29 +17,30 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Everything that is known when a report is written.
+    """Data and results from which a report is written.
 
     Attributes
     ----------
     dataset : DataSet
-        Sensor and touches, with the calibration touches that were used.
+        Sensor and touches, including the calibration touches that were used.
     calibration : Calibration
+        Calibration of the sensor.
     posteriors : TouchPosteriors
-        The touches, read with the force sensor where there is one.
+        Posteriors of the touches, with the force sensor if there is one.
     without_load : TouchPosteriors or None
-        The same touches read without the force sensor, so that its readings can serve as a reference; None where
-        no load was measured.
+        Posteriors of the same touches without the force sensor, so that its readings can be a reference; None if no
+        load was measured.
     embedded : bool
-        Whether this is the simulated finger of the package, reported with the paper's tables.
+        True for the simulated finger of the package, which is reported with the tables of the paper.
     truth : mapping
-        True values of calibration parameters by name, where the data are simulated by this run.
+        True values of calibration parameters by name, if the data were simulated in this run.
     seed, draws, plug_in
         Options of the run.
     counterpart : Evidence or None
-        The same touches read the other way: plugged in where this is propagated, propagated where this is plugged in;
-        None where the body's pages do not compare them.
+        The same with posteriors of the other kind: with a plugged-in calibration if this one propagates its
+        uncertainty, and the reverse. None if the pages of the body do not compare the two.
     diagnosed : Diagnosed or None
-        What the model missed; None where that was not asked for.
+        Diagnosis of the model; None if it was not requested.
     """
 
     dataset: DataSet
@@ -56,16 +57,16 @@ class Evidence:
 
     @property
     def sensor(self) -> Sensor:
-        """The sensor reported on."""
+        """Sensor of the report."""
         return self.dataset.sensor
 
     @property
     def simulated(self) -> bool:
-        """Whether the data say of themselves that they are simulated."""
+        """True if the data set states that it is simulated."""
         return any("simulated" in str(text).lower() for text in self.sensor.source.values())
 
     def means(self, *, each_sample: bool = False) -> TouchMeans:
-        """Touches to be read, averaged as the inference does; or every sample in contact as a touch of its own."""
+        """Touches to infer, averaged as in the inference; or every sample in contact as a touch of its own."""
         touches = self.dataset.touches.baseline_corrected(self.calibration.rest_reading)
         if not each_sample:
             return touches.averaged()

@@ -1,4 +1,4 @@
-"""The work behind a report: calibrate, read the touches, search for what the model misses."""
+"""Computations for a report: calibration, inference of the touches, search for missing effects."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.results.objects import TouchPosteriors
 
 StepProgress = Callable[[float], None]
 
-# Of the time that a run takes, and so of its progress bar.
+# Fractions of the total time, for the progress bar.
 _CALIBRATED, _READ = 0.25, 0.5
 
 
@@ -30,23 +30,23 @@ def gather(
     diagnosis: bool | Path = False,
     progress: StepProgress | None = None,
 ) -> Evidence:
-    """Calibrate and read the touches.
+    """Calibration and posteriors for a report, with a diagnosis if requested.
 
     Parameters
     ----------
     dataset : DataSet or None
-        None for the embedded simulated finger.
+        Data set; None for the simulated finger of the package.
     seed, draws, plug_in
         As in `bayestouch.infer`.
     diagnosis : bool or Path
-        Whether to search for effects, or the folder of a saved diagnosis.
+        True to search for effects, or the folder of a saved diagnosis.
     progress : callable, optional
-        Called with the fraction of the whole report that is done.
+        Function that is called with the fraction of the whole report that is done.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate` and `bayestouch.infer`.
+        As in `bayestouch.calibrate` and `bayestouch.infer`.
     """
     from bayestouch.calibration import calibrate
     from bayestouch.inference import infer
@@ -59,7 +59,7 @@ def gather(
         dataset, truth = simulated.dataset, dict(simulated.truth)
     advance = progress or _ignore
     given, dataset = dataset, with_calibration(dataset)
-    # Read before the work, so that a wrong folder is told at once.
+    # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
     calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
     advance(_CALIBRATED)
@@ -90,10 +90,10 @@ def gather(
         evidence = replace(evidence, counterpart=other)
     advance(_READ)
     if diagnosis is not False:
-        # The search parts the touches in its own way, as `bayestouch diagnose` does: a scan of a pad by blocks in time.
+        # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
         return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed))
     return evidence
 
 
 def _ignore(fraction: float) -> None:
-    """Progress that nobody asked for."""
+    """Ignore the progress."""

@@ -1,6 +1,6 @@
-"""Figures that a reader can point into: BokehJS inside the page, drawn from the numbers of ``report.json`` alone.
+"""Interactive figures: BokehJS inside the page, drawn only from the numbers of ``report.json``.
 
-Every figure has a picture of the same name that is shown where scripts are off and on paper.
+Every figure has a picture with the same name, which is shown on paper and if scripts are disabled.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from bayestouch.reporting.live_touches import posterior_figure, residual_figure,
 
 @dataclass(frozen=True)
 class Live:
-    """What the page embeds.
+    """Parts of the interactive figures that the page embeds.
 
     Attributes
     ----------
     library : str
-        BokehJS.
+        Code of BokehJS.
     script : str
-        What starts the figures and moves the choice of a touch between them and the controls.
+        Script that starts the figures and shares the selected touch between figures and controls.
     data : str
-        JSON: the figures, and the touches to choose from.
+        JSON with the figures, and with the touches that can be selected.
     names : tuple of str
-        Of the figures; each has an element ``live-NAME`` in the page.
+        Names of the figures; each has an element ``live-NAME`` in the page.
     """
 
     library: str
@@ -38,7 +38,7 @@ class Live:
 
 
 def live_figures(numbers: Mapping[str, Any]) -> Live:
-    """The interactive figures of a report."""
+    """Interactive figures of a report, from its numbers."""
     from pathlib import Path
 
     from bokeh.document import Document
@@ -66,7 +66,7 @@ def live_figures(numbers: Mapping[str, Any]) -> Live:
 
 
 def _same_every_time(content: dict[str, Any], names: Mapping[str, str]) -> str:
-    """JSON safe inside a page, with Bokeh's running and random ids renamed in the order in which they come."""
+    """JSON that is safe inside a page, always the same: random ids of Bokeh are replaced in order of appearance."""
     (document,) = content["documents"]
     (item,) = content["items"]
     roots = {model: f"live-{names[model]}" for model in item["roots"]}

@@ -1,4 +1,4 @@
-"""What the interactive figures share: their look, the touches in them, and what is said under the pointer."""
+"""Common parts of the interactive figures: style, touches, and text under the pointer."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ _HEIGHT = 380
 
 
 def as_numbers(values: list[Any]) -> Any:
-    """Array, NaN where None."""
+    """Values as an array, with NaN for None."""
     return np.array(values, dtype=float)
 
 
 def new_figure(x: str, y: str, tips: list[tuple[str, str]], **options: Any) -> Any:
-    """Empty plot with labels, as wide as the page; `tips` under the pointer for everything in it."""
+    """Empty plot with labels, as wide as the page; `tips` are shown for everything under the pointer."""
     from bokeh.models import HoverTool
     from bokeh.plotting import figure
 
@@ -35,7 +35,7 @@ def new_figure(x: str, y: str, tips: list[tuple[str, str]], **options: Any) -> A
 
 
 def coloured(values: Any, high: float, low: float | None = None) -> Any:
-    """Colours for a column, from 0 to `high`; by factors from `low` where that is given."""
+    """Colour scale of a column: linear from 0 to `high`, or logarithmic from `low` if that is given."""
     from bokeh.transform import linear_cmap, log_cmap
 
     if low is not None:
@@ -44,14 +44,14 @@ def coloured(values: Any, high: float, low: float | None = None) -> Any:
 
 
 def colour_bar(plot: Any, mapper: Any, title: str) -> None:
-    """Legend of the colours, at the right."""
+    """Add a colour bar on the right."""
     from bokeh.models import ColorBar
 
     plot.add_layout(ColorBar(color_mapper=mapper["transform"], title=title, width=12), "right")
 
 
 def touch_dots(plot: Any, x: str, y: str, source: Any, colour: Any = BLUE) -> Any:
-    """A dot a touch; the chosen one stands out."""
+    """Dots, one for each touch; the selected one is highlighted."""
     return plot.scatter(
         x, y, source=source, size=7, fill_color=colour, line_color=None, fill_alpha=0.8, nonselection_fill_alpha=0.7,
         selection_fill_color=RED, selection_line_color="#000000", selection_fill_alpha=1.0,
@@ -59,14 +59,14 @@ def touch_dots(plot: Any, x: str, y: str, source: Any, colour: Any = BLUE) -> An
 
 
 def touch_to_choose(plot: Any, dots: Any, tips: list[tuple[str, str]]) -> None:
-    """Let a tap choose the touch, and say `tips` of the touch under the pointer."""
+    """Let a tap select a touch, and show `tips` for the touch under the pointer."""
     from bokeh.models import HoverTool, TapTool
 
     plot.add_tools(TapTool(renderers=[dots]), HoverTool(renderers=[dots], tooltips=tips))
 
 
 def lowest(source: Any, name: str) -> float:
-    """Least value of a column."""
+    """Smallest value of a column."""
     return float(np.nanmin(source.data[name]))
 
 

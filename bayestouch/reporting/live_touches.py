@@ -1,4 +1,4 @@
-"""Touches to point into: estimates, draws, residuals. They share one table, so that a choice in one is one in all."""
+"""Interactive figures of touches: estimates, draws, residuals. They share one table, and so the selected touch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bayestouch.reporting.live_common import as_numbers, new_figure
 
 
 def touch_source(touches: Mapping[str, Any]) -> Any:
-    """A row a touch: where it was, what was read, and the error."""
+    """Data source with one row a touch: reference, estimate and error."""
     from bokeh.models import ColumnDataSource
 
     parameters = touches["parameters"]
@@ -32,7 +32,7 @@ def _plain(value: Any) -> Any:
 
 
 def posterior_figure(touches: Mapping[str, Any]) -> Any:
-    """Draws of the chosen touch, the first one to begin with; `live.js` fills in others."""
+    """Interactive figure of the draws of the selected touch, initially the first; `live.js` updates it."""
     from bokeh.models import ColumnDataSource
 
     labels = {name: f"{each['symbol']} ({each['unit']})" for name, each in touches["parameters"].items()}
@@ -48,7 +48,7 @@ def posterior_figure(touches: Mapping[str, Any]) -> Any:
 
 
 def residual_figure(touches: Mapping[str, Any]) -> Any:
-    """Residuals of the chosen touch by element."""
+    """Interactive figure of the residuals of the selected touch by element."""
     from bokeh.models import ColumnDataSource, Span
 
     values = [0.0 if value is None else value for value in touches["residuals"][0]]

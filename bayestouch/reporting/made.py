@@ -1,4 +1,4 @@
-"""With what a report was made, and how to make it again."""
+"""Versions with which a report was made, and the command that makes it again."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _LIBRARIES = ("numpy", "scipy", "emcee", "xarray", "arviz", "matplotlib", "bokeh
 
 
 def versions() -> dict[str, str]:
-    """Of Python and of the libraries that the numbers and figures rest on."""
+    """Versions of Python and of the libraries that compute numbers and figures."""
     found = {"Python": platform.python_version()}
     for name in _LIBRARIES:
         try:
@@ -23,7 +23,7 @@ def versions() -> dict[str, str]:
 
 
 def command(evidence: Evidence) -> str:
-    """The command that makes the report again, beside the data set's folder."""
+    """Command that makes the report again, to be run next to the folder of the data set."""
     folder = "" if evidence.embedded or evidence.dataset.path is None else evidence.dataset.path.resolve().name
     parts = ["bayestouch", "report", *([folder] if folder else []), "-o", "report", "--seed", str(evidence.seed)]
     parts += ["--draws", str(evidence.draws)]

@@ -1,4 +1,4 @@
-"""What to measure next, from what limits the estimates now."""
+"""Advice on what to measure next, from what limits the estimates now."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.evidence import Evidence
 
-# Beyond this share of a variance the other part is hardly worth an effort.
+# If one part has more than this percentage of a variance, it is hardly useful to lower the other part.
 _MOST = 65.0
 
 
 def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, str]]:
-    """Steps, the most useful first: what to do, and why."""
+    """Advice in order of usefulness: what to do, and why."""
     pages = PAGES[numbers["places"]["body"]]
     steps = _effects(numbers["diagnosis"], pages)
-    # Without repeats noise and what the model misses are one number, and their parts cannot be weighed.
+    # Without repeats, noise and model error cannot be separated, so their parts are not compared.
     if numbers["calibration"]["lack_of_fit"] is not None:
         steps += _limit(numbers["places"], pages.read)
     return [*steps, *_sampler(numbers["trust"]), *(_made_up_for(line) for line in lacking(evidence.dataset))]
 
 
 def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, str]]:
-    # A calibration that reads touches worse is nobody's next step.
+    # A calibration that makes the estimates worse is not recommended.
     if not found or not found.get("effects") or worse_lines(found):
         return []
     names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
@@ -35,7 +35,7 @@ def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, s
 
 
 def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
-    """Which part of the variance of the quantity is worth lowering."""
+    """Advice on which part of the variance of the quantity to lower."""
     shared, samples = places["shared_percent"], places["samples"]
     taken = "one sample a touch" if samples == 1 else f"{samples} samples a touch"
     if shared > _MOST:
@@ -74,6 +74,6 @@ def _sampler(trust: dict[str, Any]) -> list[dict[str, str]]:
 
 
 def _made_up_for(line: str) -> dict[str, str]:
-    """What to do, and what lacks; what lacks alone where the line says no more."""
+    """What to do, and what is missing; only what is missing if the line does not say what to do."""
     what, why = (each[:1].upper() + each[1:] for each in reversed(line.partition("; ")[::2]))
     return {"what": what, "why": f"{why}."} if what else {"what": why, "why": ""}

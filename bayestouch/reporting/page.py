@@ -1,4 +1,4 @@
-"""The page, rendered from the numbers alone."""
+"""HTML page of a report, made only from its numbers and figures."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _LARGEST_RADIUS_MM = 100
 
 
 def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | None = None) -> str:
-    """One HTML page that needs nothing beside itself.
+    """HTML of a page that needs no other files.
 
     Parameters
     ----------
     numbers : dict
-        What `report.json` holds.
+        Content of ``report.json``.
     pictures : sequence of Picture
-        Embedded as data.
+        Figures, embedded as data.
     live : Live, optional
-        Figures that can be pointed into; without them the page has no script.
+        Interactive figures; without them the page has no script.
     """
     environment = new_environment(numbers, pictures)
     environment.globals["live"] = live
@@ -39,7 +39,7 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | No
 
 
 def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Environment:
-    """Templates with the filters of the pages, and these numbers and pictures to show."""
+    """Template environment with the filters of the pages, these numbers and these figures."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     environment = Environment(
@@ -57,12 +57,12 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
 
 
 def data_uri(picture: Picture) -> str:
-    """The picture's file inside an address."""
+    """Figure as a data address."""
     return f"data:{_TYPES[picture.format]};base64,{base64.b64encode(picture.content).decode('ascii')}"
 
 
 def _at(row: dict[str, Any], key: str) -> Any:
-    """``row["a"]["b"]`` for the key ``a.b``."""
+    """Value ``row["a"]["b"]`` for the key ``a.b``."""
     value: Any = row
     for part in key.split("."):
         value = value[part]
@@ -78,7 +78,7 @@ def _shown(value: Any, form: str) -> str:
 
 
 def _span(values: dict[str, Any]) -> str:
-    """From the lowest to the highest value."""
+    """Text of the range from the lowest to the highest value."""
     low, high = values["lowest"], values["highest"]
     if low is None:
         return "–"
@@ -86,12 +86,12 @@ def _span(values: dict[str, Any]) -> str:
 
 
 def _place(value: float) -> str:
-    """Four digits at most, no zeros behind."""
+    """Number with at most four digits, without trailing zeros."""
     return f"{value:.4g}".replace("-", "−")
 
 
 def _radius(estimate: dict[str, Any]) -> str:
-    """An estimate of r_c; near a flat it means nothing but that it is large."""
+    """Text of an estimate of r_c; near a flat only a lower limit makes sense."""
     radius = estimate["r_c_mm"]
     return f"> {_LARGEST_RADIUS_MM}" if radius is None or radius > _LARGEST_RADIUS_MM else number(radius)
 
@@ -101,7 +101,7 @@ def _symbol(name: str) -> str:
 
 
 def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
-    """Errors before and after, a row each, of those that the data give; after also against stated references."""
+    """Rows of errors before and after, as far as the data give them; after also against stated references."""
     both = errors_of_samples(diagnosis["before"], diagnosis["after"])
     rows = (
         ("prediction_error_percent_peak", f"prediction error{' of samples' if both else ''}", "% of peak", 1),
@@ -115,7 +115,7 @@ def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
         ("P_rms_N", "rms error of P, read without the force sensor", "N", 1),
         ("coverage_90", "touches inside 90 % intervals", "%", 100),
     )
-    # Files of version 0.1 do not have them.
+    # Files of version 0.1 do not contain this key.
     stated = diagnosis.get("after_against_stated", diagnosis["after"])
     found = []
     for key, quantity, unit, factor in rows:

@@ -13,14 +13,14 @@ from bayestouch.results.objects import Calibration
 
 
 def element_peak(calibration: Calibration) -> FloatArray:
-    """Largest mean reading of each element among the calibration touches, (m,); NaN without readings."""
+    """Largest absolute mean reading of each element in the calibration touches, (m,); NaN without readings."""
     observed = np.abs(calibration.rows.observed)
     peak = np.where(np.isnan(observed), -np.inf, observed).max(axis=0)
     return np.where(np.isfinite(peak) & (peak > 0), peak, np.nan)
 
 
 def error_and_noise(calibration: Calibration, near: NDArray[np.bool_] | None = None) -> tuple[FloatArray, FloatArray]:
-    """Rms error of the fit over the touches `near` (t, m), and noise of one reading: % of each element's peak, (m,)."""
+    """Rms error of the fit over the touches `near` (t, m), and noise of a reading, % of each element's peak, (m,)."""
     rows = calibration.rows
     residual = rows.observed - rows.predicted
     counted = np.isfinite(residual) & (True if near is None else near)
@@ -40,8 +40,8 @@ def peak_row(
     single: dict[str, Any] | None = None,
     paper: dict[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """A row of the table: minimum, mean and maximum over the elements of the joint posterior, of fits element by
-    element, and of the paper's print; each empty where there is none."""
+    """Row of the table: minimum, mean and maximum over the elements, for the joint posterior, for fits element by
+    element, and as printed in the paper; a part without data is empty."""
     empty = three([])
     return {
         "quantity": quantity,

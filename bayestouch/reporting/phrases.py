@@ -1,4 +1,4 @@
-"""Sentences and rows that the words of several bodies share."""
+"""Sentences and rows that the texts of several bodies share."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ def add_key(key: list[dict[str, Any]], quantity: str, value: Any, unit: str, det
 
 
 def verdict_row(question: str, short: str, reason: str) -> dict[str, str]:
-    """One of the questions that a report opens with, and its answer."""
+    """Row of the table of questions and answers at the top of a report."""
     return {"question": question, "short": short, "reason": reason}
 
 
 def in_spacings(error: float, spacing: float) -> str:
-    """An error as a part of the distance between elements."""
+    """Text of an error relative to the distance between elements."""
     if error > 0.4 * spacing:
         return f"{number(error / spacing, 2)} times the element spacing"
     return f"1/{fixed(spacing / error, 0)} of the element spacing"
 
 
 def load_error(load: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
-    """The error of the load, read without the force sensor; adds it to the list `key`."""
+    """Sentence on the error of the load inferred without the force sensor; adds a key number to the list `key`."""
     if not load["n"]:
         return ["No load was measured with these touches, so its error cannot be given."]
     add_key(

@@ -13,7 +13,7 @@ from bayestouch.reporting.trust_pictures import trust_pictures
 
 
 def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Picture, ...]:
-    """Every figure that the data give."""
+    """All figures that are possible with the data, in the order of the page."""
     pages = PAGES[evidence.sensor.body.kind]
     diagnosed = () if evidence.diagnosed is None else evidence.diagnosed.pictures
     return (

@@ -1,4 +1,4 @@
-"""Where a sensor reads well and where not, predicted from its calibration before any touch is read."""
+"""Common parts of the maps of expected errors, which are predicted from a calibration before any touch."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.reporting.evidence import Evidence
 
-#: Beginning of the caption of such a figure.
+#: Beginning of the captions of these figures.
 PREDICTED = "Predicted from the calibration alone, before any touch is read: small values are sweet spots. "
 
 
 def typical_samples(evidence: Evidence) -> int:
-    """Raw readings behind a typical touch."""
+    """Median number of raw readings in a touch."""
     counts = evidence.posteriors.rows.counts
     return int(max(np.median(counts[counts > 0]), 1)) if (counts > 0).any() else 1
 
 
 def rounded_columns(columns: dict[str, FloatArray]) -> dict[str, list[float | None]]:
-    """By column, to five digits: a map needs no more."""
+    """Columns rounded to five digits, enough for a map."""
     return {name: rounded(values) for name, values in columns.items()}
 
 
 def rounded(values: FloatArray, digits: int = 5) -> list[Any]:
-    """Nested lists of numbers with so many significant digits; None where not finite."""
+    """Nested lists of numbers with this many significant digits; None for numbers that are not finite."""
     array = np.asarray(values, dtype=float)
     if array.ndim > 1:
         return [rounded(row, digits) for row in array]
@@ -33,5 +33,5 @@ def rounded(values: FloatArray, digits: int = 5) -> list[Any]:
 
 
 def place_at(columns: dict[str, FloatArray], index: int) -> dict[str, float]:
-    """Every column at one place."""
+    """Values of all columns at one place."""
     return {name: float(values[index]) for name, values in columns.items()}

@@ -1,4 +1,4 @@
-"""What the model leaves unexplained in the touches that were read."""
+"""Residuals of the inferred touches."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from bayestouch.results.data import TouchRows
 
 
 def standardised(rows: TouchRows) -> FloatArray:
-    """Reading minus prediction over its standard deviation, (t, m); NaN where missing."""
+    """Reading minus prediction divided by its standard deviation, (t, m); NaN where missing."""
     with np.errstate(invalid="ignore", divide="ignore"):
         z = (rows.observed - rows.predicted) / rows.sd
     return np.where(np.isfinite(z), z, np.nan)
 
 
 def about_residuals(evidence: Evidence, prediction: dict[str, Any] | None) -> dict[str, Any]:
-    """Standardised residuals by element at the posterior mean, and errors of `prediction` at the references."""
+    """Standardised residuals by element at the posterior mean, and the errors `prediction` at the references."""
     z = standardised(evidence.posteriors.rows)
     present = np.isfinite(z)
     n = present.sum(axis=0)

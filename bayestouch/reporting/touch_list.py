@@ -1,4 +1,4 @@
-"""Touches one by one, for a reader who points at one: estimate, draws, residuals."""
+"""Estimates, draws and residuals of single touches, for the interactive figures."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from bayestouch.reporting.places import rounded
 from bayestouch.reporting.residuals import standardised
 from bayestouch.results.plots import shown_pair
 
-# More touches than these, or draws of each, make the page slow and heavy; all of them are in posterior.nc.
+# More touches, or more draws of each, would make the page slow and large; posterior.nc has all of them.
 MOST_TOUCHES, DRAWS = 480, 80
 
 
 def about_touches(evidence: Evidence) -> dict[str, Any]:
-    """Columns, an entry a touch; of many touches some, evenly over the table.
+    """Columns with one entry a touch; of many touches, a selection evenly spread over the table.
 
     Returns
     -------
     dict
         ``touch``, ``indenter``, ``parameters`` (by name: unit, reference, mean, sd, low, high of the central 90 %),
-        ``draws`` (by name of the two that are shown against each other), ``residuals`` (by touch and element, over
-        their standard deviation), ``of`` (how many touches there are).
+        ``draws`` (of the two parameters that are plotted against each other), ``residuals`` (by touch and element,
+        divided by their standard deviation), ``of`` (total number of touches).
     """
     posteriors = evidence.posteriors
     count, shown = len(posteriors.rows.touch), shown_pair(posteriors.posterior)
@@ -55,6 +55,6 @@ def about_touches(evidence: Evidence) -> dict[str, Any]:
 
 
 def _draws(draws: Any, chosen: Any) -> Any:
-    """(touches, draws), evenly over chains and draws."""
+    """Selected draws (touches, draws), evenly spread over chains and draws."""
     flat = np.asarray(draws[..., chosen]).reshape(-1, len(chosen))
     return flat[np.linspace(0, len(flat) - 1, min(len(flat), DRAWS)).astype(int)].T

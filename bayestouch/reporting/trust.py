@@ -1,4 +1,4 @@
-"""Whether the posteriors can be taken at their word: convergence of the chains, coverage of the intervals."""
+"""Checks of the posteriors: convergence of the chains, coverage of the intervals."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.sampling import Demands
 
 LEVELS = (50, 80, 90, 95)
-# What every touch is asked for: whether much or little of it is good, and its label.
+# Grades of a touch: +1 if large values are good, -1 if small ones are, and a label.
 _GRADES = {
     "ess_bulk": (1, "bulk effective sample size"),
     "rhat": (-1, "R-hat over independent chains"),
@@ -24,7 +24,7 @@ _GRADES = {
 
 
 def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
-    """How good the draws are: worst and median of every grade, and how many touches miss its target."""
+    """Quality of the draws: worst value and median of every grade, and number of touches that miss its target."""
     demands = Demands()
     n = len(posteriors.rows.touch)
     rows, missed = [], np.zeros(n, dtype=bool)
@@ -34,7 +34,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
         values = np.asarray(posteriors.sample_stats[name], dtype=float)
         given = np.isfinite(values)
         target = float(getattr(demands, name))
-        # A proposal's grade is not there where ensembles were used; any other that is missing is not a pass.
+        # Ensembles have no grade of a proposal. Any other missing grade counts as missed.
         misses = np.where(given, sign * values < sign * target, name != "pareto_k")
         if name in ("ess_bulk", "rhat"):
             missed |= misses
@@ -58,7 +58,7 @@ def convergence(posteriors: TouchPosteriors) -> dict[str, Any]:
 
 
 def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:
-    """Grades of the calibration's draws, worst parameter, and whether they meet the demands; None if not sampled."""
+    """Grades of the calibration's draws (worst parameter), and whether they meet the targets; None if not sampled."""
     found = {name: calibration.statistics.get(name) for name in ("ess_bulk", "rhat", "acceptance")}
     ess, rhat = found["ess_bulk"], found["rhat"]
     if ess is None or rhat is None:
@@ -68,7 +68,7 @@ def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:
 
 
 def _second_rounds(posteriors: TouchPosteriors) -> int | None:
-    """Touches that the first proposal did not serve."""
+    """Number of touches for which the first proposal was not sufficient."""
     stats = posteriors.sample_stats
     if "round" in stats:
         return int(np.sum(np.asarray(stats["round"]) > 1))
@@ -76,11 +76,11 @@ def _second_rounds(posteriors: TouchPosteriors) -> int | None:
 
 
 def reference_ranks(evidence: Evidence) -> Iterator[tuple[str, str, FloatArray]]:
-    """Share of the draws below the reference for each parameter: name, unit, (t,) with NaN where there is none.
+    """Name, unit and ranks of each parameter: share of draws below the reference, (t,), NaN without a reference.
 
-    Uniform where the posterior is calibrated. R is ranked for round tips only: edge and flat are the ends of what
-    the prior allows, and no central interval contains an end. The load is ranked among draws of the force
-    sensor's reading, from posteriors that did not see it.
+    Ranks are uniform if the posteriors are calibrated. R is ranked for round tips only, because edge and flat are the
+    limits of the prior, and no central interval contains a limit. The load is ranked among draws of the reading of the
+    force sensor, from posteriors that did not use that reading.
     """
     posteriors = evidence.posteriors
     units = {parameter.name: parameter.unit for parameter in posteriors.parameters}
@@ -109,9 +109,9 @@ def _ranks(difference: FloatArray, reference: FloatArray) -> FloatArray:
 
 
 def coverage(evidence: Evidence) -> list[dict[str, Any]]:
-    """How often central intervals hold the reference, in %, by parameter and nominal level.
+    """Percentage of references inside central intervals, by parameter and nominal level.
 
-    On a pad also regions of highest density of the location, which fit a posterior with several modes.
+    On a pad also for highest-density regions of the location, which suit a posterior with several modes.
     """
     rows = []
     for name, unit, rank in reference_ranks(evidence):
@@ -128,10 +128,10 @@ def coverage(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def calibration_uncertainty(evidence: Evidence, names: Sequence[str]) -> list[dict[str, Any]] | None:
-    """What the calibration's uncertainty does to the posteriors of `names`: plugged in beside propagated.
+    """Effect of the calibration's uncertainty on the posteriors of `names`: plugged-in and propagated calibration.
 
-    Median posterior standard deviation, and how often intervals hold the reference, in %. Those of the load are read
-    without the force sensor, where there is one. None where the touches were read in one way only.
+    Median posterior standard deviation, and percentage of references inside intervals. For the load, posteriors without
+    the force sensor are used if there are any. None if the touches were inferred in one way only.
     """
     other = evidence.counterpart
     if other is None:

@@ -1,4 +1,4 @@
-"""Figures of trust: residuals and coverage."""
+"""Figures of residuals and coverage."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x"
 
 
 def trust_pictures(evidence: Evidence) -> Iterator[Picture]:
-    """Residuals and coverage, as far as the data give them."""
+    """Figures of residuals and, if there are references, of coverage."""
     yield _residuals(evidence)
     ranks = [(name, rank[np.isfinite(rank)]) for name, _, rank in reference_ranks(evidence)]
     ranks = [(name, rank) for name, rank in ranks if rank.size]
@@ -40,7 +40,7 @@ def trust_pictures(evidence: Evidence) -> Iterator[Picture]:
 
 
 def _residuals(evidence: Evidence) -> Picture:
-    """Standardised residuals by element and location."""
+    """Figure of standardised residuals by element and location."""
     rows = evidence.posteriors.rows
     z = standardised(rows)
     m = z.shape[1]
@@ -86,7 +86,7 @@ def _residuals(evidence: Evidence) -> Picture:
 
 
 def _binned(where: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Edges (k + 1,) and mean residual (k, m) at each location, or in 60 bins where there are more."""
+    """Limits (k + 1,) and mean residual (k, m) of each location, or of 60 bins if there are more locations."""
     known = np.isfinite(where)
     values = np.unique(np.round(where[known], 6))
     if len(values) > 60 or len(values) < 2:
@@ -106,7 +106,7 @@ def _binned(where: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _coverage(ranks: Sequence[tuple[str, FloatArray]]) -> Picture:
-    """Share of touches whose central interval holds the reference, over the interval's probability."""
+    """Figure of the share of touches whose central interval contains the reference, over its probability."""
     levels = np.linspace(0, 1, 101)
     with drawing():
         figure, axes = canvas(4.0)

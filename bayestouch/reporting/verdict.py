@@ -1,4 +1,4 @@
-"""The questions that a report opens with: whether to trust it, where, down to which radius, and what to fix."""
+"""Questions and answers at the top of a report: can it be trusted, where, down to which radius, what to fix."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
 
 _FIRST = "Can its readings be trusted?"
-#: Prediction errors of a diagnosis: of samples, or of touch means where these are all; and of touch means.
+#: Keys of the prediction errors of a diagnosis: of samples (or touch means if there are only these); of touch means.
 _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
 
 def short_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
-    """Rows of question, short answer and the reason for it: trusted at all, those of the body, what to fix."""
+    """Rows of question, short answer and reason: trust, the questions of the body, what to fix."""
     own = PAGES[numbers["data"]["body"]].own_answers(numbers)
     return [_trusted(numbers), *own, _fix(numbers)]
 
@@ -33,7 +33,7 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
         f"Stated 90 % intervals hold the reference {words} (least: {percent(worst['percent_inside']['90'])} %, "
         f"{worst['touches']} touches)."
     )
-    # A diagnosis tests the model on touches held out of its fit, and may find that a lack of fit is chance.
+    # A diagnosis tests the model on held-out touches, and may show that a lack of fit is due to chance.
     missed = has_lack_of_fit(numbers["calibration"]) if found is None else found != "adequate"
     if missed and found is None:
         said = " The model misses more than noise explains."
@@ -44,7 +44,7 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
 
 
 def _verdict_of_diagnosis(found: dict[str, Any] | None) -> str | None:
-    """The verdict with the effects that it rests on; None where no diagnosis was made."""
+    """Verdict with the effects that were found; None without a diagnosis."""
     word = _word(found)
     if found is None or word is None:
         return None
@@ -55,7 +55,7 @@ def _verdict_of_diagnosis(found: dict[str, Any] | None) -> str | None:
 
 
 def _word(found: dict[str, Any] | None) -> str | None:
-    """The verdict's word; None where no diagnosis was made, or it could not be."""
+    """Word of the verdict; None if there is no diagnosis or it was not possible."""
     return None if found is None or "verdict" not in found else verdict_word(found)
 
 
@@ -64,7 +64,7 @@ def _names(found: dict[str, Any]) -> list[str]:
 
 
 def _gain(found: dict[str, Any]) -> str:
-    """Prediction errors without and with effects but no correction; of samples and of touch means if they differ."""
+    """Prediction errors without and with effects, without a correction; of samples and touch means if different."""
     stands = found["before"], (found["correction"] or {}).get("before", found["after"])
     (before, after), means = ([stand.get(key) for stand in stands] for key in _PREDICTION)
     if None in (before, after):

@@ -1,4 +1,4 @@
-"""Evidence to files."""
+"""Files of a report."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bayestouch.reporting.picture_list import report_pictures
 
 
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
-    """Write every file of a report into an existing folder; returns what ``report.json`` holds."""
+    """Write every file of a report to an existing folder; the content of ``report.json`` is returned."""
     numbers = report_numbers(evidence)
     pictures = report_pictures(evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]

@@ -1,1 +1,1 @@
-"""What the verbs return, and their files."""
+"""Results of the main functions (calibrations, posteriors of touches), and their files."""

@@ -1,4 +1,4 @@
-"""Data sets of named arrays with units: how they are made, and taken apart with every shape checked."""
+"""Data sets of named arrays with units: functions that make them, and functions that check and read them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 def dataset(variables: Mapping[str, tuple[tuple[str, ...], Any]], units: Mapping[str, str]) -> xr.Dataset:
     """Data set of variables (dimensions and values), each with its unit as an attribute.
 
-    Chains and draws are counted from 0; elements are called as in the touch table, ``e01`` ...
+    Chains and draws are numbered from 0. Elements have the names of the touch table, ``e01`` ...
     """
     import xarray as xr
 
@@ -36,17 +36,17 @@ def by_touch(values: Mapping[str, FloatArray], units: Mapping[str, str]) -> xr.D
 
 
 def own_dims(name: str, count: int) -> tuple[str, ...]:
-    """Names of dimensions as ArviZ gives them by default."""
+    """Names of `count` dimensions of the variable `name`, in the style of ArviZ's defaults."""
     return tuple(f"{name}_dim_{i}" for i in range(count))
 
 
 def group_of(groups: Mapping[str, xr.Dataset], name: str) -> xr.Dataset:
-    """One of the groups.
+    """Return the group with this name.
 
     Raises
     ------
     InputError
-        It is missing.
+        If the group is missing.
     """
     if name not in groups:
         raise InputError(f"the group {name} is missing from the posterior file")
@@ -54,23 +54,23 @@ def group_of(groups: Mapping[str, xr.Dataset], name: str) -> xr.Dataset:
 
 
 def array_of(group: xr.Dataset, name: str, shape: tuple[int, ...], kinds: str = "fiub") -> Any:
-    """Values of a variable or coordinate.
+    """Values of a variable or coordinate, with shape and kind checked.
 
     Parameters
     ----------
     group : xarray.Dataset
-        Where it is.
+        Group that contains the variable.
     name : str
-        What it is called.
+        Name of the variable.
     shape : tuple of int
-        What is expected; -1 is any length.
+        Expected shape; -1 stands for any length.
     kinds : str
-        Kinds of numbers expected, as `numpy.dtype.kind` calls them.
+        Allowed kinds of values, as in `numpy.dtype.kind`.
 
     Raises
     ------
     InputError
-        It is missing, of another shape or of another kind.
+        If the variable is missing, or has another shape or another kind.
     """
     if name not in group.variables:
         raise InputError("missing from the posterior file", column=name)
@@ -84,12 +84,12 @@ def array_of(group: xr.Dataset, name: str, shape: tuple[int, ...], kinds: str = 
 
 
 def arrays_of(group: xr.Dataset, *leading: str) -> dict[str, FloatArray]:
-    """Every variable of a group; its first dimensions must be `leading`.
+    """Every variable of a group by name; the first dimensions of each must be `leading`.
 
     Raises
     ------
     InputError
-        One has other dimensions, or holds no numbers.
+        If a variable has other dimensions or is not numeric.
     """
     arrays = {}
     for name, variable in group.data_vars.items():

@@ -1,4 +1,4 @@
-"""What a calibration and posteriors of touches hold; `bayestouch.results.objects` adds what a user does with them."""
+"""Data of calibrations and of posteriors of touches; `bayestouch.results.objects` adds plots and files."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from bayestouch.results.tips import TipProbabilities
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TouchRows(Summarised):
-    """Touches with what was read and what the model says, one row a touch; t touches, m elements.
+    """Touches with their readings and the model's predictions, one row a touch; t touches, m elements.
 
     Attributes
     ----------
     touch : (t,) int array
-        Identifier.
+        Number of the touch.
     location : mapping of (t,) arrays
         Reference location by name: ``theta_c`` (degree), or ``x`` and ``y`` (mm); NaN unknown.
     radius_mm : (t,) array
@@ -34,9 +34,9 @@ class TouchRows(Summarised):
     load : (t,) array
         Measured load, N/m (finger) or N (pad); NaN where not measured.
     observed, predicted, sd : (t, m) arrays
-        Mean reading, prediction and standard deviation of their difference, in the sensor's unit.
+        Mean reading, predicted reading and standard deviation of their difference, in the sensor's unit.
     counts : (t, m) int array
-        Raw readings behind each mean.
+        Number of raw readings in each mean.
     """
 
     touch: NDArray[np.int64]
@@ -51,7 +51,7 @@ class TouchRows(Summarised):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CalibrationData(Summarised):
-    """Fields of a calibration; `bayestouch.results.objects.Calibration` says what each holds."""
+    """Data of a calibration; `bayestouch.results.objects.Calibration` describes each field."""
 
     sensor: Sensor
     parameters: tuple[Parameter, ...]
@@ -68,28 +68,28 @@ class CalibrationData(Summarised):
 
     @property
     def rest_reading(self) -> FloatArray | None:
-        """Reading at rest that was subtracted from the calibration touches, (m,); None where there was none."""
+        """Reading at rest that was subtracted from the calibration touches, (m,); None if there was no such reading."""
         return self.extra.get(REST_READING)
 
     def with_rest_reading(self, rest: FloatArray | None) -> Self:
-        """The same with another reading at rest (m,), or without one."""
+        """Copy of the calibration with another reading at rest (m,), or without one."""
         extra = {name: values for name, values in self.extra.items() if name != REST_READING}
         return replace(self, extra=extra if rest is None else {**extra, REST_READING: rest})
 
     @property
     def has_identified_map(self) -> bool:
-        """Whether the E map of a finger was identified directly, and not taken from the elastic model."""
+        """True if the E map of a finger was identified by regression, not taken from the elastic model."""
         return self.settings.get(E_MAP) == IDENTIFIED_MAP
 
     @property
     def has_effects(self) -> bool:
-        """Whether effects are part of the chain."""
+        """True if the model of the calibration has effects."""
         return EFFECTS in self.settings
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PosteriorsData(Summarised):
-    """Fields of posteriors of touches; `bayestouch.results.objects.TouchPosteriors` says what each holds."""
+    """Data of posteriors of touches; `bayestouch.results.objects.TouchPosteriors` describes each field."""
 
     sensor: Sensor
     parameters: tuple[Parameter, ...]
@@ -109,19 +109,19 @@ class PosteriorsData(Summarised):
         return np.asarray(self.posterior[name].mean(axis=(0, 1)))
 
     def sd(self, name: str) -> FloatArray:
-        """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (a flat tip's r_c)."""
+        """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (r_c of a flat tip)."""
         if name in self.summary:
             return np.asarray(self.summary[name][1])
         with np.errstate(invalid="ignore"):
             return np.asarray(self.posterior[name].std(axis=(0, 1)))
 
     def interval(self, name: str, probability: float = 0.9) -> tuple[FloatArray, FloatArray]:
-        """Central interval of a parameter: two (t,) arrays.
+        """Lower and upper limit of the central interval of a parameter: two (t,) arrays.
 
         Raises
         ------
         InputError
-            Only summaries were kept, and the probability is not 0.9.
+            If only summaries were kept and the probability is not 0.9.
         """
         if name in self.summary and probability == 0.9:
             return self.summary[name][2], self.summary[name][4]
@@ -131,5 +131,5 @@ class PosteriorsData(Summarised):
 
     @property
     def missed(self) -> int:
-        """How many touches missed the targets of effective sample size, R-hat and Pareto shape."""
+        """Number of touches that missed the targets of effective sample size, R-hat and Pareto shape."""
         return int((self.sample_stats["grade"] == 0).sum())

@@ -1,4 +1,4 @@
-"""Draws that stay in their file, for results larger than memory; and draws that were never kept."""
+"""Draws that stay in their file because they are larger than memory, and draws that were not kept."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from bayestouch.errors import InputError
 
 @dataclass(frozen=True)
 class DrawsOnFile(Mapping[str, FloatArray]):
-    """Draws by name, each read from the file when it is asked for.
+    """Draws by parameter name, read from the file each time they are used.
 
     Attributes
     ----------
     path : Path
         Posterior file.
     shapes : mapping of str to tuple of int
-        (chain, draw, t) of each.
+        Shape (chain, draw, t) of each parameter's draws.
     stamp : tuple of int
-        Size and time of the file when it was opened: draws are not taken from another that took its place.
+        Size and time of the file when it was opened. A file that has changed since then is refused.
     """
 
     path: Path
@@ -47,9 +47,9 @@ class DrawsOnFile(Mapping[str, FloatArray]):
         Raises
         ------
         InputError
-            The file is gone, or is another one by now.
+            If the file is missing or has changed.
         KeyError
-            There is no such parameter.
+            If there is no such parameter.
         """
         import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
@@ -63,7 +63,7 @@ class DrawsOnFile(Mapping[str, FloatArray]):
 
 
 class NoDraws(Mapping[str, FloatArray]):
-    """Where only summaries were kept: empty, and says why when asked for draws."""
+    """Empty mapping for results of which only summaries were kept; reading draws from it raises an `InputError`."""
 
     def __getitem__(self, name: str) -> FloatArray:
         raise InputError("only summaries were kept of these posteriors, no draws", column=name)
@@ -79,6 +79,6 @@ class NoDraws(Mapping[str, FloatArray]):
 
 
 def stamp_of(file: Path) -> tuple[int, int]:
-    """Size and time of last change of a file."""
+    """Size (bytes) and time of the last change (ns) of a file."""
     status = file.stat()
     return status.st_size, status.st_mtime_ns

@@ -1,6 +1,6 @@
 """Posterior files: calibrations and posteriors of touches, saved in the ArviZ schema.
 
-`az.from_netcdf` and `xarray.open_datatree` open the files; see `bayestouch.results.groups` for what is in them.
+`az.from_netcdf` and `xarray.open_datatree` open the files; `bayestouch.results.groups` describes their content.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ if TYPE_CHECKING:
 
 
 def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
-    """Save a calibration as netCDF; the file is there whole or not at all.
+    """Save a calibration as netCDF; the file is written completely or not at all.
 
     Raises
     ------
     InputError
-        The file cannot be written.
+        If the file cannot be written.
     """
     write_groups(path, *calibration_groups(calibration))
 
 
 def save_touches(result: PosteriorsData, path: str | Path) -> None:
-    """Save posteriors of touches as netCDF; as `save_calibration`."""
+    """Save posteriors of touches as netCDF; same conditions as `save_calibration`."""
     write_groups(path, *touch_groups(result))
 
 
 def to_arviz(result: CalibrationData | PosteriorsData) -> Any:
-    """Give a result to ArviZ: `InferenceData` before ArviZ 1.0, `xarray.DataTree` from there on."""
+    """Result as an ArviZ object: `InferenceData` before ArviZ 1.0, `xarray.DataTree` since then."""
     import arviz
 
     groups, attributes = _groups(result)
-    # Asking the module itself for what it no longer has makes ArviZ 1 warn.
+    # ArviZ 1 warns if the removed name is looked up as an attribute, so look into the module's dictionary.
     if "InferenceData" in vars(arviz):
         content: dict[str, Any] = dict(groups)
         return arviz.InferenceData(attrs=attributes, **content)
@@ -55,27 +55,27 @@ def to_arviz(result: CalibrationData | PosteriorsData) -> Any:
 def to_dataframe(
     result: CalibrationData | PosteriorsData, probabilities: Sequence[float] = (0.05, 0.5, 0.95)
 ) -> pd.DataFrame:
-    """Summarise the draws of every parameter.
+    """Table of mean, standard deviation and quantiles of every parameter.
 
     Parameters
     ----------
     result : Calibration or TouchPosteriors
-        What to summarise.
+        Result to summarise.
     probabilities : sequence of float
         Probabilities of the quantiles.
 
     Returns
     -------
     pandas.DataFrame
-        One row for each parameter and touch, in the order of the touches, or element: ``parameter``, ``touch`` or
-        ``element`` (counted from 1 as in ``e01``; missing for what the elements share), ``unit``, ``mean``, ``sd``
-        and the quantiles, ``q5``, ``q50``, ``q95`` by default. Posteriors of touches have a last column ``reference``.
+        One row for each parameter and each touch (or each element), in order: ``parameter``, ``touch`` or
+        ``element`` (from 1 as in ``e01``; missing for a parameter that all elements share), ``unit``, ``mean``, ``sd``
+        and the quantiles, by default ``q5``, ``q50``, ``q95``. Posteriors of touches have a last column ``reference``.
     """
     import pandas as pd
 
     touches = isinstance(result, PosteriorsData)
     summary = result.summary if isinstance(result, PosteriorsData) and tuple(probabilities) == PROBABILITIES else {}
-    # Draws that lie on file stay there where the summary serves.
+    # If the summary is enough, draws that are on file are not read.
     groups, _ = _groups(replace(result, posterior={}) if isinstance(result, PosteriorsData) and summary else result)
     source = groups["summary" if summary else "posterior"]
     parts = []
@@ -84,7 +84,7 @@ def to_dataframe(
             statistics = summary[str(name)]
         else:
             draws = np.asarray(variable.values).reshape(variable.sizes["chain"] * variable.sizes["draw"], -1)
-            with np.errstate(invalid="ignore"):  # a flat tip's r_c is infinite
+            with np.errstate(invalid="ignore"):  # r_c of a flat tip is infinite
                 sd = draws.std(axis=0)
             statistics = np.stack([draws.mean(axis=0), sd, *quantiles(draws, probabilities, axis=0)])
         count = statistics.shape[1]

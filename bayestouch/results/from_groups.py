@@ -1,4 +1,4 @@
-"""Results from groups of named arrays: the inverse of `bayestouch.results.groups`."""
+"""Calibrations and posteriors rebuilt from groups of arrays: the inverse of `bayestouch.results.groups`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from bayestouch.results.tips import TipProbabilities
 
 
 def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibration:
-    """Rebuild a calibration; the inverse of `bayestouch.results.groups.calibration_groups`.
+    """Calibration from its groups; the inverse of `bayestouch.results.groups.calibration_groups`.
 
     Raises
     ------
     InputError
-        Something is missing or does not fit.
+        If something is missing or inconsistent.
     """
     sensor, common = _common(groups, attributes)
     noise, laplace = group_of(groups, "noise"), group_of(groups, "laplace")
@@ -51,19 +51,19 @@ def calibration_from_groups(groups: Groups, attributes: Attributes) -> Calibrati
 
 
 def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None = None) -> TouchPosteriors:
-    """Rebuild posteriors of touches; the inverse of `bayestouch.results.groups.touch_groups`.
+    """Posteriors of touches from their groups; the inverse of `bayestouch.results.groups.touch_groups`.
 
     Parameters
     ----------
     groups, attributes
-        As read.
+        Content of the file.
     draws : DrawsOnFile, optional
-        In place of the group ``posterior``, where that was left on file.
+        Draws on file, if the group ``posterior`` was not read into memory.
 
     Raises
     ------
     InputError
-        Something is missing or does not fit.
+        If something is missing or inconsistent.
     """
     sensor, common = _common(groups, attributes)
     rows = _rows(groups, sensor)
@@ -112,7 +112,7 @@ def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
 
 
 def _common(groups: Groups, attributes: Attributes) -> tuple[Sensor, dict[str, Any]]:
-    """The sensor, and what calibrations and posteriors of touches share."""
+    """Sensor, and the fields that calibrations and posteriors of touches share."""
     from dataclasses import replace
 
     for name in ("sensor", "parameters"):

@@ -1,9 +1,9 @@
-"""Results as groups of named arrays, the ArviZ schema.
+"""Results as groups of named arrays in the ArviZ schema.
 
-``posterior`` (with ``chain`` and ``draw``), ``sample_stats``, ``observed_data`` and ``constant_data`` are ArviZ's. Our
-own: ``rows``, the touches with their prediction; ``summary``, five numbers of each parameter of each touch; ``tips``,
-how probable each known tip is; and of a calibration ``noise``, ``mode``, ``laplace`` and ``extra``. What is text
-(sensor, parameters, settings, notes) goes with them as attributes.
+The groups ``posterior`` (with ``chain`` and ``draw``), ``sample_stats``, ``observed_data`` and ``constant_data`` are
+those of ArviZ. This package adds ``rows`` (touches with their predictions), ``summary`` (five statistics of each
+parameter and touch), ``tips`` (probability of each known tip) and, for a calibration, ``noise``, ``mode``, ``laplace``
+and ``extra``. Text (sensor, parameters, settings, notes) is stored in attributes.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 Groups: TypeAlias = "dict[str, xr.Dataset]"
 Attributes: TypeAlias = dict[str, str]
 
-#: Counted up when files of a new version cannot be read by an old one.
+#: Increased when old versions cannot read the files of a new version.
 FORMAT = "1"
 
-# Units of what follows from the parameters; {} stands for the unit of the readings.
+# Units of quantities that are derived from the parameters; {} is replaced by the unit of the readings.
 _DERIVED_UNITS = {
     "r_c": "mm",
     "R": "mm",
@@ -52,7 +52,7 @@ ROW_ARRAYS = ("predicted", "sd", "counts")
 
 
 def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes]:
-    """Groups and attributes of a calibration."""
+    """Groups and attributes of a calibration, as they are written to a file."""
     import xarray as xr
 
     units = _units(calibration.parameters, calibration.sensor)
@@ -89,7 +89,7 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
 
 
 def touch_groups(result: PosteriorsData) -> tuple[Groups, Attributes]:
-    """Groups and attributes of posteriors of touches."""
+    """Groups and attributes of posteriors of touches, as they are written to a file."""
     units = _units(result.parameters, result.sensor)
     touch = {"touch": ("touch", result.rows.touch)}
     rows = _row_groups(result.rows, result.sensor, units)
@@ -98,7 +98,7 @@ def touch_groups(result: PosteriorsData) -> tuple[Groups, Attributes]:
         **({"posterior": dataset(posterior, units).assign_coords(touch)} if posterior else {}),
         "sample_stats": by_touch(result.sample_stats, {}).assign_coords(touch),
         **rows,
-        # The reference values of a touch file are those to hold the draws against, by the same names.
+        # Reference values of the touches, under the same names as the draws, so that both can be compared.
         "constant_data": by_touch(result.reference, units).assign_coords(touch),
     }
     if result.summary:

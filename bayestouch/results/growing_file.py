@@ -1,8 +1,8 @@
-"""A posterior file that grows block by block of touches, in memory for one block.
+"""A posterior file that is written block by block of touches; only one block is in memory.
 
-The file is laid out in full size at once and its numbers are then put straight in their places, so that a process
-that is killed leaves the layout whole. Until it is finished it lacks the first bytes by which HDF5 files are known: no
-program opens it, and nothing takes it for a result.
+The file is created with its full size, and the numbers are later written to their final places. A process that is
+killed therefore leaves the layout intact. Until the file is complete, the first bytes (the HDF5 signature) are missing,
+so that no program can mistake it for a result.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ _HIDDEN = b"\0" * len(_SIGNATURE)
 
 @dataclass(frozen=True)
 class Place:
-    """Where the numbers of one variable lie.
+    """Position of the numbers of one variable in the file.
 
     Attributes
     ----------
     offset : int
-        First byte.
+        Position of the first byte.
     shape : tuple of int
-        Of the whole variable.
+        Shape of the whole variable.
     axis : int
-        Which of its axes is the touch.
+        Number of the axis that counts touches.
     dtype : str
-        As numpy writes it.
+        Type of the numbers, as numpy writes it.
     """
 
     offset: int
@@ -49,14 +49,14 @@ class Place:
 
 @dataclass(frozen=True)
 class GrowingFile:
-    """A posterior file in the making.
+    """A posterior file that is not complete yet.
 
     Attributes
     ----------
     path : Path
-        The file.
+        Path of the file.
     places : mapping of str to Place
-        By ``group/variable``, of everything that has a touch.
+        Position of every variable that has a touch axis, by ``group/variable``.
     """
 
     path: Path
@@ -66,13 +66,13 @@ class GrowingFile:
     def create(
         cls, path: Path, groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str], n_touches: int
     ) -> GrowingFile:
-        """Lay out a file for `n_touches`, after the groups of some of them; what has no touch is written."""
+        """New file for `n_touches`, laid out like `groups` of some of them; variables without touches are written."""
         import h5netcdf
         import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
         _check_room(path, groups, n_touches)
         properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-        # Room for the numbers is made now, not when they come: later nothing but numbers changes.
+        # Reserve space for the numbers now, so that later writing does not change the structure of the file.
         properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
         properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
         with h5netcdf.File(path, "w") as file:
@@ -96,7 +96,7 @@ class GrowingFile:
         return grown
 
     def write(self, groups: Mapping[str, xr.Dataset], first: int) -> None:
-        """Put the numbers of some touches in place, of which the first is the `first` of all; on disk when done."""
+        """Write the numbers of a block of touches to disk; `first` is the number of its first touch."""
         with self.path.open("r+b", buffering=0) as stream:
             for key, place in self.places.items():
                 group_name, name = key.split("/")
@@ -105,16 +105,16 @@ class GrowingFile:
             os.fsync(stream.fileno())
 
     def finish(self) -> None:
-        """Make it a file that opens."""
+        """Write the HDF5 signature, so that the file can be opened."""
         self._mark(_SIGNATURE)
 
     def to_json(self) -> str:
-        """Text from which `from_json` gives it back."""
+        """Positions of all variables as text for `from_json`."""
         return json.dumps({name: asdict(place) for name, place in self.places.items()})
 
     @classmethod
     def from_json(cls, path: Path, text: str) -> GrowingFile:
-        """The file at `path`, laid out by another process."""
+        """File at `path` that another process laid out, from the text of `to_json`."""
         places = {
             name: Place(place["offset"], tuple(place["shape"]), place["axis"], place["dtype"])
             for name, place in json.loads(text).items()
@@ -128,7 +128,7 @@ class GrowingFile:
 
 
 def _check_room(path: Path, groups: Mapping[str, xr.Dataset], n_touches: int) -> None:
-    """Raise `OSError` where the numbers of so many touches have no room, before hours of work and in one line."""
+    """Raise `OSError` if the disk has no room for the numbers of all touches, before hours of work."""
     size = sum(
         variable.nbytes // max(1, dataset.sizes["touch"]) * n_touches
         for dataset in groups.values()
@@ -156,7 +156,7 @@ def _place(dataset: Any, axis: int) -> Place:
 
 
 def _write(stream: FileIO, place: Place, values: NDArray[Any], first: int) -> None:
-    """Write the rows of a block, each where it belongs; rows are what lies together in the file."""
+    """Write the rows of a block to their positions; a row is a piece that is contiguous in the file."""
     row = int(np.prod(place.shape[place.axis :], dtype=np.int64))
     inner = int(np.prod(place.shape[place.axis + 1 :], dtype=np.int64))
     size = np.dtype(place.dtype).itemsize

@@ -1,9 +1,9 @@
-"""A fault of the HDF5 library that a damaged file can set off: looked for in the bytes before the library sees them.
+"""Check for a kind of damage that makes the HDF5 library run for ever; done on the bytes, without the library.
 
-Texts and references of varying length lie in "global heaps", blocks of objects one behind the other (HDF5 File Format
-Specification 3.0, section III.E). The library walks through them by the size that each object states. The free space at
-the end is an object too, and where damage makes a size zero the walk stands still for ever (seen in HDF5 2.0; found
-by `studies/fuzz_readers.py`).
+Texts and references of varying length are stored in "global heaps": blocks of objects, one after the other (HDF5 File
+Format Specification 3.0, section III.E). The library goes through a heap by the size that each object declares. The
+free space at the end is an object too. If damage sets a size to zero, the library never gets further (seen in HDF5
+2.0; found by `studies/fuzz_readers.py`).
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from bayestouch.errors import InputError
 
 _SIGNATURE = b"GCOL\x01"
 _HEADER, _OBJECT = 16, struct.Struct("<HHIQ")
-# Bytes that are looked through at a time, whole pages.
+# Number of bytes that are searched at a time, whole pages.
 _WINDOW = 1 << 24
 
 
 def check_heaps(file: Path) -> None:
-    """Refuse a file with a heap that cannot be walked through.
+    """Refuse a file with a heap that the library could not get through.
 
     Raises
     ------
     InputError
-        There is one.
+        If there is such a heap.
     """
     with file.open("rb") as stream, mmap.mmap(stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
         for low in range(0, len(data), _WINDOW):
@@ -36,15 +36,15 @@ def check_heaps(file: Path) -> None:
                 if not _walks(data, at):
                     raise InputError("is damaged: a heap of texts has no end", file=file)
                 at = data.find(_SIGNATURE, at + 1, high)
-            if hasattr(mmap, "MADV_DONTNEED"):  # else the whole file counts as memory of this process
+            if hasattr(mmap, "MADV_DONTNEED"):  # otherwise the whole file counts as memory of this process
                 data.madvise(mmap.MADV_DONTNEED, low, min(_WINDOW, len(data) - low))
 
 
 def _walks(data: mmap.mmap, start: int) -> bool:
-    """Whether every object of a heap leads further, up to its end or to what the library itself refuses.
+    """True if the library gets through a heap: to its end, or to an object that the library itself refuses.
 
-    The steps are the library's: free space counts its own header, an object is filled up to 8 bytes, and sizes are
-    taken modulo 2⁶⁴, so that one may lead backwards.
+    The steps are those of the library: free space includes its own header, an object is padded to a multiple of 8
+    bytes, and sizes are taken modulo 2⁶⁴, so that a step may go backwards.
     """
     if start + _HEADER > len(data):
         return True

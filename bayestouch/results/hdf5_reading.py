@@ -1,8 +1,8 @@
-"""Groups of arrays out of an HDF5 file from anyone: looked at before memory is asked for, and nothing is followed.
+"""Arrays from an HDF5 file of unknown origin: sizes are checked before memory is reserved, links are not followed.
 
-netCDF-4 files are HDF5 files whose axes are named by dimension scales. What is read: the text attributes of the root
-and the arrays of the groups directly below it. Links to other files, arrays that are kept in other files or put
-together from them, and anything but numbers and text are refused.
+netCDF-4 files are HDF5 files whose axes are named by dimension scales. Two things are read: the text attributes of the
+root, and the arrays of the groups directly below the root. Links to other files, arrays that are stored in or
+assembled from other files, and values that are neither numbers nor text are refused.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from bayestouch.errors import InputError, shown
 if TYPE_CHECKING:
     import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
 
-#: A file of ours has seven groups of at most some forty arrays, with a few attributes each.
+#: Limits. A file of this package has seven groups of at most about forty arrays, with a few attributes each.
 MOST_GROUPS, MOST_ARRAYS, MOST_AXES, MOST_ATTRIBUTES = 64, 1024, 8, 256
-#: Arrays may be this much larger than the file (compressed by whoever saved it again), beyond the first so many bytes.
+#: Arrays may be this many times larger than the file (which may be compressed), beyond this number of bytes.
 LARGEST_RATIO, FREE_BYTES = 200, 1 << 26
-#: What a text takes at least: the pointer to it, and itself.
+#: Smallest memory of a text: its pointer and the text itself, bytes.
 _TEXT_BYTES = 64
 _LONGEST_NAME = 1000
 _NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable"
@@ -41,30 +41,32 @@ Groups: TypeAlias = "dict[str, dict[str, NamedArray]]"
 def read_hdf5(
     file: Path, large: str, axes: tuple[str, ...], largest: int, only: str | None = None
 ) -> tuple[Groups, dict[str, str], dict[str, tuple[int, ...]] | None]:
-    """Read the arrays of every group below the root, and the root's text attributes.
+    """Arrays of every group below the root, and text attributes of the root.
 
     Parameters
     ----------
     file : Path
-        The file.
+        File to read.
     large : str
-        Group that is not read where it has more than `largest` bytes and nothing but arrays over `axes`.
+        Group that stays on file if it has more than `largest` bytes and all its arrays have the axes `axes`.
     axes : tuple of str
+        Axes of the group `large`.
     largest : int
+        Limit in bytes.
     only : str, optional
-        Group to read; every one where None.
+        Group to read; every group by default.
 
     Returns
     -------
     mapping, mapping, mapping or None
-        Arrays by group and name; attributes; shapes of the arrays that were not read, None where all were.
+        Arrays by group and name; attributes; shapes of the arrays that were not read, None if all were read.
 
     Raises
     ------
     InputError
-        The file declares more than it can hold, or holds what is never needed.
+        If the file declares more than it can hold, or has content that is not allowed.
     Exception
-        Whatever the HDF5 library makes of a damaged file.
+        Any error that the HDF5 library raises for a damaged file.
     """
     import h5py
 
@@ -99,7 +101,7 @@ def _names(group: h5py.Group, most: int) -> list[str]:
 
 
 def _is(group: h5py.Group, name: str, kind: int) -> bool:
-    """Whether a name is of a kind; a link that leads anywhere but into this very group is refused."""
+    """True if an object of the group is of this kind; a link to anything outside the group is refused."""
     import h5py
 
     if not isinstance(group.get(name, getlink=True), h5py.HardLink):
@@ -108,7 +110,7 @@ def _is(group: h5py.Group, name: str, kind: int) -> bool:
 
 
 def _texts(root: h5py.Group, size: int) -> dict[str, str]:
-    """Text attributes that are one text each, and no longer than the file."""
+    """Text attributes that are a single text, not longer than the file."""
     if len(root.attrs) > MOST_ATTRIBUTES:
         raise InputError(f"holds more than {MOST_ATTRIBUTES} attributes")
     texts = {str(name): _text(root, name, size) for name in root.attrs}
@@ -116,7 +118,7 @@ def _texts(root: h5py.Group, size: int) -> dict[str, str]:
 
 
 def _text(owner: h5py.Group | h5py.Dataset, name: str, size: int) -> str | None:
-    """An attribute that is one text, None if it is anything else."""
+    """An attribute that is a single text; None for any other attribute."""
     import h5py
 
     attribute = owner.attrs.get_id(name)
@@ -130,7 +132,7 @@ def _text(owner: h5py.Group | h5py.Dataset, name: str, size: int) -> str | None:
 
 
 def _arrays(group: h5py.Group) -> dict[str, h5py.Dataset]:
-    """Arrays of a group, none of them read, all of a kind and a size that can be."""
+    """Arrays of a group, checked for kind, size and number of axes, not read."""
     import h5py
 
     found = {}
@@ -152,13 +154,13 @@ def _arrays(group: h5py.Group) -> dict[str, h5py.Dataset]:
 
 
 def _bytes(array: h5py.Dataset) -> int:
-    """Memory that an array takes: its own, or that of one chunk where that is larger."""
+    """Memory that reading an array needs: that of the array, or of one chunk if that is larger."""
     each = _TEXT_BYTES if array.dtype.kind == "O" else max(array.dtype.itemsize, 1)
     return each * max(prod(map(int, array.shape)), prod(map(int, array.chunks or ())))
 
 
 def _only_an_axis(array: h5py.Dataset) -> bool:
-    """Whether an array is there to name an axis and holds nothing."""
+    """True if an array only names an axis and contains no data."""
     return "NAME" in array.attrs and (_text(array, "NAME", _LONGEST_NAME) or "").startswith(_NO_VARIABLE)
 
 

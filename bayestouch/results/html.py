@@ -1,4 +1,4 @@
-"""Results as a notebook shows them."""
+"""HTML tables that notebooks show for results."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _ROWS = 8
 
 
 def html_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A plain table; everything in it is escaped."""
+    """HTML of a plain table; all cells are escaped."""
     top = "".join(f'<th scope="col">{escape(cell)}</th>' for cell in head)
     lines = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
     return f"<table><thead><tr>{top}</tr></thead><tbody>{lines}</tbody></table>"
 
 
 def calibration_html(calibration: CalibrationData) -> str:
-    """Parameters with priors and posteriors, and how good the fit is."""
+    """HTML of a calibration: parameters with priors and posteriors, and quality of the fit."""
     rows = []
     for parameter in calibration.parameters:
         if parameter.name not in calibration.posterior:
@@ -50,7 +50,7 @@ def calibration_html(calibration: CalibrationData) -> str:
 
 
 def touches_html(posteriors: PosteriorsData) -> str:
-    """The first touches, and how good the draws are."""
+    """HTML of posteriors: the first touches, and quality of the draws."""
     count = len(posteriors.rows.touch)
     parameters = [p for p in posteriors.parameters if p.name in posteriors.posterior or p.name in posteriors.summary]
     numbers = {p.name: (posteriors.mean(p.name), posteriors.sd(p.name)) for p in parameters}

@@ -1,6 +1,6 @@
-"""Names under which a calibration holds what a later step reads again: keys of its settings and of its extra arrays.
+"""Keys of the settings and of the extra arrays of a calibration that a later step reads again.
 
-Each has one owner, which writes it and reads it; others ask the owner.
+One class or function writes and reads each of them; other code uses that class or function.
 """
 
 from __future__ import annotations
@@ -8,23 +8,23 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 
-#: Setting, JSON: the effects of the chain, what they add to the noise, and the setting that they were fitted in.
-#: Written and read by `bayestouch.model.effect_list.EffectList`; absent where there are no effects.
+#: Setting, JSON: effects of the model, what they add to the noise, and the setting in which they were fitted.
+#: Written and read by `bayestouch.model.effect_list.EffectList`; absent if there are no effects.
 EFFECTS = "effects"
-#: Arrays of a calibration with effects: the peaks (m,) that shares refer to; on a pad also readings without a signal
-#: (m,) and the values of the effects one after the other (`bayestouch.pad.corrected.PadEffects`).
+#: Arrays of a calibration with effects: the peaks (m,) that shares refer to; on a pad also the readings without a
+#: signal (m,) and the values of the effects one after the other (`bayestouch.pad.corrected.PadEffects`).
 EFFECT_PEAK, EFFECT_ZERO, EFFECT_VALUES = "effect_peak", "effect_zero", "effect_values"
 #: Array (m,): reading at rest that was subtracted from the calibration touches. Read by `CalibrationData.rest_reading`.
 REST_READING = "rest_reading"
-#: Setting: `MODEL_MAP`, or `IDENTIFIED_MAP` for a finger whose E map was found by regression; read by
+#: Setting: `MODEL_MAP`, or `IDENTIFIED_MAP` for a finger whose E map was identified by regression; read by
 #: `CalibrationData.has_identified_map`.
 E_MAP, MODEL_MAP, IDENTIFIED_MAP = "e_map", "model", "empirical"
-#: Array (m,): 1 for elements of a pad that responded in the calibration, else 0.
+#: Array (m,): 1 for elements of a pad that responded in the calibration, otherwise 0.
 USABLE = "usable"
 
 
 def effect_names(settings: Mapping[str, str | float]) -> list[str]:
-    """Names of the effects of a calibration with these settings; none of a damaged text, which is refused in use."""
+    """Names of the effects in these settings of a calibration; empty if the text is damaged (refused in use)."""
     try:
         return list(json.loads(str(settings.get(EFFECTS, "{}")))["parameters"])
     except (KeyError, TypeError, ValueError):

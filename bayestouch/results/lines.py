@@ -1,4 +1,4 @@
-"""Lines of the ``repr`` of calibrations and posteriors of touches."""
+"""Lines of text that ``repr`` shows for calibrations and posteriors of touches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.results.keys import effect_names
 
 
 def calibration_lines(calibration: CalibrationData) -> list[str]:
-    """Touches, quality of the fit, effects, parameters and grade."""
+    """Lines about a calibration: touches, quality of the fit, effects, parameters, grade."""
     numbers = calibration.statistics
     fit = f"error {number(numbers.get('error_percent_peak'))} % of the peak"
     fit += f" (noise {number(numbers.get('noise_percent_peak'))} %)"
@@ -35,7 +35,7 @@ def calibration_lines(calibration: CalibrationData) -> list[str]:
 
 
 def _parameter(calibration: CalibrationData, parameter: Parameter) -> str:
-    """Mean ± sd; over the elements where there are several: range of the means ± the median sd."""
+    """Text of mean ± sd of a parameter; for one value an element, range of the means ± median sd."""
     if parameter.name not in calibration.posterior:
         return ""
     draws = np.asarray(calibration.posterior[parameter.name])
@@ -65,7 +65,7 @@ def _sampler(calibration: CalibrationData) -> list[str]:
 
 
 def touches_lines(posteriors: PosteriorsData) -> list[str]:
-    """Touches, draws, grade, and the estimates in short."""
+    """Lines about posteriors of touches: touches, draws, grade, short summary of the estimates."""
     count, missed = len(posteriors.rows.touch), posteriors.missed
     return [
         f"TouchPosteriors of {posteriors.sensor.in_short}",
@@ -78,12 +78,12 @@ def touches_lines(posteriors: PosteriorsData) -> list[str]:
 
 def _estimates(posteriors: PosteriorsData, parameter: Parameter) -> str:
     name, unit = parameter.name, f" {parameter.unit}".rstrip()
-    # draws on file may be larger than memory: a summary does not read them
+    # draws on file may be larger than memory, so this summary does not read them
     in_memory = not isinstance(posteriors.posterior, DrawsOnFile) and name in posteriors.posterior
     if name not in posteriors.summary and not in_memory:
         return ""
     mean = posteriors.mean(name)
-    if not mean.size or not np.isfinite(mean).all():  # r_c of a flat tip is infinite; its R is shown
+    if not mean.size or not np.isfinite(mean).all():  # r_c of a flat tip is infinite; the lines show its R
         return ""
     middle, sd = (number(float(np.median(each)), 3) for each in (mean, posteriors.sd(name)))
     return f"{parameter.symbol}: median {middle},{span(mean)}{unit}; median sd {sd}{unit}"

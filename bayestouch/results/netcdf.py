@@ -1,4 +1,4 @@
-"""netCDF files of several groups: written whole or not at all, read with nothing taken on trust."""
+"""netCDF files with several groups: written completely or not at all; content that is read is always checked."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _DRAW_AXES = ("chain", "draw", "touch")
-#: Draws of touches beyond so many bytes are left on file.
+#: If the draws of touches are larger than this (bytes), they stay on file.
 LARGEST_IN_MEMORY = 1 << 30
 
 
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str]) -> None:
-    """Write data sets as groups of one netCDF file, and text attributes at its root.
+    """Write data sets as groups of one netCDF file, and text as attributes of its root.
 
     Raises
     ------
     InputError
-        The file cannot be written.
+        If the file cannot be written.
     """
     import xarray as xr
 
@@ -39,15 +39,15 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
 def read_groups(
     path: str | Path, *, only: str | None = None
 ) -> tuple[dict[str, xr.Dataset], dict[str, str], DrawsOnFile | None]:
-    """Read every group of a netCDF file into memory, and the text attributes of its root.
+    """Every group of a netCDF file, text attributes of its root, and draws that stay on file.
 
-    Draws of touches that are larger than `LARGEST_IN_MEMORY` stay on file; they are given last. With `only`, every
-    group but that one does.
+    Draws of touches that are larger than `LARGEST_IN_MEMORY` are not read into memory: the third value returned gives
+    access to them. If `only` is given, no other group is read.
 
     Raises
     ------
     InputError
-        The file is missing, is no netCDF-4 file, is damaged, or declares more than it holds.
+        If the file is missing, is not a netCDF-4 file, is damaged, or declares more than it holds.
     """
     with reading(path) as file:
         with file.open("rb") as stream:
@@ -70,7 +70,7 @@ def read_groups(
             raise InputError(error.message, file=file, column=error.column) from None
         except MemoryError:
             raise InputError("needs more memory than there is", file=file) from None
-        # A damaged file makes the HDF5 library raise whatever it led it to.
+        # The HDF5 library raises exceptions of any kind for a damaged file.
         except Exception as error:
             why = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"is damaged or no netCDF file ({why})", file=file) from None

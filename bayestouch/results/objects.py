@@ -1,4 +1,4 @@
-"""What the verbs return: a calibration, and posteriors of touches."""
+"""Results that users work with: `Calibration` and `TouchPosteriors`."""
 
 from __future__ import annotations
 
@@ -16,51 +16,51 @@ if TYPE_CHECKING:
 
 
 class Calibration(CalibrationData):
-    """A calibrated sensor: every calibration parameter as a random variable.
+    """A calibrated sensor: the posterior of every calibration parameter.
 
     Attributes
     ----------
     sensor : Sensor
-        The sensor as built.
+        Description of the sensor.
     parameters : tuple of Parameter
-        The unknowns with their priors. By element where `mode` holds an array.
+        The unknowns with their priors. A parameter has one value an element if `mode` holds an array.
     mode : mapping
-        Maximum a posteriori, scalar () or by element (m,) arrays, in public units
+        Maximum a posteriori values, scalar () or by element (m,), in public units
         (``r_s`` mm, ``theta_s`` degree, ``mu`` MPa, ``gain`` reading per strain, ``response`` reading per N/m …).
     posterior : mapping
-        Draws, (chain, draw) or (chain, draw, m) arrays, by the same names.
+        Draws, (chain, draw) or (chain, draw, m) arrays, with the same names.
     covariance : (d, d) array
         Laplace covariance of the parameters in the order and units of `layout`.
     layout : tuple of str
         Name of each row of `covariance`: ``"sigma"``, ``"r_s[3]"`` …
     noise : Noise
-        Noise of readings and force sensor.
+        Noise of the readings and of the force sensor.
     rows : TouchRows
-        The calibration touches with their fit.
+        The calibration touches with the fit.
     settings : mapping
-        Whatever repeats the run: contact model or kernel, seed, version, options; text or numbers.
+        What is needed to repeat the run: contact model or kernel, seed, version, options; text or numbers.
     statistics : mapping of str to float
-        ``lack_of_fit``, ``error_percent_peak`` and the like.
+        Quality of the fit: ``lack_of_fit``, ``error_percent_peak`` and others.
     extra : mapping of arrays
-        Arrays a body needs beside these (a pad's empirical map).
+        Further arrays that a body needs (for example the empirical map of a pad).
     notes : tuple of str
-        What was handled or assumed, one sentence each, for the report.
+        What was corrected or assumed, one sentence each, for the report.
     """
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         from bayestouch.results.lines import calibration_lines
 
         return calibration_lines(self)
 
     def plot_parameter(self, name: str, axes: Axes | None = None) -> Axes:
-        """Posterior of a parameter beside its prior, see `bayestouch.results.plots.plot_parameter`."""
+        """Plot the posterior of a parameter with its prior, see `bayestouch.results.plots.plot_parameter`."""
         from bayestouch.results.plots import plot_parameter
 
         return plot_parameter(self, name, axes)
 
     def plot_fit(self, element: int = 1, axes: Axes | None = None) -> Axes:
-        """Readings of one element (from 1) in the calibration touches, and the model's."""
+        """Plot measured and predicted readings of one element (from 1) in the calibration touches."""
         from bayestouch.results.plots import plot_fit
 
         return plot_fit(self, element, axes)
@@ -71,26 +71,26 @@ class Calibration(CalibrationData):
         return calibration_html(self)
 
     def save(self, path: str | Path) -> None:
-        """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""
+        """Write to a netCDF file (ArviZ groups); a temporary file is renamed when complete."""
         from bayestouch.results.files import save_calibration
 
         save_calibration(self, path)
 
     def to_arviz(self) -> Any:
-        """The draws as ArviZ holds them: `InferenceData`, or a `DataTree` with ArviZ 1."""
+        """Draws as an ArviZ object: `InferenceData`, or `DataTree` since ArviZ 1."""
         from bayestouch.results.files import to_arviz
 
         return to_arviz(self)
 
     def to_dataframe(self) -> DataFrame:
-        """Mean, sd and quantiles of every parameter, a row each."""
+        """Table of mean, sd and quantiles, one row for each parameter and element."""
         from bayestouch.results.files import to_dataframe
 
         return to_dataframe(self)
 
 
 class TouchPosteriors(PosteriorsData):
-    """Posteriors of touches.
+    """Posteriors of touches: location, indenter radius and load of each touch as draws.
 
     Attributes
     ----------
@@ -100,25 +100,25 @@ class TouchPosteriors(PosteriorsData):
         Touch parameters with their priors: ``R``, ``theta_c``, ``P`` on a finger (``r_c`` is derived from R);
         ``x``, ``y``, ``P`` on a pad.
     posterior : mapping of (chain, draw, t) arrays
-        Draws, in public units (mm, degree, N/m or N); of a large file they are read when asked for. Empty where only
-        summaries were kept.
+        Draws, in public units (mm, degree, N/m or N). The draws of a large file are read from it when they are
+        used. Empty if only summaries were kept.
     sample_stats : mapping of (t,) arrays
-        ``ess_bulk`` and ``rhat`` (worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``: 1 where
-        the targets are met. They are those of all draws, however few were kept.
+        ``ess_bulk`` and ``rhat`` (of the worst parameter of the touch), ``acceptance``, ``pareto_k``, and ``grade``:
+        1 if the targets are met. They always refer to all draws, also to those that were not kept.
     reference : mapping of (t,) arrays
-        Reference values by the same names as `posterior`, NaN unknown.
+        Reference values with the same names as `posterior`; NaN unknown.
     rows : TouchRows
         The touches with the prediction at the posterior mean.
     settings, notes
         As in `Calibration`.
     tips : TipProbabilities or None
-        How probable each tip is for each touch, where the prior over indenters has known tips.
+        Probability of each known tip for each touch, if the prior over indenters has known tips.
     summary : mapping of (5, t) arrays
-        Mean, sd and 5, 50 and 95 % quantiles of all draws, however few were kept; empty where all are.
+        Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept; empty if all draws are kept.
     """
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         from bayestouch.results.lines import touches_lines
 
         return touches_lines(self)
@@ -130,19 +130,19 @@ class TouchPosteriors(PosteriorsData):
         return pp_plot(self, truth, **options)
 
     def plot_estimates(self, name: str, axes: Axes | None = None) -> Axes:
-        """Posterior mean and 90 % interval of every touch over its reference."""
+        """Plot posterior mean and 90 % interval of every touch against its reference value."""
         from bayestouch.results.plots import plot_estimates
 
         return plot_estimates(self, name, axes)
 
     def plot_touch(self, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None) -> Axes:
-        """Draws of one touch, two parameters against each other."""
+        """Plot the draws of one touch, one parameter against another."""
         from bayestouch.results.plots import plot_touch
 
         return plot_touch(self, touch, names, axes)
 
     def plot_residuals(self, axes: Axes | None = None) -> Axes:
-        """Reading minus prediction over its standard deviation, by touch and element."""
+        """Plot reading minus prediction divided by its standard deviation, by touch and element."""
         from bayestouch.results.plots import plot_residuals
 
         return plot_residuals(self, axes)
@@ -153,19 +153,19 @@ class TouchPosteriors(PosteriorsData):
         return touches_html(self)
 
     def save(self, path: str | Path) -> None:
-        """Write to netCDF (ArviZ groups); a temporary file is renamed when complete."""
+        """Write to a netCDF file (ArviZ groups); a temporary file is renamed when complete."""
         from bayestouch.results.files import save_touches
 
         save_touches(self, path)
 
     def to_arviz(self) -> Any:
-        """The draws as ArviZ holds them: `InferenceData`, or a `DataTree` with ArviZ 1."""
+        """Draws as an ArviZ object: `InferenceData`, or `DataTree` since ArviZ 1."""
         from bayestouch.results.files import to_arviz
 
         return to_arviz(self)
 
     def to_dataframe(self) -> DataFrame:
-        """Mean, sd and quantiles of every parameter, a row each."""
+        """Table of mean, sd and quantiles, one row for each parameter and touch."""
         from bayestouch.results.files import to_dataframe
 
         return to_dataframe(self)

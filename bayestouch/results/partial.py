@@ -1,7 +1,7 @@
-"""What an interrupted run leaves behind, and how the next one goes on from it.
+"""Files of an interrupted run, from which the next run continues.
 
-Beside the output stands a folder ``OUTPUT.partial`` with the growing file, what the run was (a fingerprint of data,
-options and versions), and the numbers of its finished blocks. It goes when the output comes.
+They are in a folder ``OUTPUT.partial`` next to the output: the incomplete posterior file, a fingerprint of the run
+(data, options and versions), and the numbers of the finished blocks. The folder is removed when the output is complete.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ import numpy as np
 
 from bayestouch.errors import InputError
 
-#: How long a lock is waited for, seconds.
+#: Longest waiting time for a lock, seconds.
 PATIENCE = 2.0
 
 _RUN, _FINISHED, _LOCK = "run.json", "finished.txt", "lock"
@@ -29,16 +29,16 @@ _RUN, _FINISHED, _LOCK = "run.json", "finished.txt", "lock"
 
 @dataclass(frozen=True)
 class Partial:
-    """The folder of one run.
+    """Folder with the files of one run.
 
     Attributes
     ----------
     folder : Path
-        Where it is.
+        Path of the folder.
     target : Path
-        What the run is to write.
+        File that the run writes.
     fingerprint : str
-        Of everything that the result follows from.
+        Hash of everything that the result depends on.
     """
 
     folder: Path
@@ -47,26 +47,26 @@ class Partial:
 
     @property
     def file(self) -> Path:
-        """The growing file."""
+        """Path of the incomplete posterior file."""
         return self.folder / "posterior"
 
     def finished(self) -> set[int]:
-        """Numbers of the blocks that are on disk."""
+        """Numbers of the blocks that are written to disk."""
         with suppress(FileNotFoundError):
-            # The line that a kill cut off does not count.
+            # A last line without an end was interrupted and does not count.
             whole, _, _ = (self.folder / _FINISHED).read_text().rpartition("\n")
             return {int(line) for line in whole.split()}
         return set()
 
     def add(self, block: int) -> None:
-        """Note that a block is on disk."""
+        """Record that a block is written to disk."""
         with (self.folder / _FINISHED).open("a") as stream:
             stream.write(f"{block}\n")
             stream.flush()
             _sync(stream)
 
     def layout(self) -> str | None:
-        """Layout of the growing file that an earlier run of the same fingerprint left, as text; None without one."""
+        """Layout of the file of an earlier run with the same fingerprint, as text; None if there is no such run."""
         try:
             run = json.loads((self.folder / _RUN).read_text())
             same = run["fingerprint"] == self.fingerprint and self.file.is_file()
@@ -75,7 +75,7 @@ class Partial:
             return None
 
     def begin(self, layout: str) -> None:
-        """Note what the run is; the growing file is there."""
+        """Record fingerprint and layout of the run, after the posterior file was created."""
         temporary = self.folder / f"{_RUN}.new"
         with temporary.open("w") as stream:
             json.dump({"fingerprint": self.fingerprint, "layout": layout}, stream)
@@ -84,24 +84,24 @@ class Partial:
         temporary.replace(self.folder / _RUN)
 
     def clear(self) -> None:
-        """Forget what an earlier run left."""
+        """Remove the files of an earlier run."""
         for name in (_RUN, _FINISHED, self.file.name):
             (self.folder / name).unlink(missing_ok=True)
 
     def deliver(self) -> None:
-        """Put the growing file, now whole, where the output belongs, and remove the folder."""
+        """Move the complete posterior file to the output path, and remove the folder."""
         self.file.replace(self.target)
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
 @contextmanager
 def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
-    """Folder of a run that writes `target`, made or taken over from an interrupted one, for this process alone.
+    """Folder of a run that writes `target`, new or left by an interrupted run; locked for this process.
 
     Raises
     ------
     InputError
-        It cannot be written, or another process is writing the same output.
+        If it cannot be written, or another process is writing the same output.
     """
     folder = target.with_name(f"{target.name}.partial")
     try:
@@ -115,7 +115,7 @@ def partial_folder(target: Path, fingerprint: str) -> Iterator[Partial]:
 
 
 def fingerprint_of(*parts: Any) -> str:
-    """Hash of arrays, dataclasses, mappings and whatever else has a ``repr`` that says all it is."""
+    """Hash of arrays, dataclasses, mappings and any objects whose ``repr`` describes them completely."""
     digest = hashlib.sha256()
     for part in parts:
         _feed(digest, part)
@@ -133,7 +133,7 @@ def _feed(digest: Any, part: Any) -> None:
             digest.update(f"{name}:".encode())
             _feed(digest, value)
     elif is_dataclass(part):
-        # their repr may be a summary
+        # the repr of a dataclass may be only a summary, so its fields are used
         digest.update(f"{type(part).__qualname__}(".encode())
         _feed(digest, {each.name: getattr(part, each.name) for each in fields(part)})
     else:
@@ -145,9 +145,9 @@ def _sync(stream: IO[str]) -> None:
 
 
 def _locked(stream: IO[str]) -> bool:
-    """Whether the lock is ours; it goes with the process. Where there are no locks, it always is.
+    """True if this process holds the lock, which ends with the process. Always true on systems without locks.
 
-    Processes that a killed run had forked hold its lock until they see that it is gone: they are waited for.
+    Child processes of a killed run hold its lock until they notice that it has ended; this function waits for them.
     """
     try:
         import fcntl

@@ -1,4 +1,4 @@
-"""Plots of results: each takes the axes to draw on (new ones by default) and returns them."""
+"""Plots of results: each function takes the axes to draw on (new ones by default) and returns them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 BLUE, RED, GREY = "#0072B2", "#D55E00", "#666666"
 
-#: Axes of plots, by the name of the coordinate.
+#: Label of the axis for each coordinate.
 LOCATION_LABELS = {
     "theta_c": "reference location θ (degree)",
     "x": "reference location x (mm)",
@@ -28,37 +28,39 @@ LOCATION_LABELS = {
 
 
 def new_axes(axes: Axes | None, width: float = 6.4, height: float = 4.0) -> Axes:
-    """The axes given, or those of a new figure that no window manager knows of."""
+    """Given axes, or those of a new figure without a window."""
     if axes is not None:
         return axes
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasAgg(figure)  # so that a notebook can show it
+    FigureCanvasAgg(figure)  # needed for display in a notebook
     return figure.subplots()
 
 
 def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = None) -> Axes:
-    """Draw a calibration parameter's posterior beside its prior.
+    """Plot the posterior of a calibration parameter with its prior.
 
-    Parameters
-    ----------
-    calibration : CalibrationData
+        Parameters
+        ----------
+        calibration : CalibrationData
+        The calibration.
     name : str
-        Of a parameter: ``"sigma"``, ``"r_s"`` …
+        Name of the parameter: ``"sigma"``, ``"r_s"`` …
     axes : matplotlib Axes, optional
+        Axes to draw on.
 
-    Returns
-    -------
-    matplotlib Axes
-        Densities of a parameter that all elements share; mean and 90 % interval by element of one that each has of its
-        own. Grey: the prior, or its central 90 %, where it is stated in the parameter's own unit.
+        Returns
+        -------
+        matplotlib Axes
+            Densities, if all elements share the parameter; otherwise mean and 90 % interval of each element. The
+            prior, or its central 90 %, is grey; it is drawn if it is stated in the unit of the parameter.
 
-    Raises
-    ------
-    InputError
-        There is no such parameter.
+        Raises
+        ------
+        InputError
+            If there is no such parameter.
     """
     parameter = _parameter(calibration.parameters, name, calibration.posterior)
     draws = np.asarray(calibration.posterior[name])
@@ -76,7 +78,7 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
         element = np.arange(1, each.shape[1] + 1)
         middle = each.mean(axis=0)
         interval = np.quantile(each, [0.05, 0.95], axis=0)
-        # A prior of a departure, or relative to the data, is not on the axis of the values.
+        # A prior of a deviation, or relative to the data, has another scale than this axis.
         if low <= middle.min() and middle.max() <= high:
             axes.axhspan(low, high, color=GREY, alpha=0.15, label="prior, central 90 %")
         axes.errorbar(
@@ -88,19 +90,21 @@ def plot_parameter(calibration: CalibrationData, name: str, axes: Axes | None = 
 
 
 def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None = None) -> Axes:
-    """Draw the calibration touches' readings of one element over location, beside what the model says.
+    """Plot measured and predicted readings of one element over the location of the calibration touches.
 
-    Parameters
-    ----------
-    calibration : CalibrationData
+        Parameters
+        ----------
+        calibration : CalibrationData
+        The calibration.
     element : int
-        Counted from 1, as in ``e01``.
+        Number of the element from 1, as in ``e01``.
     axes : matplotlib Axes, optional
+        Axes to draw on.
 
-    Raises
-    ------
-    InputError
-        There is no such element.
+        Raises
+        ------
+        InputError
+            If there is no such element.
     """
     rows = calibration.rows
     if not 1 <= element <= rows.observed.shape[1]:
@@ -116,12 +120,12 @@ def plot_fit(calibration: CalibrationData, element: int = 1, axes: Axes | None =
 
 
 def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = None) -> Axes:
-    """Draw each touch's posterior mean and 90 % interval over its reference (over its place in order without one).
+    """Plot posterior mean and 90 % interval of each touch over its reference (or over its number if unknown).
 
     Raises
     ------
     InputError
-        There is no such parameter.
+        If there is no such parameter.
     """
     parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.summary})
     axes = new_axes(axes)
@@ -144,22 +148,23 @@ def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = No
 def plot_touch(
     posteriors: PosteriorsData, touch: int, names: tuple[str, str] | None = None, axes: Axes | None = None
 ) -> Axes:
-    """Draw two parameters of one touch against each other: its draws, and its reference where there is one.
+    """Plot the draws of two parameters of one touch against each other, with the reference values if known.
 
     Parameters
     ----------
     posteriors : PosteriorsData
-        With draws, not summaries alone.
+        Posteriors with draws.
     touch : int
-        Its id.
+        Number of the touch.
     names : pair of str, optional
-        Location and radius on a finger, x and y (or load) on a pad by default.
+        The two parameters. By default location and radius on a finger, x and y (or load) on a pad.
     axes : matplotlib Axes, optional
+        Axes to draw on.
 
     Raises
     ------
     InputError
-        There is no such touch or parameter, or only summaries were kept.
+        If there is no such touch or parameter, or only summaries were kept.
     """
     place = np.flatnonzero(posteriors.rows.touch == touch)
     if not place.size:
@@ -186,7 +191,7 @@ def plot_touch(
 
 
 def plot_residuals(posteriors: PosteriorsData, axes: Axes | None = None) -> Axes:
-    """Draw reading minus prediction over its standard deviation, by touch and element."""
+    """Plot reading minus prediction divided by its standard deviation, by touch and element."""
     rows = posteriors.rows
     axes = new_axes(axes)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -224,6 +229,6 @@ def _location(location: Any, count: int) -> tuple[FloatArray, str]:
 
 
 def shown_pair(names: Container[str]) -> tuple[str, str]:
-    """The two parameters that are drawn against each other by default: location and radius, x and y, or x and load."""
+    """Two parameters that are plotted against each other by default: location and radius, x and y, or x and load."""
     order = [name for name in ("theta_c", "x", "R", "y", "P") if name in names]
     return (order[0], order[1]) if len(order) > 1 else ("theta_c", "R")

@@ -1,8 +1,9 @@
-"""P-P plot: do posteriors of touches hold the truth as often as they say?
+"""P-P plot: a test whether posteriors of touches contain the true value as often as they claim.
 
-The share of a touch's draws below its true value is uniform over touches if the posteriors are right and the truth
-came from the prior. The band holds the whole curve with the stated probability: pointwise binomial limits, made as
-much wider as simulated uniform samples ask (Säilynoja, Bürkner and Vehtari 2022, doi:10.1007/s11222-022-10090-6).
+For each touch, the share of draws below the true value is computed. If the posteriors are right and the true values
+follow the prior, these shares are uniform. The band contains the whole curve with the stated probability. Its limits
+are pointwise binomial limits, widened according to simulated uniform samples (Säilynoja, Bürkner and Vehtari 2022,
+doi:10.1007/s11222-022-10090-6).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-# Places at which curve and band are compared, and simulated samples that say how wide the band must be.
+# Number of points at which curve and band are compared, and of simulated samples that give the width of the band.
 PLACES, SIMULATIONS = 100, 4000
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7")
 DASHES = ("-", "--", "-.", ":")
@@ -32,28 +33,28 @@ DASHES = ("-", "--", "-.", ":")
 def shares_below(
     posteriors: PosteriorsData, truth: Mapping[str, ArrayLike] | None = None, names: Iterable[str] | None = None
 ) -> dict[str, FloatArray]:
-    """Share of the draws below the true value, for every touch whose truth is known.
+    """Share of the draws below the true value, for every touch with a known true value.
 
     Parameters
     ----------
     posteriors : PosteriorsData
         Posteriors of t touches.
     truth : mapping of (t,) array_like, optional
-        True values by parameter, in the posteriors' units; NaN unknown. By default the reference values of location
-        and radius that came with the touches; the load's is left out, for it is a reading and no truth.
+        True values by parameter, in the units of the posteriors; NaN unknown. By default the reference values of
+        location and radius from the touch table; not those of the load, which is a reading and not a true value.
     names : iterable of str, optional
-        Parameters to look at: of those with a truth, all by default.
+        Parameters to use; by default all that have true values.
 
     Returns
     -------
     dict of (n,) arrays
-        By parameter. Radii at the ends of what the prior allows (edge, flat) are left out: their share is 0 or 1
-        whatever the posterior.
+        Shares by parameter. Radii at the limits of the prior (edge, flat) are left out, because their share is 0 or 1
+        for any posterior.
 
     Raises
     ------
     InputError
-        A name is no parameter, an array has the wrong length, or no touch has a known truth.
+        If a name is not a parameter, an array has the wrong length, or no touch has a known true value.
     """
     known = (
         dict(truth) if truth is not None else {k: v for k, v in posteriors.reference.items() if k not in ("P", "r_c")}
@@ -82,12 +83,12 @@ def shares_below(
 
 @dataclass(frozen=True, eq=False)
 class UniformBand:
-    """Where the cumulative curve of n uniform numbers lies with a stated probability, all of it.
+    """Band that contains the whole cumulative curve of n uniform numbers with a stated probability.
 
     Attributes
     ----------
     place, low, high : (`PLACES` + 1,) arrays
-        Places in 0 to 1, and the ends of the band there.
+        Points between 0 and 1, and the limits of the band there.
     least : (`SIMULATIONS`,) array
         Sorted smallest pointwise two-sided probabilities of simulated curves.
     """
@@ -105,7 +106,7 @@ class UniformBand:
         place = np.arange(PLACES + 1) / PLACES
         rng = np.random.default_rng(0)
         steps = rng.multinomial(n, np.full(PLACES, 1 / PLACES), SIMULATIONS)
-        # log of the two-sided probability of each count at each place, looked up rather than computed anew
+        # logarithm of the two-sided probability of each count at each point, from a table
         least = np.sort(_two_sided(n)[np.arange(PLACES - 1), np.cumsum(steps, axis=1)[:, :-1]].min(axis=1))
         tail = float(np.quantile(least, 1 - level)) / 2
         low, high = np.asarray(binom.ppf(tail, n, place)) / n, np.asarray(binom.isf(tail, n, place)) / n
@@ -113,7 +114,7 @@ class UniformBand:
         return cls(place, low, high, least)
 
     def p_value(self, shares: FloatArray) -> float:
-        """Probability of a curve at least as far outside, if the numbers are uniform."""
+        """Probability of a curve at least as far from the diagonal, if the numbers are uniform."""
         n = len(shares)
         count = (shares[:, None] <= self.place[1:-1]).sum(axis=0)
         return float(
@@ -124,7 +125,7 @@ class UniformBand:
 
 @lru_cache(maxsize=4)
 def _two_sided(n: int) -> FloatArray:
-    """Twice the smaller tail of the binomial distribution at every inner place and count, (places, n + 1)."""
+    """Twice the smaller tail of the binomial distribution for every inner point and count, (places, n + 1)."""
     from scipy.stats import binom
 
     place, count = np.arange(1, PLACES)[:, None] / PLACES, np.arange(n + 1)
@@ -139,29 +140,29 @@ def pp_plot(
     level: float = 0.95,
     axes: Axes | None = None,
 ) -> Axes:
-    """Plot how many touches have a share of draws below the truth of at most p, over p.
+    """Plot the share of touches whose share of draws below the true value is at most p, over p.
 
-    On the diagonal the posteriors are right. A curve that is flat in the middle and steep at the ends belongs to
-    posteriors that are too narrow; one above the diagonal says that they lie too high.
+    If the posteriors are right, the curve follows the diagonal. It is flat in the middle and steep at the ends if
+    the posteriors are too narrow. It is above the diagonal if they lie too high.
 
     Parameters
     ----------
     posteriors, truth, names
-        As `shares_below`.
+        As in `shares_below`.
     level : float
-        Probability of the band, which holds the whole curve of as many touches as the parameter with the fewest has.
+        Probability of the band, which is drawn for the parameter with the fewest touches.
     axes : matplotlib Axes, optional
-        Where to plot; a new figure by default.
+        Axes to draw on; a new figure by default.
 
     Returns
     -------
     matplotlib Axes
-        Its legend says for each parameter how many touches there are, and how probable a curve at least as far out is.
+        The legend states for each parameter the number of touches and the p value of the curve.
 
     Raises
     ------
     InputError
-        As `shares_below`, or the level is not between 0 and 1.
+        As in `shares_below`, or if the level is not between 0 and 1.
     """
     if not 0 < level < 1:
         raise InputError(f"P-P plot: expected a level between 0 and 1, got {level:g}")

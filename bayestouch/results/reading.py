@@ -1,4 +1,4 @@
-"""Posterior files read back."""
+"""Functions that read posterior files."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
 def load(path: str | Path) -> Calibration | TouchPosteriors:
-    """Read a posterior file, whichever of the two it holds.
+    """Calibration or posteriors of touches from a posterior file.
 
-    Draws of touches beyond 1 GB stay on file and are read when asked for.
+    Draws of touches larger than 1 GB stay on file and are read when they are used.
 
     Raises
     ------
     InputError
-        The file is missing, is no posterior file of bayestouch, is damaged, or was written by a later version.
+        If the file is missing, is not a posterior file of bayestouch, is damaged, or is of a later version.
     """
     groups, attributes, draws = read_groups(path)
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
@@ -40,7 +40,7 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
 
 
 def load_calibration(path: str | Path) -> Calibration:
-    """Read a calibration; raises as `load`, and where the file holds posteriors of touches."""
+    """Calibration from a file; raises as `load`, and if the file holds posteriors of touches."""
     result = load(path)
     if not isinstance(result, Calibration):
         raise InputError("expected a calibration, found posteriors of touches", file=path)
@@ -48,7 +48,7 @@ def load_calibration(path: str | Path) -> Calibration:
 
 
 def load_touches(path: str | Path) -> TouchPosteriors:
-    """Read posteriors of touches; raises as `load`, and where the file holds a calibration."""
+    """Posteriors of touches from a file; raises as `load`, and if the file holds a calibration."""
     result = load(path)
     if not isinstance(result, TouchPosteriors):
         raise InputError("expected posteriors of touches, found a calibration", file=path)
@@ -56,6 +56,6 @@ def load_touches(path: str | Path) -> TouchPosteriors:
 
 
 def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
-    """Read how good each touch of a file is, `TouchPosteriors.sample_stats`, and the notes; nothing else."""
+    """Grades of each touch of a file (`TouchPosteriors.sample_stats`) and the notes; nothing else is read."""
     groups, attributes, _ = read_groups(path, only="sample_stats")
     return arrays_of(group_of(groups, "sample_stats"), "touch"), notes_of(attributes)

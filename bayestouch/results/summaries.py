@@ -1,4 +1,4 @@
-"""Summaries of many posteriors: five numbers of each parameter of each touch."""
+"""Summaries of many posteriors: five statistics of each parameter and touch."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
-#: What a summary holds of a parameter, in this order.
+#: Statistics of a parameter in a summary, in this order.
 STATISTICS = ("mean", "sd", "q5", "q50", "q95")
 PROBABILITIES = (0.05, 0.5, 0.95)
-# Draws sorted together: a few megabytes.
+# Number of draws that are sorted together: a few megabytes.
 _SLICE = 1 << 18
 
 
 def summarise(draws: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Summarise the draws of each parameter.
+    """Five statistics of the draws of each parameter.
 
     Parameters
     ----------
     draws : mapping of (chain, draw, t) arrays
+        Draws by parameter.
 
     Returns
     -------
     dict of (5, t) arrays
-        The `STATISTICS`. Quantiles lie between draws as numpy has them, or at a draw where one next to them is
-        infinite (a flat's r_c); the sd of such draws is NaN.
+        The `STATISTICS` by parameter. Quantiles are interpolated between draws as in numpy; if a neighbouring draw is
+        infinite (r_c of a flat tip), the quantile is one of the draws. The sd of such draws is NaN.
     """
     with ThreadPoolExecutor(max(1, len(draws))) as pool:
         return dict(zip(draws, pool.map(_summary, draws.values()), strict=True))
@@ -52,7 +53,7 @@ def _some(flat: FloatArray) -> FloatArray:
         between = low + (place - below) * (high - low)
         mean = rows.mean(axis=1)
         sd = np.sqrt(np.square(rows - mean[:, None]).mean(axis=1))
-    # As `bayestouch.data.arrays.quantiles`: the smallest draw that so large a share of all do not exceed.
+    # As in `bayestouch.data.arrays.quantiles`: the smallest draw that at least this share of draws does not exceed.
     at = rows[:, np.maximum(np.ceil(np.array(PROBABILITIES) * n).astype(int) - 1, 0)]
     finite = np.isfinite(rows[:, [0, -1]]).all(axis=1, keepdims=True)
     return np.stack([mean, sd, *np.where(finite, between, at).T])

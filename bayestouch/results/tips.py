@@ -1,4 +1,4 @@
-"""How probable each tip is for each touch, where the prior over indenters has known tips."""
+"""Probability of each known tip for each touch, if the prior over indenters has known tips."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class TipProbabilities(Summarised):
     Attributes
     ----------
     radius_mm : (k,) array
-        ``r_c`` of the tips: 0 a knife edge, inf a flat; NaN for whatever is round and none of them.
+        ``r_c`` of the tips: 0 knife edge, inf flat; NaN for a round indenter that is not one of the tips.
     prior : (k,) array
         Prior probabilities.
     log_probability : (t, k) array
-        Log posterior probabilities; their exponentials add up to 1 over the alternatives.
+        Logarithm of the posterior probabilities; the probabilities of a touch add up to 1.
     """
 
     radius_mm: FloatArray
@@ -42,7 +42,7 @@ class TipProbabilities(Summarised):
 
     @classmethod
     def of(cls, prior: RadiusOfTips, log_probability: FloatArray) -> TipProbabilities:
-        """From the prior of R and the log probabilities (k, t) of its alternatives."""
+        """Probabilities from the prior of R and the log probabilities (k, t) of its alternatives."""
         beside = prior.density is not None
         return cls(
             radius_mm=np.array([*prior.indenter_radius_mm, *([np.nan] if beside else [])]),
@@ -52,7 +52,7 @@ class TipProbabilities(Summarised):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Radius of each tip in mm as text, and ``round``."""
+        """Name of each alternative: radius of the tip in mm as text, or ``round``."""
         return tuple(ROUND if np.isnan(radius) else f"{radius:g}" for radius in self.radius_mm)
 
     @property
@@ -62,7 +62,7 @@ class TipProbabilities(Summarised):
 
     @property
     def log_odds(self) -> FloatArray:
-        """Natural logarithm of the posterior odds of each alternative against all others, (t, k)."""
+        """Natural logarithm of the posterior odds of each alternative against all the others, (t, k)."""
         others = [
             np.logaddexp.reduce(np.delete(self.log_probability, k, axis=1), axis=1, initial=-np.inf)
             for k in range(len(self.prior))
@@ -70,7 +70,7 @@ class TipProbabilities(Summarised):
         return np.asarray(self.log_probability - np.stack(others, axis=1))
 
     def to_group(self, touch: NDArray[np.int64]) -> xr.Dataset:
-        """As a group of a posterior file: ``tip_probability`` and ``tip_log_odds`` by (touch, tip)."""
+        """Group of a posterior file with ``tip_probability`` and ``tip_log_odds`` by (touch, tip)."""
         by_touch = {"tip_probability": self.probability, "tip_log_odds": self.log_odds}
         group = dataset(
             {name: (("touch", "tip"), values) for name, values in by_touch.items()}
@@ -86,12 +86,12 @@ class TipProbabilities(Summarised):
 
     @classmethod
     def from_groups(cls, groups: Mapping[str, xr.Dataset], n_touches: int) -> TipProbabilities | None:
-        """From the groups of a posterior file; None where it has no tips.
+        """Probabilities from the groups of a posterior file; None if it has no tips.
 
         Raises
         ------
         InputError
-            Something is missing or does not fit.
+            If something is missing or inconsistent.
         """
         if "tips" not in groups:
             return None

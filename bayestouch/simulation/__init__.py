@@ -1,4 +1,4 @@
-"""Simulated data sets: every stage of the chain with known truth, from a seed."""
+"""Simulated data sets with known true values, reproducible from a seed."""
 
 from __future__ import annotations
 
@@ -37,25 +37,25 @@ EMBEDDED_SEED = 1995
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SimulatedDataSet(Summarised):
-    """A simulated data set and what is true of it.
+    """A simulated data set with the true values behind it.
 
     Attributes
     ----------
     dataset : DataSet
         Sensor and touches, marked as simulated in `sensor.source`.
     truth : mapping
-        ``seed``, ``effects`` as given, ``effect_values`` (every parameter of them), ``design``; calibration
-        parameters under the names of a calibration's posterior (``sigma``, ``mu`` in MPa; by element ``r_s`` in mm,
+        ``seed``; ``effects`` as given; ``effect_values`` (every parameter of the effects); ``design``; calibration
+        parameters with the names of a calibration's posterior (``sigma``, ``mu`` in MPa; by element ``r_s`` in mm,
         ``theta_s`` in degree, ``gain`` in reading per strain, ``response`` in reading per N/m; on a pad ``x``, ``y``,
-        ``gain``, ``response``);
-        ``tactile_sd``, ``force_sd``; true location and load of each touch by ``calibration`` and ``touches``.
+        ``gain``, ``response``); ``tactile_sd``, ``force_sd``; true location and load of each touch in ``calibration``
+        and ``touches``.
     """
 
     dataset: DataSet
     truth: Mapping[str, Any]
 
     def to_dataframe(self) -> DataFrame:
-        """Both tables of the data set, see `bayestouch.DataSet.to_dataframe`."""
+        """Both touch tables of the data set, see `bayestouch.DataSet.to_dataframe`."""
         return self.dataset.to_dataframe()
 
     def _repr_html_(self) -> str:
@@ -64,7 +64,7 @@ class SimulatedDataSet(Summarised):
         return summary_html(self) + check(self.dataset)._repr_html_()
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         effects = ", ".join(f"{name} {size:g}" for name, size in self.truth["effects"].items()) or "none"
         first = f"SimulatedDataSet of {self.dataset.sensor.in_short}"
         return [first, *self.dataset.tables_in_short(), f"seed {self.truth['seed']}; effects: {effects}"]
@@ -77,7 +77,7 @@ def save_simulated(
     *,
     truth: bool = True,
 ) -> None:
-    """Write the data set to a folder, and the truth beside it as ``truth.json`` unless told not to."""
+    """Write the data set to a folder, with the true values in ``truth.json`` if `truth` is True."""
     save_dataset(simulated.dataset, path, format)
     if truth:
         text = json.dumps(_finite(simulated.truth), indent=1, allow_nan=False)
@@ -90,21 +90,21 @@ def simulate(
     effects: Mapping[str, float] | None = None,
     seed: int,
 ) -> SimulatedDataSet:
-    """Simulate a sensor and its touches.
+    """Simulated sensor with its touches.
 
-    The same design and seed give the same sensor, touches and noise whatever the effects, so that two data
-    sets differ by the effect alone.
+    The same design and seed give the same sensor, touches and noise for any effects, so that two data sets differ only
+    by the effects.
 
     Parameters
     ----------
     design : FingerDesign or PadDesign, optional
-        What to simulate; the paper's finger by default.
+        Design to simulate; by default the paper's finger.
     effects : mapping of str to float, optional
-        Effects of the catalogue to add, those of other packages too. ``NAME`` is the first parameter of an effect, as
-        `bayestouch effects NAME` lists them, ``NAME.PARAMETER`` any of them: ``{"creep": 0.05, "creep.time": 3}``.
-        Amplitudes that are not given do nothing, other parameters are those of `SHAPES`.
+        Effects to add, from the catalogue or from other packages. ``NAME`` sets the first parameter of an effect (as
+        listed by `bayestouch effects NAME`), ``NAME.PARAMETER`` any of them: ``{"creep": 0.05, "creep.time": 3}``.
+        Amplitudes that are not given are zero; other parameters have the values of `SHAPES`.
     seed : int
-        Seed of everything random, zero or larger.
+        Seed of all random numbers, zero or larger.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def simulate(
     Raises
     ------
     InputError
-        If an effect is unknown or cannot occur here, its value is out of bounds, or the design is impossible.
+        If an effect is unknown or impossible here, its value is out of bounds, or the design is impossible.
     """
     design = FingerDesign() if design is None else design
     effects = {} if effects is None else dict(effects)
@@ -144,10 +144,10 @@ def simulate(
 
 
 def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
-    """The small simulated finger that the package reports on when it is given no data.
+    """Small simulated finger that the package reports on if it is given no data.
 
-    The paper's finger, calibrated with edges every 3° and flats every 6°, then touched with six tips from
-    edge to flat at 21 locations; 3 samples a touch.
+    It is the paper's finger, calibrated with edges every 3° and flats every 6°, then touched with six tips from edge to
+    flat at 21 locations; 3 samples a touch.
     """
     design = FingerDesign(
         samples_per_touch=3,
@@ -160,7 +160,7 @@ def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
 
 
 def _finite(value: Any) -> Any:
-    """Infinity as text, which JSON has no number for."""
+    """Value with infinite numbers replaced by text, because JSON has no infinity."""
     if isinstance(value, Mapping):
         return {key: _finite(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

@@ -1,7 +1,7 @@
-"""Touches through the chain: from what was commanded to readings, with effects of the catalogue on the way.
+"""Simulation of touches: from commanded touches to readings, with effects.
 
-An effect takes touches as commanded and loads as read to touches as they were. So the plan is what is commanded and
-read, and the effects say what was pressed.
+An effect converts commanded touches and measured loads to actual touches. Therefore the plan of touches is what was
+commanded and measured, and the effects determine what was pressed.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from bayestouch.errors import InputError
 from bayestouch.simulation.plan import Built, EffectValues, Plan
 
 FIRST_EFFECT_STREAM = 1000
-# What earlier touches leave is worked out again until no reading changes by more than this share of the peak.
+# Readings that depend on earlier touches are iterated until none changes by more than this share of the peak.
 SETTLED = 1e-12
 
 
 def pressed(plan: Plan, built: Built, effects: EffectValues) -> tuple[Recording, Recording]:
-    """Touches as they were, and as they act on the body: effects of the rig make the first, all others the second.
+    """Actual touches, and touches as they act on the body: only effects of the rig change the first.
 
     Raises
     ------
     InputError
-        The effects leave a touch without a load.
+        If the effects leave a touch without a load.
     """
     true = acting = plan.commanded(built)
     for effect, values in effects:
@@ -41,10 +41,10 @@ def pressed(plan: Plan, built: Built, effects: EffectValues) -> tuple[Recording,
 
 
 def read(plan: Plan, built: Built, acting: Recording, effects: EffectValues, seed: int) -> FloatArray:
-    """Readings (n, m) of touches, with the effects and without the noise of the sensor.
+    """Readings (n, m) of touches with the effects, without the noise of the sensor.
 
-    What was read before is the mean reading of each touch with all effects but those of the noise, which is known once
-    the readings are: it is found by going through the touches again, at most as often as there are touches.
+    Effects of earlier readings use the mean readings of each touch with all effects except noise. These are only known
+    after the readings are computed, so they are found by iteration, with at most as many steps as there are touches.
     """
     recording = replace(acting, signal=built.press(acting))
     if not effects:
@@ -61,7 +61,7 @@ def read(plan: Plan, built: Built, acting: Recording, effects: EffectValues, see
 
 
 def _through(recording: Recording, effects: EffectValues, seed: int) -> FloatArray:
-    """Readings after the effects; each draws from a stream of its own, so that one does not change another."""
+    """Readings after the effects; each effect has its own random stream, so that effects do not change each other."""
     for effect, values in effects:
         rng = np.random.default_rng([seed, FIRST_EFFECT_STREAM, crc32(effect.name.encode())])
         recording = replace(recording, signal=effect.simulate(recording, values, rng))

@@ -1,4 +1,4 @@
-"""Checks of a design: numbers that no sensor or plan of touches can have."""
+"""Checks of a design for values that are impossible."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ from bayestouch.errors import InputError
 
 
 def check_counts(**values: int) -> None:
-    """Refuse what is no whole number above zero."""
+    """Refuse values that are not whole numbers above zero."""
     for name, value in values.items():
         if value < 1 or value != int(value):
             raise InputError(f"{name}: expected a whole number above zero, got {value}")
 
 
 def check_positive(**values: float) -> None:
-    """Refuse what is not finite and above zero."""
+    """Refuse values that are not finite and above zero."""
     for name, value in values.items():
         if not 0 < value < np.inf:
             raise InputError(f"{name}: expected a finite number above zero, got {value:g}")
 
 
 def check_not_negative(**values: float) -> None:
-    """Refuse what is not finite, or below zero."""
+    """Refuse values that are not finite or are below zero."""
     for name, value in values.items():
         if not 0 <= value < np.inf:
             raise InputError(f"{name}: expected a finite number, zero or larger, got {value:g}")
 
 
 def check_range(load_range: tuple[float, float]) -> None:
-    """Refuse loads that are not in order."""
+    """Refuse a load range that is not finite or not in order."""
     if not load_range[0] <= load_range[1] < np.inf:
         raise InputError(f"load_range: expected two finite loads in order, got {load_range}")

@@ -1,4 +1,4 @@
-"""A simulated finger: its design, plan of touches, sensor as built, contact and body."""
+"""A simulated finger: its design, plan of touches, true sensor, contact and body."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from bayestouch.simulation.checks import check_counts, check_not_negative, check
 from bayestouch.simulation.plan import EffectValues, Plan
 from bayestouch.simulation.series import summed_strain
 
-#: Line load (N/m) of the paper's touches: a finger's peak reading and its noise in % of peak refer to it.
+#: Line load (N/m) of the paper's touches. The peak reading of a finger, and noise in % of it, refer to this load.
 REFERENCE_LOAD = 200.0
 
 
@@ -32,17 +32,17 @@ class FingerDesign(Summarised):
     Attributes
     ----------
     core_radius_mm, sensing_radius_mm, outer_radius_mm : float
-        ``r_a``, ``r_s`` as designed, ``r_b``.
+        ``r_a``, designed ``r_s``, ``r_b``.
     n_elements : int
-        Elements, centred on 0°.
+        Number of elements; they are centred on 0°.
     pitch_deg : float
-        Angle between neighbours: 1.52 mm at 9.9 mm.
+        Angle between neighbouring elements: 1.52 mm at 9.9 mm.
     depth_spread_mm, angle_error_deg : float
         Standard deviation of the true ``r_s`` and ``θ_s`` about the design.
     shear_modulus_MPa, poisson_ratio : float
         μ (not printed in the paper) and σ.
     peak_reading : float
-        Reading of an element built as designed under a knife edge of 200 N/m right above it.
+        Reading of an element built as designed, under a knife edge of 200 N/m right above it.
     gain_spread : float
         Standard deviation of the logarithm of the gains.
     noise_percent_peak : float
@@ -51,15 +51,15 @@ class FingerDesign(Summarised):
     force_noise_sd : float
         Noise of one load reading, N/m: 0.5 % of 200 N/m.
     samples_per_touch : int
-        Samples a touch.
+        Number of samples of a touch.
     calibration_span_deg, edge_step_deg, flat_step_deg : float
-        Calibration touches reach from minus to plus the span: knife edges and flats at these steps.
+        Calibration touches range from minus to plus the span: knife edges and flats with these steps.
     touch_radii_mm : tuple of float
-        Indenter radii r_c of the touches to be read (0 a knife edge, inf a flat); those of Table 3.
+        Indenter radii r_c of the touches to be inferred (0 knife edge, inf flat); those of Table 3.
     touch_span_deg, touch_step_deg : float
-        Their locations, from minus to plus the span.
+        Locations of these touches, from minus to plus the span.
     load_range : (float, float)
-        Loads as read, but for the noise, are uniform between these, N/m; without effects of the rig they are true.
+        Measured loads without noise are uniform in this range, N/m; without effects of the rig they are true.
     contact : str
         Contact model, see `bayestouch.contact.contact_model`.
     """
@@ -113,15 +113,15 @@ class FingerDesign(Summarised):
 
     @property
     def element_angles_deg(self) -> FloatArray:
-        """Design angles θ_s, shape (n_elements,)."""
+        """Designed angles θ_s, shape (n_elements,)."""
         return np.asarray((np.arange(self.n_elements) - (self.n_elements - 1) / 2) * self.pitch_deg)
 
     def build(self, rng: np.random.Generator) -> BuiltFinger:
-        """A finger of which depths, angles and gains are drawn."""
+        """A finger with random depths, angles and gains."""
         return BuiltFinger.of(self, rng)
 
     def plan(self, rng: np.random.Generator) -> Plan:
-        """Edges and flats to calibrate, then every radius at every location; loads at random."""
+        """Edges and flats for the calibration, then every radius at every location; loads are random."""
         edges = _locations(self.calibration_span_deg, self.edge_step_deg)
         flats = _locations(self.calibration_span_deg, self.flat_step_deg)
         reads = _locations(self.touch_span_deg, self.touch_step_deg)
@@ -140,18 +140,18 @@ class FingerDesign(Summarised):
 
 @dataclass(frozen=True, eq=False)
 class BuiltFinger:
-    """A finger as it came out of the mould.
+    """A finger with its true dimensions and gains after manufacture.
 
     Attributes
     ----------
     design : FingerDesign
-        What it should have been.
+        The design.
     sensing_radius_mm, angle_deg, gain : (m,) arrays
         True ``r_s``, ``θ_s`` and reading per unit of compressive strain.
     reference_load : float
-        Load of peak readings, N/m.
+        Load to which peak readings refer, N/m.
     effects : tuple of (Effect, values)
-        Effects on the finger itself. Elements keep their gains where the strain changes.
+        Effects on the finger itself. Gains of the elements stay the same if the strain changes.
     """
 
     design: FingerDesign
@@ -165,11 +165,11 @@ class BuiltFinger:
 
     @classmethod
     def of(cls, design: FingerDesign, rng: np.random.Generator) -> BuiltFinger:
-        """Draw depths, angles and gains."""
+        """A finger with random depths, angles and gains."""
         m = design.n_elements
         nominal = cls(design, np.full(1, design.sensing_radius_mm), np.zeros(1), np.ones(1))
         depth = design.sensing_radius_mm + design.depth_spread_mm * rng.standard_normal(m)
-        # An element cannot lie in the core or stick out, whatever the spread.
+        # An element cannot be in the core or outside the rubber, whatever the spread.
         room = 0.05 * (design.outer_radius_mm - design.core_radius_mm)
         angle = design.element_angles_deg + design.angle_error_deg * rng.standard_normal(m)
         gain = design.peak_reading / (nominal.response[0] * REFERENCE_LOAD)
@@ -187,15 +187,15 @@ class BuiltFinger:
 
     @property
     def response(self) -> FloatArray:
-        """Reading per N/m of a knife edge right above each element, shape (m,); where strain is linear in the load."""
+        """Reading per N/m under a knife edge right above each element, shape (m,), for strain linear in the load."""
         return self._chain_and_gain[0].response
 
     def strain(self, indenter_radius_mm: FloatArray, angle_deg: FloatArray, load: FloatArray) -> FloatArray:
-        """Compressive strain (t, m), linear in the load, of touches (t,): r_c (mm), θ_c (degree), P (N/m)."""
+        """Compressive strain (t, m), linear in the load, under touches (t,): r_c (mm), θ_c (degree), P (N/m)."""
         return summed_strain(self._chain_and_gain[0], indenter_radius_mm, np.radians(angle_deg), load)
 
     def press(self, recording: Recording) -> FloatArray:
-        """Readings (n, m) by contact, body and gain, without noise. Equal touches are worked out once."""
+        """Readings (n, m) from contact, body and gain, without noise. Equal touches are computed once."""
         touches = np.stack([recording.indenter_radius_mm, recording.place[0], recording.load], axis=1)
         distinct, row = np.unique(touches, axis=0, return_inverse=True)
         radius, angle, load = distinct.T
@@ -208,7 +208,7 @@ class BuiltFinger:
 
     @cached_property
     def _chain_and_gain(self) -> tuple[FingerChain, FloatArray]:
-        """The finger with its effects, and reading per strain (m,)."""
+        """Model of the finger with its effects, and readings per strain (m,)."""
         design = self.design
         plain = FingerChain(
             core_radius_mm=design.core_radius_mm,
@@ -225,7 +225,7 @@ class BuiltFinger:
         chain = plain = plain.with_(response=self.gain * _peak_strain(plain))
         for effect, values in self.effects:
             chain = effect.finger(chain, values)
-        # What an effect makes of the responses is a matter of the gains; aperture and the like leave those as they are.
+        # A change of the responses by an effect is a change of the gains; effects such as aperture keep them.
         gain = self.gain * (chain.response / plain.response)
         return chain.with_(response=gain * _peak_strain(chain)), gain
 
@@ -234,7 +234,7 @@ class BuiltFinger:
         return replace(self, effects=effects)
 
     def setting(self, plan: Plan) -> Setting:
-        """What effects may suit themselves to."""
+        """What effects need about sensor and touches."""
         design = self.design
         return plan.setting(
             (design.element_angles_deg,),
@@ -246,7 +246,7 @@ class BuiltFinger:
         )
 
     def sensor(self, source: dict[str, str]) -> Sensor:
-        """The sensor as it was designed."""
+        """Description of the sensor as designed."""
         design = self.design
         return Sensor(
             name="simulated finger",

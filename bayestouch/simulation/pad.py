@@ -1,4 +1,4 @@
-"""A simulated pad: its design, plan of touches, sensor as built, body.
+"""A simulated pad: its design, plan of touches, true sensor, body.
 
 The response is the kernel of the bonded layer (`bayestouch.body.layer.layer_kernel_2d`) at the distance
 between touch and element, times the load; contact is a disc of constant radius.
@@ -28,29 +28,29 @@ class PadDesign(Summarised):
     Attributes
     ----------
     element_x_mm : tuple of float
-        Places of the elements; by default two rows of four at the pitch of 6.75 mm.
+        Places of the elements; by default two rows of four, 6.75 mm apart.
     element_y_mm : tuple of float or None
-        None for a line of elements, touched along the line.
+        None for a line of elements, which is touched along the line.
     thickness_mm : float
-        Layer thickness; the elements lie at its base.
+        Thickness of the layer; the elements are at its base.
     poisson_ratio : float
-        σ.
+        Poisson's ratio σ.
     contact_radius_mm : float
         Radius of the disc over which the load is spread (Hertz pressure).
     peak_reading : float
-        Reading right under the middle of the load range, at nominal gain.
+        Reading right under a load in the middle of the load range, with nominal gain.
     gain_spread, noise_percent_peak, samples_per_touch
         As in `FingerDesign`.
     position_error_mm : float
-        Standard deviation of the true places of the elements about the design.
+        Standard deviation of the true places of the elements from the design.
     force_noise_sd : float
         Noise of one load reading, N.
     margin_mm, calibration_step_mm : float
-        Calibration touches lie on a grid that reaches this far beyond the elements, at this step.
+        Calibration touches are on a grid with this step, which extends by the margin beyond the elements.
     n_touches : int
-        Touches to be read, uniformly at random over the same area.
+        Number of touches to be inferred, uniformly random over the same area.
     load_range : (float, float)
-        Loads as read, but for the noise, are uniform between these, N; without effects of the rig they are true.
+        Measured loads without noise are uniform in this range, N; without effects of the rig they are true.
     """
 
     element_x_mm: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 6.75, 6.75, 6.75, 6.75)
@@ -92,11 +92,11 @@ class PadDesign(Summarised):
         check_range(self.load_range)
 
     def build(self, rng: np.random.Generator) -> BuiltPad:
-        """A pad of which places and gains are drawn."""
+        """A pad with random places and gains of the elements."""
         return BuiltPad.of(self, rng)
 
     def plan(self, rng: np.random.Generator) -> Plan:
-        """A grid to calibrate, then places at random over the same area; loads at random."""
+        """A grid of calibration touches, then random places over the same area; loads are random."""
         ends = [(axis.min() - self.margin_mm, axis.max() + self.margin_mm) for axis in _axes(self)]
         lines = [np.arange(low, high + 1e-9, self.calibration_step_mm) for low, high in ends]
         grid = [axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")]
@@ -113,12 +113,12 @@ class PadDesign(Summarised):
 
 @dataclass(frozen=True, eq=False)
 class BuiltPad:
-    """A pad as it came out of the mould.
+    """A pad with its true dimensions and gains after manufacture.
 
     Attributes
     ----------
     design : PadDesign
-        What it should have been.
+        The design.
     place : tuple of (m,) arrays
         True places of the elements, mm: x, and y in two dimensions.
     gain : (m,) array
@@ -133,7 +133,7 @@ class BuiltPad:
 
     @classmethod
     def of(cls, design: PadDesign, rng: np.random.Generator) -> BuiltPad:
-        """Draw places and gains."""
+        """A pad with random places and gains of the elements."""
         m = len(design.element_x_mm)
         place = tuple(axis + design.position_error_mm * rng.standard_normal(m) for axis in _axes(design))
         nominal = cls(design, place, np.ones(m))
@@ -151,21 +151,21 @@ class BuiltPad:
         return float(np.mean(self.design.load_range))
 
     def press(self, recording: Recording) -> FloatArray:
-        """Readings (n, m) by body and gain, without noise."""
+        """Readings (n, m) from body and gain, without noise."""
         axes = zip(recording.place, self.place, strict=True)
         distance = np.sqrt(sum((touch[:, None] - element) ** 2 for touch, element in axes))
         return np.asarray(recording.load[:, None] * self.gain * self._stress(distance))
 
     def with_effects(self, effects: EffectValues) -> BuiltPad:
-        """The same pad: no effect changes its body."""
+        """The same pad, because no effect changes its body."""
         return self
 
     def setting(self, plan: Plan) -> Setting:
-        """What effects may suit themselves to."""
+        """What effects need about sensor and touches."""
         return plan.setting(tuple(_axes(self.design)), self.reference_load, Pad.load_unit)
 
     def _stress(self, distance_mm: FloatArray) -> FloatArray:
-        """Mean stress at the base of the layer at a distance from a load, MPa per N."""
+        """Mean stress at the base of the layer at given distances from a load, MPa per N."""
         from bayestouch.body.layer import layer_kernel_2d
 
         return layer_kernel_2d(
@@ -177,7 +177,7 @@ class BuiltPad:
         )
 
     def sensor(self, source: dict[str, str]) -> Sensor:
-        """The sensor as it was designed."""
+        """Description of the sensor as designed."""
         design = self.design
         return Sensor(
             name="simulated pad",

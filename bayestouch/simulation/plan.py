@@ -1,4 +1,4 @@
-"""What a simulation is made of: a design, the sensor that is built from it, and the plan of the touches."""
+"""Parts of a simulation: a design, the sensor built from it, and the plan of touches."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects import Effect, Setting, Values
 
-#: Effects with the value of each of their parameters, in the order in which they act.
+#: Effects with the values of their parameters, in the order in which they act.
 EffectValues = tuple[tuple[Effect, Values], ...]
 
 SAMPLE_INTERVAL_S = 0.25
 LIFT_INTERVAL_S = 4.0
-"""From the last sample of a touch to the first of the next, on top of a sample's interval."""
+"""Time from the last sample of a touch to the first of the next, in addition to a sample interval."""
 
 
 class Built(Protocol):
-    """A sensor as it came out of the mould: what a body offers to the simulation."""
+    """A simulated sensor with its true properties, as each body implements it."""
 
     location_names: ClassVar[tuple[str, ...]]
-    """Coordinates of a touch under the names that posteriors use."""
+    """Coordinates of a touch, with the names that posteriors use."""
 
     @property
     def place(self) -> tuple[FloatArray, ...]:
@@ -43,19 +43,19 @@ class Built(Protocol):
         ...
 
     def setting(self, plan: Plan) -> Setting:
-        """What effects may suit themselves to."""
+        """What effects need about sensor and touches."""
         ...
 
     def with_effects(self, effects: EffectValues) -> Self:
-        """The same sensor with effects on the body itself."""
+        """The same sensor with effects on its body."""
         ...
 
     def press(self, recording: Recording) -> FloatArray:
-        """Readings (n, m) by contact, body and gain, without noise."""
+        """Readings (n, m) from contact, body and gain, without noise."""
         ...
 
     def sensor(self, source: dict[str, str]) -> Sensor:
-        """The sensor as it was designed."""
+        """Description of the sensor as designed."""
         ...
 
     def truth(self) -> dict[str, Any]:
@@ -64,13 +64,13 @@ class Built(Protocol):
 
 
 class Design(Protocol):
-    """What to simulate, of any body: a dataclass."""
+    """Design of a sensor with any body, and of its touches: a dataclass."""
 
     __dataclass_fields__: ClassVar[dict[str, Field[Any]]]
 
     @property
     def peak_reading(self) -> float:
-        """Reading of an element as designed, right under the reference load."""
+        """Reading of an element built as designed, right under the reference load."""
         ...
 
     @property
@@ -84,26 +84,26 @@ class Design(Protocol):
         ...
 
     def build(self, rng: np.random.Generator) -> Built:
-        """Draw a sensor."""
+        """A sensor with random deviations from the design."""
         ...
 
     def plan(self, rng: np.random.Generator) -> Plan:
-        """Touches to calibrate and to be read; loads are drawn."""
+        """Touches for the calibration and touches to be inferred; loads are random."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """Touches as commanded, one row a touch; the first `n_calibration` calibrate.
+    """Commanded touches, one row a touch; the first `n_calibration` are for the calibration.
 
     Attributes
     ----------
     indenter_radius_mm, load : (t,) arrays
-        r_c (NaN on a pad), and load as the force sensor reads it but for its noise.
+        r_c (NaN on a pad), and load as measured by the force sensor, without its noise.
     place : tuple of (t,) arrays
         Commanded location, in the unit of the touch table (degree or mm).
     n_calibration, samples : int
-        Calibration touches; samples a touch.
+        Number of calibration touches; number of samples of a touch.
     """
 
     indenter_radius_mm: FloatArray
@@ -114,17 +114,17 @@ class Plan:
 
     @property
     def n_rows(self) -> int:
-        """Samples of the whole recording."""
+        """Number of samples of the whole recording."""
         return len(self.load) * self.samples
 
     @property
     def touch(self) -> IntArray:
-        """Number of the touch of every row, shape (t * samples,)."""
+        """Number of the touch in every row, shape (t * samples,)."""
         return np.repeat(np.arange(len(self.load)), self.samples)
 
     @property
     def sample(self) -> IntArray:
-        """Number of the sample of every row."""
+        """Number of the sample in every row."""
         return np.tile(np.arange(self.samples), len(self.load))
 
     @property
@@ -147,7 +147,7 @@ class Plan:
         contact: str = "",
         radii_mm: tuple[float, float] = (0.0, 0.0),
     ) -> Setting:
-        """What effects may suit themselves to: this plan on a sensor, of which all is named as in `Setting`.
+        """What effects need about sensor and touches; the parameters have the names of `Setting`.
 
         `contact` and `radii_mm` are those of a finger.
         """
@@ -167,7 +167,7 @@ class Plan:
         )
 
     def commanded(self, sensor: Built) -> Recording:
-        """Every sample of every touch, as commanded and read by the force sensor, before the first stage."""
+        """Every sample of every touch as commanded and measured, before any effect acts."""
         return Recording(
             indenter_radius_mm=self.rows(self.indenter_radius_mm),
             place=tuple(self.rows(axis) for axis in self.place),
@@ -181,7 +181,7 @@ class Plan:
         )
 
     def tables(self, readings: FloatArray, load: FloatArray, columns: tuple[str, ...]) -> tuple[Touches, Touches]:
-        """Touch tables of calibration and of touches to be read: commanded places, read loads (n,), readings (n, m)."""
+        """Tables of calibration touches and of touches to infer: commanded places, loads (n,), readings (n, m)."""
         rows = self.touch
         split = self.n_calibration
         tables = []

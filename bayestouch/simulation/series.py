@@ -1,7 +1,7 @@
-"""Strain of a finger's elements as the sum of the Fourier series itself, mode by mode.
+"""Strain of a finger's elements, computed as the sum of the Fourier series.
 
-It is not the interpolated response table with which the package calibrates and infers. Summed half as far again as the
-table's modes it is off by less than 1e-8 of the peak; the contact's own approximation (8 terms) is within 1e-5 of it.
+The package calibrates and infers with an interpolated table instead. The sum has 1.5 times as many modes as the table,
+and its error is below 1e-8 of the peak; the approximation of the contact (8 terms) has an error of 1e-5 of the peak.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ def summed_strain(
     Returns
     -------
     (t, m) array
+        Compressive strain.
     """
     radii = (chain.core_radius_mm, chain.outer_radius_mm)
     modes = np.arange(1.5 * modes_needed(float(chain.sensing_radius_mm.max()), radii[1]))
@@ -38,7 +39,7 @@ def summed_strain(
     spectrum = _spectrum(chain, kappa, modes)
     of_mode = mode_strain(body, chain.sensing_radius_mm, aperture_mm=chain.aperture_mm, friction=chain.friction)
     weights = np.where(modes == 0, 1.0, 2.0) * of_mode
-    # Re w exp(ik(θ_s - θ_c)) in two products, so that no (touch, element, mode) array is needed.
+    # Re w exp(ik(θ_s - θ_c)) as two products, so that no array (touch, element, mode) is needed.
     touch, element = np.outer(angle, modes), np.outer(chain.angle, modes)
     even, odd = weights.real, weights.imag
     series = (spectrum * np.cos(touch)) @ (even * np.cos(element) - odd * np.sin(element)).T
@@ -49,7 +50,7 @@ def summed_strain(
 
 def _spectrum(chain: FingerChain, kappa: FloatArray, modes: FloatArray) -> FloatArray:
     """Pressure spectra (t, k)."""
-    if not kappa.any():  # knife edges need no contact solved
+    if not kappa.any():  # the contact of a knife edge needs no solution
         return np.ones((len(kappa), len(modes)))
 
     def of(contact: str) -> FloatArray:

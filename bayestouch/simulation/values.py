@@ -1,4 +1,4 @@
-"""Values of the effects of a simulation: what one number means, and what shape an effect has where none is stated."""
+"""Values of the parameters of simulated effects: meaning of a single number, and default shape of an effect."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from bayestouch.effects.effect import STAGES
 from bayestouch.errors import InputError
 from bayestouch.simulation.plan import EffectValues
 
-#: Shapes that are not stated, by effect: the plainest form of each, and times in s. What is neither here nor an
-#: amplitude is the middle one of the values at which the catalogue takes the effect's signature.
+#: Default values of shape parameters, by effect: the simplest form of each; times in s. A parameter that is neither
+#: listed here nor an amplitude has the middle one of the values for which the catalogue computes signatures.
 SHAPES: Mapping[str, Mapping[str, float]] = {
-    "crosstalk": {"reach": 0.0},  # neighbours alone
-    "channel_lag": {"carry": 0.0},  # the channel before alone
+    "crosstalk": {"reach": 0.0},  # neighbours only
+    "channel_lag": {"carry": 0.0},  # previous channel only
     "proximity": {"load_power": 0.0},  # the same at any load
     "gain_nonlinearity": {"power": 1.0},  # the gain is linear in the reading
-    "saturation": {"knee": 40.0, "shared": 0.0},  # as hard a limit as the catalogue has, of each element
+    "saturation": {"knee": 40.0, "shared": 0.0},  # the hardest limit of the catalogue, for each element
     "baseline_drift": {"time": 600.0},
-    "gain_drift": {"time": 600.0, "own": 0.0},  # one course for all elements
+    "gain_drift": {"time": 600.0, "own": 0.0},  # the same drift for all elements
     "creep": {"time": 1.0},
     "memory": {"time": 10.0, "breadth": 0.0},  # one exponential
     "common_mode_noise": {"shared": 0.0},  # in proportion to each element's peak
     "signal_dependent_noise": {"power": 1.0},  # in proportion to the signal
-    "outliers": {"size": 0.58},  # the sd of what lies anywhere within one peak
+    "outliers": {"size": 0.58},  # sd of values that are uniform within one peak
 }
 
 
@@ -36,15 +36,15 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
     ----------
     stated : mapping of str to float
         ``NAME`` is the first parameter of that effect, ``NAME.PARAMETER`` any of them. Amplitudes that are not stated
-        do nothing; other parameters are those of `SHAPES`.
+        are zero; other parameters have the values of `SHAPES`.
     setting : Setting
         The sensor, and how it is touched.
 
     Raises
     ------
     InputError
-        An effect or parameter is unknown or stated twice, an effect cannot occur here, no amplitude of it is stated,
-        or a value is outside the bounds of its prior.
+        If an effect or parameter is unknown or stated twice, an effect is impossible here, no amplitude of it is
+        stated, or a value is outside the bounds of its prior.
     """
     known, by_effect = effect_classes(), dict[str, list[tuple[str | None, float]]]()
     for key, value in stated.items():
@@ -62,7 +62,7 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
 
 
 def stated_again(effects: EffectValues) -> dict[str, float]:
-    """Every value under the name ``NAME.PARAMETER``."""
+    """All values, by names of the form ``NAME.PARAMETER``."""
     return {
         f"{effect.name}.{parameter.name}": value
         for effect, values in effects
@@ -71,12 +71,12 @@ def stated_again(effects: EffectValues) -> dict[str, float]:
 
 
 def _order(effect: Effect, known: Mapping[str, type[Effect]]) -> tuple[int, bool, int]:
-    """By stage, what differs from sample to sample last, as in a model with effects; then as in the catalogue."""
+    """Sort key: by stage, effects that need samples last (as in a model with effects); then as in the catalogue."""
     return STAGES.index(effect.stage), effect.needs_samples, list(known).index(effect.name)
 
 
 def _values(effect: Effect, stated: list[tuple[str | None, float]]) -> Values:
-    """Values of all parameters, of those that are stated by name; without a name it is the first."""
+    """Values of all parameters from those that are stated; a value without a name is that of the first parameter."""
     names, given = [each.name for each in effect.parameters], dict[str, float]()
     for name, value in stated:
         name = names[0] if name is None else name

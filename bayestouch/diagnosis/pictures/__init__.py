@@ -15,7 +15,7 @@ __all__ = ["diagnosis_pictures"]
 
 
 def diagnosis_pictures(traced: Traced) -> tuple[Picture, ...]:
-    """Every figure that the data give, the most telling first."""
+    """All figures that are possible with the data, the most important first."""
     return tuple(_each(traced))
 
 

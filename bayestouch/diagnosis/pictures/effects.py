@@ -1,4 +1,4 @@
-"""One figure for each effect: residual before, what the effect does to the prediction, residual after."""
+"""Figures of each effect: residual before, change of the prediction by the effect, residual after."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bayestouch.diagnosis.traced import Traced
 from bayestouch.model.held_out import HeldOut
 from bayestouch.output.pictures import Picture, canvas, drawing, rendered
 
-# Where an effect within touches lowers the mean square of the touches' means by so much, these show it.
+# If an effect within touches lowers the mean square of touch means by this factor, its figure shows touch means.
 IN_MEANS = 1.1
 
 
 def effect_pictures(traced: Traced) -> Iterator[Picture]:
-    """A figure for each effect that was added, then one for the correction."""
+    """Figures of each effect that was added, then of the correction."""
     steps = traced.steps
     for number, each in enumerate(traced.rounds[:-1] if steps else (), start=1):
         assert each.added is not None
@@ -49,7 +49,7 @@ def effect_pictures(traced: Traced) -> Iterator[Picture]:
 
 
 def three_maps(file: str, title: str, middle: str, before: HeldOut, after: HeldOut) -> Picture:
-    """Residual before, change of the prediction, residual after: the same axes and colours."""
+    """Figure of residual before, change of the prediction and residual after, with the same axes and colours."""
     change = before.residual - after.residual
     quantity = most_telling(before.quantities, change)
     panels = (
@@ -81,7 +81,7 @@ def three_maps(file: str, title: str, middle: str, before: HeldOut, after: HeldO
 
 
 def one_map(held: HeldOut) -> Picture:
-    """Residual of a model to which nothing was added."""
+    """Figure of the residual of a model to which nothing was added."""
     quantity = most_telling(held.quantities, held.residual)
     limit = 100 * float(np.nanmax(np.abs(binned(quantity, held.residual)[1])))
     with drawing():

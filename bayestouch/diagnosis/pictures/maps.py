@@ -1,4 +1,4 @@
-"""Residuals as maps: element against whatever shows most."""
+"""Maps of residuals by element and the quantity that shows most structure."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bayestouch.model.quantities import Quantity
 from bayestouch.output.pictures import DIVERGING, element_ticks
 
 BINS = 24
-# of a label below a panel of a third of the page
+# number of letters of a label below a panel with a third of the page width
 LETTERS = 28
 
 
 def binned(quantity: Quantity, residual: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Ends of bins (b + 1,), mean residual (m, b) of each element in each, and how many readings that is of (m, b)."""
+    """Bin limits (b + 1,), mean residual of each element in each bin (m, b), number of readings in each (m, b)."""
     values = quantity.values
     finite = values[np.isfinite(values)]
     ends = np.linspace(finite.min(), finite.max(), BINS + 1)
@@ -37,7 +37,7 @@ def binned(quantity: Quantity, residual: FloatArray) -> tuple[FloatArray, FloatA
 
 
 def shown_by(quantity: Quantity, residual: FloatArray) -> float:
-    """Share of the residual's squares that the means of the bins hold, beyond what bins of noise would."""
+    """Share of the residual's sum of squares in the means of the bins, in excess of what noise would give."""
     _, mean, count = binned(quantity, residual)
     total = float(np.nansum(residual**2))
     n, bins = int(np.isfinite(residual).sum()), int((count > 0).sum())
@@ -46,12 +46,12 @@ def shown_by(quantity: Quantity, residual: FloatArray) -> float:
 
 
 def most_telling(quantities: tuple[Quantity, ...], residual: FloatArray) -> Quantity:
-    """The quantity against which a residual (t, m) shows most structure."""
+    """Quantity against which a residual (t, m) shows most structure."""
     return max(quantities, key=lambda each: shown_by(each, residual))
 
 
 def draw_map(axes: Any, quantity: Quantity, residual: FloatArray, limit: float) -> Any:
-    """Map of the mean residual, in percent of the peak, up to `limit` either way."""
+    """Draw a map of the mean residual, in percent of the peak, from minus to plus `limit`."""
     ends, mean, _ = binned(quantity, residual)
     m = residual.shape[1]
     axes.set_facecolor("#eeeeee")
@@ -60,7 +60,7 @@ def draw_map(axes: Any, quantity: Quantity, residual: FloatArray, limit: float) 
     )
     unit = "touches" if quantity.unit == "touch" else quantity.unit
     label = f"{quantity.name} ({unit})" if unit else quantity.name
-    if len(label) > LETTERS:  # three of them stand side by side
+    if len(label) > LETTERS:  # three panels are side by side
         label = fill(quantity.name, LETTERS) + (f"\n({unit})" if unit else "")
     axes.set_xlabel(label)
     axes.locator_params("x", nbins=4)

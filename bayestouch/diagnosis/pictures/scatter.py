@@ -1,4 +1,4 @@
-"""Figures of effects that show within touches: how samples scatter about the mean of their touch."""
+"""Figures of effects that are visible within touches: scatter of samples about the mean of their touch."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def scatter_picture(number: int, each: SearchRound, following: SearchRound) -> Picture:
-    """Samples before and after an effect that acts within touches, or on the noise."""
+    """Figure of samples before and after an effect that acts within touches or on the noise."""
     assert each.added is not None
     effect = each.added.effect
     before, after = _Samples(each.before), _Samples(following.before)
@@ -40,7 +40,7 @@ def scatter_picture(number: int, each: SearchRound, following: SearchRound) -> P
 
 
 class _Samples:
-    """Samples of a fitted model's touches; n samples, m elements."""
+    """Samples of a fitted model's touches, relative to the mean of their touch; n samples, m elements."""
 
     def __init__(self, fitted: Fitted) -> None:
         observed, model = fitted.model.known, fitted.model

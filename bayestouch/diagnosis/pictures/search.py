@@ -1,4 +1,4 @@
-"""Which effects were tried, and what each explains."""
+"""Figure of the effects that were tried, and how much each explains."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def search_picture(traced: Traced) -> Picture:
-    """Share of what can be explained that each candidate explains, a panel for each round."""
+    """Figure of the share that each candidate explains of what can be explained, one panel a round."""
     rounds = traced.rounds
     names = [tried.effect.name for tried in rounds[0].tried]
     with drawing():
@@ -39,7 +39,7 @@ def search_picture(traced: Traced) -> Picture:
 
 
 def draw_round(axes: Axes, number: int, each: SearchRound, names: Sequence[str]) -> None:
-    """Bars of one round: blue was added, orange cannot be told from it."""
+    """Draw the bars of one round: the added effect is blue, those indistinguishable from it are orange."""
     tried = {one.effect.name: one for one in each.tried}
     place = np.arange(len(names))
     colours = [_colour(each, name) for name in names]

@@ -1,4 +1,4 @@
-"""Radii of held-out touches as they are read, before and after."""
+"""Figure of the estimated radii of held-out touches, before and after."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from bayestouch.output.pictures import BLUE, GREY, RED, Picture, canvas, drawing
 
 
 def touch_picture(before: TouchReading, after: TouchReading, held_before: HeldOut, held_after: HeldOut) -> Picture:
-    """R as read over R as it was, with the central 90 % of each touch."""
+    """Figure of estimated R over true R, with the central 90 % interval of each touch."""
     panels = (("before", before, held_before, RED), ("after", after, held_after, BLUE))
     with drawing():
         figure, axes = canvas(3.7, 1, 2, sharex=True, sharey=True)
         for axis, (label, read, held, colour) in zip(axes[0], panels, strict=True):
             truth = held.stated["R"]
-            # Touches of one tip stand side by side.
+            # Spread touches of the same tip horizontally.
             width = 0.02 * float(np.ptp(truth))
             shift = width * (np.argsort(np.argsort(held.stated["theta_c"])) / max(len(truth) - 1, 1) - 0.5)
             axis.vlines(truth + shift, read.low_mm, read.high_mm, color=colour, lw=0.6, alpha=0.5)

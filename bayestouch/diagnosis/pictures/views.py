@@ -1,4 +1,4 @@
-"""Residuals before and after along every quantity, and between pairs of elements."""
+"""Figures of residuals before and after: along every quantity, and between pairs of elements."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLUMNS = 2
 
 
 def view_picture(before: HeldOut, after: HeldOut) -> Picture:
-    """Mean square of residuals over that of the noise, along each quantity, before and after."""
+    """Figure of the residuals' mean square relative to the noise, along each quantity, before and after."""
     pairs = list(zip(views(before), views(after), strict=True))
     rows = -(-len(pairs) // COLUMNS)
     with drawing():
@@ -61,7 +61,7 @@ def _middle(view: View) -> FloatArray:
 
 
 def pair_picture(before: HeldOut, after: HeldOut) -> Picture:
-    """Correlation between the residuals of pairs of elements, before and after."""
+    """Figure of the correlation between residuals of pairs of elements, before and after."""
     m = before.residual.shape[1]
     tables = [_correlation(each.whitened) for each in (before, after)]
     expected = 1 / np.sqrt(len(before.whitened))

@@ -1,4 +1,4 @@
-"""Two sensors, or one sensor twice, side by side: before and after a repair, this finger and the next."""
+"""Comparison of two sensors, or of one sensor at two times, for example before and after a repair."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ __all__ = ["Comparison", "compare"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Summarised):
-    """A written comparison.
+    """A comparison that was written to a folder.
 
     Attributes
     ----------
     path : Path
-        Its folder: ``index.html``, ``comparison.json``, ``figures``; of data sets also a report of each, in
-        ``first`` and ``second``.
+        Folder with ``index.html``, ``comparison.json``, ``figures``. If data sets were compared, it also contains a
+        report on each, in ``first`` and ``second``.
     numbers : mapping
-        What ``comparison.json`` holds.
+        Content of ``comparison.json``.
     """
 
     path: Path
@@ -47,25 +47,25 @@ class Comparison(Summarised):
         return f"<p>{self}</p>{html_table(self.to_dataframe().columns, rows)}"
 
     def to_dataframe(self) -> DataFrame:
-        """A row for each parameter (and element): both means and sds, and the difference in standard deviations."""
+        """One row for each parameter and element: both means and sds, and the difference in standard deviations."""
         import pandas as pd
 
         return pd.DataFrame(self.numbers["parameters"])
 
     def plot_parameter(self, name: str, axes: Axes | None = None) -> Axes:
-        """A parameter of both by element, less the mean of both; 90 % intervals.
+        """Plot a parameter of both sensors by element, minus the mean of both, with 90 % intervals.
 
         Raises
         ------
         InputError
-            There is no parameter of this name that both have by element.
+            If no parameter with this name has a value for each element in both.
         """
         from bayestouch.reporting.comparison.plots import plot_compared_parameter
 
         return plot_compared_parameter(self.numbers["parameters"], name, axes)
 
     def summary_lines(self) -> list[str]:
-        """Lines of the ``repr``."""
+        """Lines that ``repr`` shows."""
         rows = len(self.numbers["parameters"])
         first = f"Comparison in {path_in_short(self.path)}: {plural(rows, 'parameter')}, those of each element apart"
         return [first, *self.numbers["sentences"]]
@@ -81,23 +81,23 @@ def compare(
     diagnosis: bool = True,
     progress: Progress | None = None,
 ) -> Comparison:
-    """Put two data sets, or two calibrations, side by side.
+    """Comparison of two data sets or two calibrations, written to a folder.
 
     Parameters
     ----------
     first, second : DataSet or Calibration
-        Both of a kind, and both of a finger or both of a pad.
+        Two data sets or two calibrations, both of fingers or both of pads.
     output : str or Path
-        Folder to write; made if need be.
+        Folder to write; it is created if necessary.
     seed, draws, diagnosis
-        As in `bayestouch.report`, for data sets.
+        As in `bayestouch.report`; used for data sets.
     progress : callable, optional
-        Called with the fraction done.
+        Function that is called with the fraction of the work that is done.
 
     Raises
     ------
     InputError
-        The two are not of a kind, or as `bayestouch.report`.
+        If the two are of different kinds, or as in `bayestouch.report`.
     """
     from bayestouch.output.files import new_folder
     from bayestouch.reporting import report

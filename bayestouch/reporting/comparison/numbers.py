@@ -1,4 +1,4 @@
-"""The numbers of a comparison."""
+"""Numbers of a comparison."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bayestouch.output.text import listed, number, plural
 from bayestouch.reporting.calibration_tables import in_words
 from bayestouch.results.objects import Calibration
 
-#: Differences beyond this many standard deviations are named; chance gives one in 370 parameters.
+#: Differences of more standard deviations than this are listed; by chance this happens for one in 370 parameters.
 TELLING = 3.0
 _MOST_NAMED = 6
 
@@ -20,12 +20,12 @@ Side = tuple[Calibration, Any]
 
 
 def compared(first: Side, second: Side) -> dict[str, Any]:
-    """What ``comparison.json`` holds.
+    """Content of ``comparison.json``.
 
     Parameters
     ----------
     first, second : tuple of Calibration and mapping or None
-        Each calibration, with the numbers of its report where there is one.
+        Each calibration, with the numbers of its report or None.
     """
     calibrations, reports = zip(first, second, strict=True)
     rows = compared_parameters(*calibrations)
@@ -44,7 +44,7 @@ def compared(first: Side, second: Side) -> dict[str, Any]:
 
 
 def compared_parameters(first: Calibration, second: Calibration) -> list[dict[str, Any]]:
-    """A row for each parameter that both have, by element where they have as many elements."""
+    """One row for each parameter that both have; for values by element, only if both have equally many elements."""
     units = {parameter.name: (parameter.symbol, parameter.unit) for parameter in first.parameters}
     rows = []
     for name, (symbol, unit) in units.items():

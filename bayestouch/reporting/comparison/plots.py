@@ -1,4 +1,4 @@
-"""Parameters of two sensors side by side."""
+"""Plots that compare the parameters of two sensors."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from bayestouch.results.plots import new_axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# central 90 % of a normal, in standard deviations
+# half width of the central 90 % of a normal distribution, in standard deviations
 _NINETY = 1.645
 
 
 def plot_compared_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axes | None = None) -> Axes:
-    """Draw one parameter of a comparison's rows; see `bayestouch.Comparison.plot_parameter`."""
+    """Plot one parameter from the rows of a comparison; see `bayestouch.Comparison.plot_parameter`."""
     by_element = by_parameter(rows)
     if name not in by_element:
         raise InputError(f"{name}: expected one of {few(list(by_element), 20)}")
@@ -32,7 +32,7 @@ def plot_compared_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axe
 
 
 def by_parameter(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any]]]:
-    """Rows of the parameters that each element has of its own, by name."""
+    """Rows of the parameters that have a value for each element, by name."""
     out: dict[str, list[dict[str, Any]]] = {}
     for row in rows:
         if row["element"] is not None:
@@ -41,7 +41,7 @@ def by_parameter(rows: Sequence[dict[str, Any]]) -> dict[str, list[dict[str, Any
 
 
 def draw_parameter(axes: Axes, rows: Sequence[dict[str, Any]]) -> None:
-    """Mean and 90 % interval of both, less the mean of both, by element."""
+    """Plot mean and 90 % interval of both sensors by element, minus the mean of both."""
     middle = np.array([(row["first_mean"] + row["second_mean"]) / 2 for row in rows])
     at = np.arange(len(rows))
     for side, colour, marker, shift in (("first", BLUE, "o", -0.12), ("second", RED, "s", 0.12)):

@@ -1,4 +1,4 @@
-"""A comparison to files."""
+"""Files of a comparison."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NUMBERS = "comparison.json"
 
 
 def write_comparison(numbers: dict[str, Any], folder: Path) -> None:
-    """Write page, numbers and figure into an existing folder."""
+    """Write page, numbers and figure to an existing folder."""
     picture = difference_picture(numbers)
     pictures = () if picture is None else (picture,)
     numbers["figures"] = [each.described for each in pictures]
@@ -25,7 +25,7 @@ def write_comparison(numbers: dict[str, Any], folder: Path) -> None:
 
 
 def difference_picture(numbers: dict[str, Any]) -> Picture | None:
-    """Parameters by element of both, with 90 % intervals; None where they have none in common."""
+    """Figure of both sensors' parameters by element, with 90 % intervals; None if they have none in common."""
     by_element = by_parameter(numbers["parameters"])
     if not by_element:
         return None

@@ -1,1 +1,1 @@
-"""What a report on a finger has of its own."""
+"""Parts of a report that only a finger has."""

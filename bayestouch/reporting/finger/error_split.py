@@ -1,4 +1,4 @@
-"""Errors split into those of a location and those of noise: Table 4 of the paper."""
+"""Errors divided into a part of the location and a part of the noise: Table 4 of the paper."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ PARTS = ("total", "location", "noise")
 
 
 def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
-    """Standard deviations of the errors of θ_c (degree), P (N/m) and R (mm): with the fitted model, with the identified
-    map, and with the fitted model and the force sensor.
+    """Standard deviations of the errors of θ_c (degree), P (N/m) and R (mm), in up to three blocks.
 
-    Total: fits to single samples against the reference. Location: fits to the mean of each touch's samples against
-    the reference. Noise: fits to single samples less the fit to their mean. None where no touch has two samples.
+    The blocks use the fitted model, the identified map, and the fitted model with the force sensor. Total: fits to
+    single samples minus the reference. Location: fits to the mean of each touch's samples minus the reference. Noise:
+    fits to single samples minus the fit to their mean. None if no touch has two samples.
     """
     means, samples = evidence.means(), evidence.means(each_sample=True)
     touches = evidence.dataset.touches
@@ -58,7 +58,7 @@ def error_split(evidence: Evidence, paper: PaperFits) -> dict[str, Any] | None:
 
 
 def _touch_of_sample(means: TouchMeans, touch: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Place of each sample's touch among the means."""
+    """Row of each sample's touch among the means."""
     order = np.argsort(means.touch)
     return np.asarray(order[np.searchsorted(means.touch[order], touch)])
 
@@ -77,7 +77,7 @@ def _rows(
     unknown = np.full(means.n_touches, np.nan)
     angle = unknown if means.angle_deg is None else means.angle_deg
     radius = reference_composite_radius(means.indenter_radius_mm, outer)
-    # A load that the fit was given is no reference for it.
+    # A load that was used in the fit cannot be a reference for it.
     of_touch, of_each = (np.full(len(a), np.nan) if use_load else a for a in (means.load, samples.load))
     errors = {
         "total": {

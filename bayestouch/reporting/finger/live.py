@@ -1,4 +1,4 @@
-"""The finger to point into: the error to expect at every place, and the estimates of its touches."""
+"""Interactive figures of a finger: expected error at every place, and estimates of its touches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bayestouch.reporting.live_common import (
     touch_to_choose,
 )
 
-#: What is said of a touch under the pointer.
+#: Text for the touch under the pointer.
 TIPS = [
     ("touch", "@touch, @indenter"),
     ("location θ", "@theta_c_reference{0.0}°, read @theta_c_mean{0.00}° ± @theta_c_sd{0.00}"),
@@ -28,7 +28,7 @@ TIPS = [
 
 
 def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """The finger with the error of R to expect at every place, and the touches on it."""
+    """Interactive figure of the finger with the expected error of R at every place and the touches."""
     from bokeh.models import ColumnDataSource, HoverTool
 
     places = numbers["places"]
@@ -39,7 +39,7 @@ def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
     half = float(np.median(np.diff(angle))) / 2
     plot = new_figure("mm", "mm", [], match_aspect=True)
     plot.xgrid.visible = plot.ygrid.visible = False
-    # Of the finger as much as elements reach around, and a little more.
+    # Show only the part of the finger that has elements, and a little more.
     reach = min(max(float(np.abs(angle).max()) + 0.4, np.pi / 2), np.pi)
     for inner, radius, colour in ((core, outer, "#e8e8e8"), (0.0, core, "#c9ccd1")):
         plot.patch(*_sector(inner, radius, -reach, reach), fill_color=colour, line_color=GREY)
@@ -77,7 +77,7 @@ def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
 
 
 def _sector(inner: float, outer: float, start: float, end: float, steps: int = 90) -> tuple[list[float], list[float]]:
-    """Outline (mm) of a piece of a ring, from one angle (rad) to another; angles turn from y towards x."""
+    """Outline (mm) of a ring segment between two angles (rad); angles are measured from y towards x."""
     turn = np.linspace(start, end, steps)
     x = np.concatenate([outer * np.sin(turn), inner * np.sin(turn[::-1])])
     y = np.concatenate([outer * np.cos(turn), inner * np.cos(turn[::-1])])
@@ -85,7 +85,7 @@ def _sector(inner: float, outer: float, start: float, end: float, steps: int = 9
 
 
 def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """R of every touch over its location."""
+    """Interactive figure of R of every touch over its location."""
     from bokeh.palettes import Cividis256
     from bokeh.transform import factor_cmap
 

@@ -1,4 +1,4 @@
-"""Parts of ``report.json`` that a finger fills."""
+"""Parts of ``report.json`` for a finger."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from bayestouch.reporting.peak_table import element_peak
 
 
 def finger_numbers(evidence: Evidence) -> BodyNumbers:
-    """Fits of the paper's kind are made once for all parts that show them."""
+    """Numbers of a finger; the fits of the paper's method are made once for all parts that use them."""
     paper = PaperFits.of(evidence)
     return BodyNumbers(
         peak=element_peaks(evidence, paper),
@@ -71,9 +71,9 @@ def _location(evidence: Evidence) -> dict[str, Any]:
 
 
 def _prediction(evidence: Evidence) -> dict[str, Any] | None:
-    """Rms of reading minus prediction, the touch taken at its reference, in % of each element's peak.
+    """Rms of reading minus prediction for the reference values of the touches, in % of each element's peak.
 
-    None where no touch has a known radius, location and load.
+    None if no touch has a known radius, location and load.
     """
     from bayestouch.finger.calibration import finger_chain
 

@@ -1,4 +1,4 @@
-"""All that a report on a finger has of its own, in one place."""
+"""Definition of the parts of a report that only a finger has."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.reporting.finger.words import errors_and_limits, own_answers
 
 
 def design(sensor: Sensor) -> Mapping[str, FloatArray]:
-    """Sensing radius (mm) and angle (degree) of each element as designed."""
+    """Designed sensing radius (mm) and angle (degree) of each element."""
     finger = finger_of(sensor)
     return {
         "r_s": np.full(finger.n_elements, finger.sensing_radius_mm),

@@ -1,4 +1,4 @@
-"""The paper's printed tables, for the report on the embedded finger."""
+"""Tables printed in the paper, for the report on the simulated finger of the package."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _QUANTITIES = {
 
 
 def published_tables() -> dict[str, Any]:
-    """Tables 1 to 4 as printed, each row with its place, and where they disagree with the text."""
+    """Tables 1 to 4 as printed, each row with its place in the paper, and notes on contradictions with the text."""
 
     def fits(table: str, rows: Any) -> list[dict[str, Any]]:
         return [

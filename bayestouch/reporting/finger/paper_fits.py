@@ -1,4 +1,4 @@
-"""The paper's own calibrations on these data: element by element (section 3.1) and direct identification (3.2)."""
+"""Calibrations with the paper's methods: element by element (section 3.1) and direct identification (section 3.2)."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _QUANTITIES = ("poisson_ratio", "sensing_radius_mm", "error_percent_peak", "nois
 
 @dataclass(frozen=True, eq=False)
 class PaperFits:
-    """What the paper's two calibrations give; None where the data do not allow one.
+    """Results of the two calibrations of the paper; None if the data are not sufficient.
 
     Attributes
     ----------
     elements : ElementTable or None
-        Table 1: σ, r_s, θ_s and gain of each element by itself, from knife edges within 25° of it.
+        Table 1: σ, r_s, θ_s and gain of each element separately, from knife edges within 25° of it.
     empirical : EmpiricalTable or None
-        Table 2: the E map by least squares from all knife edges.
+        Table 2: the E map, by least squares from all knife edges.
     notes : tuple of str
-        Why something is missing.
+        Reasons why a result is missing.
     """
 
     elements: ElementTable | None
@@ -36,7 +36,7 @@ class PaperFits:
 
     @classmethod
     def of(cls, evidence: Evidence) -> PaperFits:
-        """Fit the knife edges among the calibration touches of a finger."""
+        """Results of fits to the knife edges among the calibration touches of a finger."""
         table = evidence.dataset.calibration
         assert table is not None
         means = table.baseline_corrected().averaged()
@@ -55,14 +55,14 @@ class PaperFits:
         return cls(elements, empirical, tuple(notes))
 
     def element_summary(self) -> dict[str, dict[str, Any]]:
-        """Minimum, mean and maximum over the elements of the rows of Table 1."""
+        """Minimum, mean and maximum over the elements, for each row of Table 1."""
         if self.elements is None:
             return {name: three([]) for name in _QUANTITIES}
         fits = self.elements.fits
         return {name: three([getattr(fit, name) for fit in fits]) for name in _QUANTITIES}
 
     def empirical_summary(self) -> dict[str, Any]:
-        """The row of Table 2, with the error on touches left out of the fit, or empty where there is none."""
+        """Row of Table 2, with the error on touches left out of the fit; values are empty if there is no result."""
         found = self.empirical
         if found is None:
             names = ("error_percent_peak", "held_out_percent_peak", "noise_percent_peak")
@@ -77,7 +77,7 @@ class PaperFits:
         }
 
     def empirical_finger(self, evidence: Evidence, contact: str) -> TouchPredictor | None:
-        """The identified map with a contact model to read touches with; None where an element has no map."""
+        """Finger with the identified map and a contact model; None if an element has no map."""
         found = self.empirical
         if found is None or not np.isfinite(found.response).all():
             return None

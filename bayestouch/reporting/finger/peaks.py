@@ -13,12 +13,12 @@ from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.finger.paper_fits import PaperFits
 from bayestouch.reporting.peak_table import error_and_noise, peak_row
 
-#: The paper's range of touches about an element, degree.
+#: Range of touches about an element that the paper uses, degree.
 WINDOW_DEG = 50.0
 
 
 def element_peaks(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
-    """The paper's Tables 1 and 2: this calibration, the paper's method on these data, and the paper's print."""
+    """Tables 1 and 2 of the paper: from this calibration, by the paper's method on these data, and as printed."""
     calibration = evidence.calibration
     finger = finger_of(calibration.sensor)
     design = np.asarray(finger.element_angles_deg)
@@ -72,6 +72,6 @@ def element_peaks(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:
 
 
 def same_finger_as_paper(finger: Finger) -> bool:
-    """Whether core and outer radius are those of the paper's finger (Figure 7)."""
+    """True if core and outer radius are those of the paper's finger (Figure 7)."""
     built = (finger.core_radius_mm, finger.outer_radius_mm)
     return bool(np.allclose(built, (number("core_radius").value, number("outer_radius").value), rtol=1e-6))

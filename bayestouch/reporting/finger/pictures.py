@@ -1,4 +1,4 @@
-"""Figures of a finger's report: estimates against location and radius."""
+"""Figures of a report on a finger: estimates against location and radius."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-#: The paper's Figure 12 is for this tip, mm.
+#: Radius of the tip in the paper's Figure 12, mm.
 FIGURE_12_TIP = 12.3
 
 
 def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
-    """Figures of estimates; none where the touches have no reference."""
+    """Figures of the estimates; none if the touches have no reference values."""
     rows = evidence.posteriors.rows
     if np.isfinite(rows.location["theta_c"]).any():
         located = rows.radius_mm[np.isfinite(rows.location["theta_c"])]
@@ -53,7 +53,7 @@ def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[P
 
 
 def example_touches(evidence: Evidence) -> dict[str, int]:
-    """The touch nearest the middle by a tip near that of Figure 12."""
+    """Number of the touch nearest the middle with a tip similar to that of Figure 12."""
     posteriors = evidence.posteriors
     radius = posteriors.rows.radius_mm
     tip = np.where((radius > 0) & np.isfinite(radius), np.abs(radius - FIGURE_12_TIP), np.inf)
@@ -63,7 +63,7 @@ def example_touches(evidence: Evidence) -> dict[str, int]:
 
 
 def _by_location(evidence: Evidence, tip: float) -> Picture:
-    """Figure 12's form: r_c of one tip against location."""
+    """Figure of r_c of one tip against location, in the form of Figure 12."""
     posteriors = evidence.posteriors
     outer = float(finger_of(evidence.sensor).outer_radius_mm)
     known = np.isfinite(posteriors.rows.location["theta_c"])
@@ -77,7 +77,7 @@ def _by_location(evidence: Evidence, tip: float) -> Picture:
     single = fit_points(samples, evidence.calibration, model_finger(evidence.calibration, _contact(evidence)))
     dots = (samples.indenter_radius_mm == tip) & (samples.angle_deg is not None)
     repeated = samples.n_touches > len(posteriors.rows.touch)
-    # An interval that reaches the flat has no upper end in r_c: it is cut off at four times the tip.
+    # An interval that reaches the flat has no upper limit in r_c; it is cut off at four times the tip.
     top = 1.08 * float(min(high.max(), 4 * tip))
     middle, high = np.minimum(middle, 10 * top), np.minimum(high, 10 * top)
     with drawing():
@@ -133,7 +133,7 @@ def _contact(evidence: Evidence) -> str:
 
 
 def _all_tips(evidence: Evidence) -> Picture:
-    """Figure 13's form, in R: every tip against location."""
+    """Figure of R of every tip against location, in the form of Figure 13."""
     posteriors = evidence.posteriors
     outer = float(finger_of(evidence.sensor).outer_radius_mm)
     radius, angle = posteriors.rows.radius_mm, posteriors.rows.location["theta_c"]
@@ -173,7 +173,7 @@ def _all_tips(evidence: Evidence) -> Picture:
 
 
 def _direct_labels(ax: Axes, places: list[float], tips: FloatArray, outer: float) -> None:
-    """Names of the tips beside the right axis, moved apart where they would overlap."""
+    """Write the names of the tips next to the right axis, moved apart if they would overlap."""
     gap = 0.055 * outer
     at = np.array(places)
     for _ in range(200):
@@ -196,7 +196,7 @@ def _direct_labels(ax: Axes, places: list[float], tips: FloatArray, outer: float
 
 
 def _radius_by_contact(evidence: Evidence, table: list[dict[str, Any]]) -> Picture:
-    """Table 3 as a figure: R by contact model over actual R."""
+    """Figure of R by contact model over the true R: Table 3 as a figure."""
     actual = np.array([row["R_mm"] for row in table], dtype=float)
     with drawing():
         figure, axes = canvas(4.6)

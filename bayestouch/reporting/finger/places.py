@@ -1,4 +1,4 @@
-"""Where a finger reads well and where not, predicted from its calibration."""
+"""Expected errors of a finger at each location, predicted from its calibration."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from bayestouch.checking.tables import indenter_name, known_indenters
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
 
-#: Tips that are asked for where no touch says with which it was made, r_c in mm.
+#: Tips for the prediction if the touches do not state their tips, r_c in mm.
 TIPS = (0.0, 1.0, 3.0, 10.0, np.inf)
-# Steps along the finger.
+# Number of steps along the finger.
 _ALONG = 121
 
 
 def about_places(evidence: Evidence) -> dict[str, Any]:
-    """Errors of R, θ_c and P to expect along the finger, with the parts that noise and calibration have in them."""
+    """Expected errors of R, θ_c and P along the finger, with the parts from noise and from the calibration."""
     from bayestouch.reliability import KnownFinger, distinguished, sweet_spots, threshold_radii
 
     known = KnownFinger.of(evidence.calibration)
@@ -59,7 +59,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
 
 
 def _rms(values: FloatArray) -> FloatArray:
-    """Over the indenters."""
+    """Root mean square over the indenters."""
     return np.asarray(np.sqrt((values**2).mean(axis=0)))
 
 

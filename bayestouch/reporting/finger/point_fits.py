@@ -1,7 +1,7 @@
-"""Least-squares fits of touches on a finger under any contact model, as the paper's estimates of section 4.
+"""Least-squares fits of touches on a finger for any contact model, like the estimates in section 4 of the paper.
 
-The paper minimised the squared error touch by touch with the simplex method; here the same minimum, weighted by
-each element's noise, is found for all touches at once.
+The paper minimised the squared error touch by touch with the simplex method. Here the same minimum, weighted by the
+noise of each element, is found for all touches at once.
 """
 
 from __future__ import annotations
@@ -22,18 +22,18 @@ from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, To
 from bayestouch.paper.simplex import TouchPredictor
 from bayestouch.results.objects import Calibration
 
-# Within this share of edge and flat a radius is the edge or the flat itself.
+# A radius within this share of edge or flat counts as edge or flat.
 _END = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class PointFits:
-    """One fit a row.
+    """Fitted touches, one row a touch.
 
     Attributes
     ----------
     R, r_c : (n,) arrays
-        Composite and indenter radius, mm; r_c is inf where the fit ends at the flat.
+        Composite and indenter radius, mm; r_c is inf if the fit is at the flat.
     theta_c : (n,) array
         Location, degree.
     P : (n,) array
@@ -48,7 +48,7 @@ class PointFits:
 
 @dataclass(frozen=True)
 class _FlatInLogit:
-    """Prior that cancels the Jacobian of the reader's coordinate, so that its mode is the least-squares fit."""
+    """Prior that cancels the Jacobian of the coordinate used, so that the mode is the least-squares fit."""
 
     largest: float
 
@@ -65,7 +65,7 @@ class _FlatInLogit:
 
 
 def model_finger(calibration: Calibration, contact: str) -> TouchPredictor:
-    """The finger at the mode of its calibration, read with a contact model that may be another."""
+    """Finger at the mode of its calibration, with a contact model that may differ from that of the calibration."""
     chain = finger_chain(calibration)
     return chain if contact == chain.contact else chain.with_(contact=contact)
 
@@ -73,24 +73,24 @@ def model_finger(calibration: Calibration, contact: str) -> TouchPredictor:
 def fit_points(
     means: TouchMeans, calibration: Calibration, finger: TouchPredictor, *, use_load: bool = False
 ) -> PointFits:
-    """Fit radius, location and load of every touch.
+    """Fitted radius, location and load of every touch.
 
     Parameters
     ----------
     means : TouchMeans
         Averaged touches, rest reading subtracted.
     calibration : Calibration
-        Gives the noise, and the range of loads.
+        Calibration, for the noise and the range of loads.
     finger : FingerModel
-        What predicts the readings: from `model_finger`, or an identified map.
+        Model that predicts the readings: from `model_finger`, or an identified map.
     use_load : bool
-        Use the force sensor's reading, with its noise.
+        Use the reading of the force sensor with its noise.
     """
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     load_sd = calibration.noise.mean_load_sd(np.maximum(counts.max(axis=1), 1))
     readings = TouchReadings(means.readings, counts, load, load_sd)
-    # The search asks for no more than a `TouchPredictor` has: angles, outer radius, predictions.
+    # The search only uses what a `TouchPredictor` has: angles, outer radius, predictions.
     chain = cast(FingerChain, finger)
     wide = IndenterPriors.of(chain, float(calibration.settings["typical_load"]))
     priors = IndenterPriors(_FlatInLogit(finger.outer_radius_mm), wide.location, wide.load)

@@ -1,4 +1,4 @@
-"""Estimates of a finger's touches against their references: Table 3 of the paper, and what tells tips apart."""
+"""Estimates of touches on a finger compared with their references: Table 3, and which tips can be distinguished."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from bayestouch.reporting.finger.paper_fits import PaperFits
 from bayestouch.reporting.finger.point_fits import PointFits, fit_points, model_finger
 from bayestouch.reporting.trust import reference_ranks
 
-#: Two tips are distinguished where the right answer is given at this share of touches, in %.
+#: Two tips count as distinguished if the answer is right for this percentage of touches.
 DISTINGUISHED = 95.0
 
 
 def by_indenter(evidence: Evidence) -> list[dict[str, Any]]:
-    """Radius, location and load of the posteriors against the reference, one row an indenter."""
+    """Posterior radius, location and load compared with the reference, one row an indenter."""
     posteriors = evidence.posteriors
     outer = _outer_radius(evidence)
     radius = posteriors.rows.radius_mm
@@ -60,7 +60,7 @@ def by_indenter(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def _told_from_ends(mean: FloatArray, radius: FloatArray) -> tuple[dict[float, float], dict[float, float]]:
-    """Share in % of each tip's touches whose R lies beyond what 95 % of the edges (or flats) give."""
+    """Percentage of each tip's touches whose R is beyond that of 95 % of the edges (or flats)."""
     edge, flat = mean[radius == 0], mean[np.isinf(radius)]
     tips = [float(value) for value in known_indenters(radius) if 0 < value < np.inf]
     told_edge = {} if not edge.size else {r: _share(mean[radius == r] > np.quantile(edge, 0.95)) for r in tips}
@@ -73,9 +73,9 @@ def _share(which: NDArray[np.bool_]) -> float:
 
 
 def radius_limits(rows: list[dict[str, Any]]) -> dict[str, Any]:
-    """Radii between which tips are told from a knife edge and from a flat, from the rows of `by_indenter`.
+    """Limits between which tips are distinguished from a knife edge and from a flat, from the rows of `by_indenter`.
 
-    Only tips that were tried count, and a limit holds only if every tip beyond it is distinguished as well.
+    Only tips that were tried count. A limit holds only if every tip beyond it is distinguished too.
     """
     tips = [row for row in rows if 0 < row["r_c_mm"] < np.inf]
     limits: dict[str, Any] = {"distinguished_percent": DISTINGUISHED, "tips": len(tips)}
@@ -92,7 +92,7 @@ def radius_limits(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 
 def fits_by_contact_model(evidence: Evidence, paper: PaperFits) -> dict[tuple[str, str], PointFits]:
-    """Every touch fitted without the force sensor, by contact model and calibration (``model``, ``empirical``)."""
+    """Fits of every touch without the force sensor, by contact model and calibration (``model``, ``empirical``)."""
     means, calibration = evidence.means(), evidence.calibration
     fits = {}
     for contact in CONTACT_MODELS:
@@ -104,9 +104,9 @@ def fits_by_contact_model(evidence: Evidence, paper: PaperFits) -> dict[tuple[st
 
 
 def contact_models(evidence: Evidence, fits: dict[tuple[str, str], PointFits]) -> list[dict[str, Any]]:
-    """Table 3: radius estimates by contact model, one row an indenter; with the paper's print where it had that tip.
+    """Table 3: radius estimates by contact model, one row an indenter, with the printed value if there is one.
 
-    Each estimate is r_c at the mean R over the touches: near a flat r_c itself has no finite mean.
+    Each estimate is r_c of the mean R over the touches, because near a flat r_c itself has no finite mean.
     """
     outer = _outer_radius(evidence)
     radius = evidence.posteriors.rows.radius_mm
@@ -144,7 +144,7 @@ def contact_models(evidence: Evidence, fits: dict[tuple[str, str], PointFits]) -
 
 
 def _r_c(composite_mm: float, outer_mm: float) -> float | None:
-    """r_c of a composite radius; None within a thousandth of the flat."""
+    """r_c of a composite radius; None if it is within a thousandth of the flat."""
     return float(indenter_radius(composite_mm, outer_mm)) if composite_mm < 0.999 * outer_mm else None
 
 

@@ -1,4 +1,4 @@
-"""The finger drawn, with the error to expect at every place in colour: its sweet spots."""
+"""Figure of the finger with the expected error at every place in colour."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bayestouch.reporting.places import PREDICTED
 
 
 def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
-    """The finger in section with the error of R to expect, and the same over the location."""
+    """Figure of the section of the finger with the expected error of R, and of the same error over location."""
     places = numbers["places"]
     columns = {name: np.array(values, dtype=float) for name, values in places["by_location"].items()}
     angle, error = columns["angle_deg"], columns["R_error_mm"]

@@ -1,4 +1,4 @@
-"""What is said of a finger at the top of its report."""
+"""Text about a finger at the top of its report."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
 
 
 def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
-    """Where the finger reads well, and down to which radius."""
+    """Answers on where the errors are smallest, and on the smallest radius that is distinguished from an edge."""
     return [_where(numbers["places"]), _smallest(numbers)]
 
 

@@ -1,1 +1,1 @@
-"""What a report on a pad has of its own."""
+"""Parts of a report that only a pad has."""

@@ -1,4 +1,4 @@
-"""The pad to point into: the error to expect at every place, and the estimates of its touches."""
+"""Interactive figures of a pad: expected error at every place, and estimates of its touches."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.output.pictures import BLUE, GREY, ORANGE
 from bayestouch.reporting.live_common import as_numbers, colour_bar, coloured, new_figure, touch_dots, touch_to_choose
 
-#: What is said of a touch under the pointer.
+#: Text for the touch under the pointer.
 TIPS_LINE = [("touch", "@touch"), ("x", "@x_reference{0.00} mm, read @x_mean{0.00} ± @x_sd{0.00} mm")]
 TIPS_PLANE = [
     *TIPS_LINE,
@@ -20,7 +20,7 @@ TIPS_PLANE = [
 
 
 def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """The error of the location to expect: over a plane with the touches, or along a line."""
+    """Interactive figure of the expected location error: over a plane with the touches, or along a line."""
     places = numbers["places"]
     return _plane(places, source) if "y_mm" in places["by_location"] else _line(places)
 
@@ -67,7 +67,7 @@ def _line(places: Mapping[str, Any]) -> Any:
 
 
 def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
-    """The error of every touch over the plane, or its location as read over its reference."""
+    """Interactive figure of the error of every touch over the plane, or of estimated over reference location."""
     if "y" in numbers["touches"]["parameters"]:
         plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
         errors = [value for value in source.data["error"] if np.isfinite(value)]

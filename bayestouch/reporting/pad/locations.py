@@ -1,4 +1,4 @@
-"""Where a touch on a pad is read to be, against where it was."""
+"""Estimated locations of touches on a pad, compared with their references."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def reference_locations(evidence: Evidence) -> FloatArray:
 
 
 def element_places(evidence: Evidence) -> FloatArray:
-    """Where the elements of a pad lie, mm, (m, D): as calibrated where that is part of the calibration."""
+    """Places of the elements of a pad, mm, (m, D); the calibrated ones if places are part of the calibration."""
     nominal, mode = pad_of(evidence.sensor).places_mm, evidence.calibration.mode
     columns = []
     for axis in axes_of(evidence.posteriors):
@@ -41,7 +41,7 @@ def element_places(evidence: Evidence) -> FloatArray:
 
 
 def inside_array(evidence: Evidence) -> BoolArray:
-    """Whether a touch lies in the smallest rectangle around the elements, (t,)."""
+    """True for touches inside the smallest rectangle around the elements, (t,)."""
     places, reference = element_places(evidence), reference_locations(evidence)
     with np.errstate(invalid="ignore"):
         inside = (reference >= places.min(axis=0)) & (reference <= places.max(axis=0))
@@ -49,7 +49,7 @@ def inside_array(evidence: Evidence) -> BoolArray:
 
 
 def pad_errors(evidence: Evidence) -> list[dict[str, Any]]:
-    """Location errors of a pad for all touches, inside and outside the array of elements."""
+    """Location errors of all touches on a pad, and of those inside and outside the array of elements."""
     error = location_errors(evidence)
     known = np.isfinite(error).all(axis=1)
     inside = inside_array(evidence)
@@ -75,6 +75,6 @@ def pad_errors(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def several_modes(posteriors: TouchPosteriors) -> BoolArray:
-    """Whether a touch's posterior names more than one separate place, (t,), as counted when it was drawn."""
+    """True for touches whose posterior has more than one mode, (t,), as counted when it was drawn."""
     modes = posteriors.sample_stats.get("modes")
     return np.zeros(len(posteriors.rows.touch), dtype=bool) if modes is None else np.asarray(modes) > 1

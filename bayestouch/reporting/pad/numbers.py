@@ -1,4 +1,4 @@
-"""Parts of ``report.json`` that a pad fills."""
+"""Parts of ``report.json`` for a pad."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.reporting.pad.places import about_places
 
 
 def pad_numbers(evidence: Evidence) -> BodyNumbers:
-    """A pad has no table of the paper, and a touch at its reference has no load to predict readings with."""
+    """Numbers of a pad. It has no table of the paper; readings are not predicted, because references have no load."""
     return BodyNumbers(
         peak=element_peaks(evidence.calibration),
         estimates=_estimates(evidence),
@@ -38,7 +38,7 @@ def _estimates(evidence: Evidence) -> dict[str, Any]:
 
 
 def _spacing(pad: Pad) -> float | None:
-    """Median distance of an element to its nearest neighbour, mm; None for one element."""
+    """Median distance of an element to its nearest neighbour, mm; None for a single element."""
     if pad.n_elements < 2:
         return None
     columns = [np.asarray(values) for values in pad.places_mm.values()]

@@ -1,4 +1,4 @@
-"""All that a report on a pad has of its own, in one place."""
+"""Definition of the parts of a report that only a pad has."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.reporting.pad.words import errors_and_limits, own_answers
 
 
 def design(sensor: Sensor) -> Mapping[str, FloatArray]:
-    """Coordinates of the elements as designed, mm; the physical model and the kernels name them differently."""
+    """Designed coordinates of the elements, mm, under both names: of the physical model and of the kernels."""
     places = {axis: np.asarray(values) for axis, values in pad_of(sensor).places_mm.items()}
     return {name: values for axis, values in places.items() for name in (f"{axis}_s", axis)}
 

@@ -10,7 +10,7 @@ from bayestouch.results.objects import Calibration
 
 
 def element_peaks(calibration: Calibration) -> dict[str, Any]:
-    """Minimum, mean and maximum over the elements; the error is of readings predicted without themselves."""
+    """Minimum, mean and maximum over the elements; each reading is predicted by a fit without it."""
     error, noise = error_and_noise(calibration)
     rows = [
         peak_row("error", "% of peak", joint=three(error)),

@@ -1,4 +1,4 @@
-"""Figures of a pad's report: where location is read wrongly, over the pad."""
+"""Figures of a report on a pad: location errors over the pad."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ from bayestouch.reporting.pad.locations import (
     several_modes,
 )
 
-# Arrows at more places than this hide each other.
+# With more arrows than this, they cover each other.
 _ARROWS = 450
 
 
 def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[Picture]:
-    """Map of the location's bias; none where the touches have no reference."""
+    """Figure of the location errors; none if the touches have no reference values."""
     error = location_errors(evidence)
     if not np.isfinite(error).all(axis=1).any():
         return
@@ -43,7 +43,7 @@ def estimate_pictures(evidence: Evidence, numbers: dict[str, Any]) -> Iterator[P
 
 
 def example_touches(evidence: Evidence) -> dict[str, int]:
-    """A touch of median uncertainty inside the array, and the most uncertain touch of all."""
+    """Numbers of a touch with median uncertainty inside the array, and of the most uncertain touch."""
     posteriors = evidence.posteriors
     spread = np.sqrt(sum(posteriors.sd(axis) ** 2 for axis in axes_of(posteriors)))
     inside = inside_array(evidence)
@@ -60,7 +60,7 @@ def _line(evidence: Evidence, error: FloatArray) -> Picture:
     x, error = x[order], error[order]
     low, high = posteriors.interval("x")
     middle = posteriors.mean("x")[order]
-    # The mean of two modes can lie outside the central interval's half.
+    # With two modes, the mean can be outside the central interval.
     below, above = np.maximum(middle - low[order], 0), np.maximum(high[order] - middle, 0)
     with drawing():
         figure, axes = canvas(4.2)
@@ -96,7 +96,7 @@ def _line(evidence: Evidence, error: FloatArray) -> Picture:
 
 
 def _plane(evidence: Evidence, error: FloatArray) -> Picture:
-    """Arrows from reference to estimate, and the size of the error in colour."""
+    """Figure with arrows from reference to estimate, and with the size of the error in colour."""
     from bayestouch.reporting.differences import error_summary
 
     reference, places = reference_locations(evidence), element_places(evidence)
@@ -153,5 +153,5 @@ def _plane(evidence: Evidence, error: FloatArray) -> Picture:
 
 
 def _dot(n: int) -> float:
-    """Area of a marker so that n of them fill the panel without hiding each other."""
+    """Area of a marker for which n of them fill the panel without overlap."""
     return float(np.clip(30_000 / max(n, 1), 4, 60))

@@ -1,4 +1,4 @@
-"""Where a pad reads well and where not, predicted from its calibration."""
+"""Expected errors of a pad at each place, predicted from its calibration."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.pad.locations import element_places
 from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
 
-# Steps along a line, and along each side of a plane.
+# Number of steps along a line, and along each side of a plane.
 _ALONG, _ACROSS = 121, 41
 
 
 def about_places(evidence: Evidence) -> dict[str, Any]:
-    """Errors of the location to expect over the pad, with the parts that noise and calibration have in them."""
+    """Expected location errors over the pad, with the parts from noise and from the calibration."""
     from bayestouch.pad.reading.reader import PadReader
     from bayestouch.reliability import pad_spots
 

@@ -1,4 +1,4 @@
-"""The pad drawn, with the error to expect at every place in colour: its sweet spots."""
+"""Figure of the pad with the expected error at every place in colour."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bayestouch.reporting.places import PREDICTED
 
 
 def sensor_picture(evidence: Evidence, numbers: dict[str, Any]) -> Picture:
-    """The error of the location to expect along a line, or over a plane."""
+    """Figure of the expected location error along a line, or over a plane."""
     places = numbers["places"]
     columns = {name: np.array(values, dtype=float) for name, values in places["by_location"].items()}
     elements = np.asarray(places["elements_mm"], dtype=float)
@@ -54,7 +54,7 @@ def _plane(columns: dict[str, Any], elements: Any) -> bytes:
     error = columns["error_mm"].reshape(len(x), len(y)).T
     figure, axes = canvas(float(np.clip(4.6 * np.ptp(y) / np.ptp(x), 3.0, 6.5)) + 0.6)
     ax = axes[0, 0]
-    # Beyond the array the error runs off by factors.
+    # Outside the array the error increases by orders of magnitude.
     mesh = ax.pcolormesh(x, y, error, cmap=ORDERED, norm=LogNorm(), rasterized=True)
     figure.colorbar(mesh, ax=ax, label="rms error to expect (mm)")
     ax.plot(*elements.T, "^", ms=8, mfc="none", mec="white", mew=1.6)

@@ -1,4 +1,4 @@
-"""What is said of a pad at the top of its report."""
+"""Text about a pad at the top of its report."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def errors_and_limits(numbers: dict[str, Any]) -> tuple[list[str], list[dict[str
 
 
 def own_answers(numbers: dict[str, Any]) -> list[dict[str, str]]:
-    """Where the pad reads well."""
+    """Answer on where the errors of a pad are smallest."""
     best, worst = numbers["places"]["best"], numbers["places"]["worst"]
     reason = (
         f"Predicted from the calibration: location to {number(best['error_mm'], 2)} mm at the best place and "
