@@ -123,7 +123,7 @@ class Known(Power):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_score_of_an_effect(sign: float) -> None:
-    """Residuals of 3 · place²: the second probe fits. Signature 0.5 · (1, 4, 9), squares 24.5, slope 147, amplitude 6."""
+    """Residuals of 3 · place² fit the second probe: signature (1, 4, 9)/2, squares 24.5, slope 147, amplitude 6."""
     (found,) = score_effects(fitted([3 * sign, 12 * sign, 27 * sign]), (Power(), Known()))
     assert found.effect.name == "power" and found.trials == 2
     np.testing.assert_allclose(found.start, (3 * sign, 2.0), rtol=2e-6)

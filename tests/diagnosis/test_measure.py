@@ -133,3 +133,81 @@ def test_advice_of_the_first_round_that_is_undecided(monkeypatch: pytest.MonkeyP
 def test_elements_that_are_never_read_are_not_predicted() -> None:
     table: Any = SimpleNamespace(readings=np.array([[1.0, np.nan, np.nan], [2.0, np.nan, 4.0]]))
     np.testing.assert_array_equal(measure._some_readings(table, 2), [[0.0, np.nan, 0.0]] * 2)
+
+
+class Line:
+    """A model whose touches read vector · place."""
+
+    def __init__(self, known: Any) -> None:
+        self.known = known
+
+    def observing(self, known: Any) -> Line:
+        return Line(known)
+
+    def predict(self, vector: np.ndarray) -> Any:
+        return SimpleNamespace(touches=vector[0] * self.known.place[:, None])
+
+    def derivatives(self, vector: np.ndarray) -> tuple[np.ndarray, None]:
+        return self.known.place[None, :, None], None
+
+    def by_load(self, vector: np.ndarray) -> np.ndarray:
+        return np.zeros((len(self.known.place), 1))
+
+
+def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Differences over the noise, and what one standard deviation of either slope does to them."""
+    known = SimpleNamespace(place=np.array([1.0, 3.0]), n_touches=2)
+    seen: list[np.ndarray] = []
+
+    def whitening(observed: Any, noise: Any, first: np.ndarray, by_load: np.ndarray) -> Any:
+        seen.append(noise.load_sd)
+        return SimpleNamespace(touches=lambda rows: rows / 0.5)
+
+    monkeypatch.setattr(measure, "Whitening", SimpleNamespace(of=whitening))
+
+    def fitted(slope: float, variance: float, drifted: float) -> Any:
+        noise = SimpleNamespace(
+            load_sd=np.array([1.0, 2.0, 9.0]), with_=lambda load_sd: SimpleNamespace(load_sd=load_sd)
+        )
+        linear = SimpleNamespace(covariance=lambda: np.array([[variance]]))
+        return SimpleNamespace(model=Line(known), vector=np.array([slope]), noise=noise, linear=linear, drifted=drifted)
+
+    one, two = fitted(2.0, 0.04, 10.0), fitted(5.0, 0.09, 4.0)
+    apart, spread = measure.separation(one, two, known)  # type: ignore[arg-type]
+    np.testing.assert_allclose(apart[:, 0], [(2 - 5 + 6) / 0.5, (6 - 15 + 6) / 0.5])
+    np.testing.assert_allclose(spread[:, :, 0], [[0.2 / 0.5, 0.6 / 0.5], [0.3 / 0.5, 0.9 / 0.5]])
+    np.testing.assert_array_equal(seen[0], [2.0, 2.0])
+    # Other touches are not in the drifts' time.
+    other = SimpleNamespace(place=np.array([1.0, 3.0, 4.0]), n_touches=3)
+    apart, _ = measure.separation(one, two, other)  # type: ignore[arg-type]
+    np.testing.assert_allclose(apart[:, 0], [-6.0, -18.0, -24.0])
+    # Two parameters: rows of the root, one direction each.
+    root = np.array([[2.0, 0.0], [1.0, 3.0]])
+    pair = (SimpleNamespace(derivatives=lambda vector: (np.array([[[1.0]], [[10.0]]]), None)), None)
+    left = SimpleNamespace(linear=SimpleNamespace(covariance=lambda: root @ root.T))
+    white = SimpleNamespace(touches=lambda rows: rows)
+    np.testing.assert_allclose(measure._open(white, left, pair).ravel(), [2 + 10, 30.0])  # type: ignore[arg-type]
+
+
+def test_touches_that_are_considered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two tips, eleven places from first to last, least, median and largest load; at the end of the time."""
+    table = SimpleNamespace(readings=np.ones((5, 2)))
+    table.select = lambda rows: SimpleNamespace(with_=lambda **columns: columns)
+    means = SimpleNamespace(
+        angle_deg=np.array([-20.0, 30.0, 5.0]),
+        indenter_radius_mm=np.array([6.0, np.inf, 6.0]),
+        counts=np.array([[3, 0], [4, 5], [9, 2]]),
+    )
+    known = SimpleNamespace(table=table, means=means, unit="s", history="h", span=(3.0, 70.0), sessions=())
+    model = SimpleNamespace(known=known)
+    monkeypatch.setattr(measure, "finger_model", lambda _: SimpleNamespace(load=np.array([10.0, 50.0, 20.0])))
+    monkeypatch.setattr(measure, "Observations", SimpleNamespace(of=lambda *given: given))
+    rows, time, held, *_ = measure.hypothetical(SimpleNamespace(model=model))  # type: ignore[arg-type, misc]
+    n = 2 * 11 * 3
+    assert (time.tolist(), held.tolist()) == ([70.0] * n, [0.0] * n)
+    np.testing.assert_allclose(np.unique(rows["angle_deg"]), np.arange(-20, 31, 5.0))
+    assert set(rows["indenter_radius_mm"]) == {6.0, np.inf} and set(rows["load"]) == {10.0, 20.0, 50.0}
+    assert len(set(zip(rows["angle_deg"], rows["indenter_radius_mm"], rows["load"], strict=True))) == n
+    np.testing.assert_array_equal(rows["touch"], np.arange(n))
+    assert set(rows["reads"]) == {5.0} and set(rows["contact"]) == {1.0} and set(rows["sample"]) == {0}
+    assert np.isnan(rows["time_s"]).all() and rows["readings"].shape == (n, 2) and rows["readings_sd"] is None

@@ -11,6 +11,7 @@ from scipy.special import ndtri
 
 from bayestouch.diagnosis import search
 from bayestouch.diagnosis.rounds import SearchRound, Tried
+from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import BaselineDrift
 
 DRIFT = BaselineDrift(())
@@ -321,3 +322,112 @@ def test_other_beginnings(monkeypatch: pytest.MonkeyPatch) -> None:
     assert begun(monkeypatch, {"best": 6.0, "b": 4.0}) == ["best", "b", "b"]
     assert begun(monkeypatch, {"best": 6.0, "b": 6.0, "c": 4.0}) == ["best", "b", "c", "c"]
     assert begun(monkeypatch, {"best": 6.0, "b": 6.0, "c": 6.0, "d": 0.0}) == ["best", "b", "c", "best"]
+
+
+class Hum(NoiseEffect):
+    """An effect of the noise."""
+
+    name, stage, summary, parameters = "hum", "noise", "", ()
+
+
+def candidate(name: str, z: float = 9.0, gain: float = 70.0, **changes: Any) -> Any:
+    values = {"seen": 0.5, "start": (1.0,), "trials": 3, "signature": name, "effect": effect(name)} | changes
+    return SimpleNamespace(z=z, gain=gain, **values)
+
+
+def scored_round(
+    monkeypatch: pytest.MonkeyPatch,
+    scored: list[Any],
+    refitted: dict[str, Any],
+    noise: list[Any],
+    correction: Any = None,
+) -> tuple[SearchRound, dict[str, Any]]:
+    """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
+    said: dict[str, Any] = {"progress": []}
+    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0)
+
+    def refit(fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any) -> Any:
+        said.update(leading=[each.effect.name for each in leading], before=before, errors=errors, least=least)
+        for number in range(1, len(leading) + 1):
+            done(number)
+        return [refitted[each.effect.name] for each in leading if each.effect.name in refitted]
+
+    monkeypatch.setattr(search, "score_effects", lambda fitted, effects: scored)
+    monkeypatch.setattr(search, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
+    monkeypatch.setattr(search, "density", lambda fitted: np.zeros((3, 3)))
+    monkeypatch.setattr(search, "folds", lambda fitted: None)
+    monkeypatch.setattr(search, "refit_all", refit)
+    monkeypatch.setattr(search, "fit_correction", lambda fitted: correction)
+    monkeypatch.setattr(search, "held_out_density", lambda linear, folds: np.outer([30.0, 31, 32], [0.5, 0.5, 9]))
+    monkeypatch.setattr(search, "with_noise", lambda fitted, noise: ("with", noise))
+    known = Hum()
+    found = search.one_round(fitted, (known, Other(), effect("x")), said["progress"].append)  # type: ignore[arg-type]
+    return found, said
+
+
+class Other(Hum):
+    name = "other"
+
+
+def test_a_round_without_anything_real(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None is refitted whose score is chance or whose gain is none; the best score comes first."""
+    scored = [candidate("low", z=-2.0), candidate("high", z=3.0), candidate("none", z=9.0, gain=0.0)]
+    found, said = scored_round(monkeypatch, scored, {}, [])
+    assert said["leading"] == [] and said["progress"] == [0.25, 1.0] and found.added is None
+    assert [each.name for each in said["noise"]] == ["other"]
+    assert [(each.effect.name, each.z) for each in found.tried] == [("none", 9.0), ("high", 3.0), ("low", -2.0)]
+    # No correction: what can be explained is the excess.
+    assert (found.best_share, found.correction_gain, found.correction_se) == (40.0, 0.0, 0.0)
+    np.testing.assert_allclose([each.share for each in found.tried], [0.0, 1.0, 1.0])
+    assert all(each.signature == each.effect.name and each.start == (1.0,) for each in found.tried)
+
+
+def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The five best are refitted; fits are kept of the best, of what is like it and of what is near."""
+    names = ["a", "b", "c", "d", "e", "f"]
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    unsure = {"gain": 25.0, "gain_se": 10.0, "of_means": 60.0}
+    refitted = {
+        "a": priced("a", 9.0, gain=90.0, of_means=80.0),
+        "b": priced("b", 5.0, gain=80.0, of_means=70.0, difference=shape * -1),
+        "c": priced("c", 1.0, difference=shape - 9, **unsure),
+        "d": priced("d", 1.0, gain=50.0, of_means=60.0, difference=shape - 9),
+        "e": priced("e", 1.0, gain=50.0, of_means=5.0, difference=shape - 9),
+    }
+    linear = SimpleNamespace(linear=None)
+    found, said = scored_round(monkeypatch, [candidate(name) for name in names], refitted, [], linear)
+    assert said["leading"] == names[:5] and said["errors"] == 3.0 and said["least"] == pytest.approx(5.0)
+    np.testing.assert_allclose(said["progress"], [0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 1.0])
+    # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
+    assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
+    # As good as the best, and cheaper.
+    assert found.added is not None and found.added.effect.name == "b" and found.added.indistinguishable == ("a",)
+    assert [each.effect.name for each in found.tried] == names[:2] + ["d", "e", "c", "f"]
+    assert [each.fitted is not None for each in found.tried] == [True, True, False, False, True, False]
+    assert [each.effect.name for each in found.real] == ["a", "b", "d"]
+    np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
+
+
+def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless an effect within touches is real too."""
+    hum: Any = SimpleNamespace(effect=Hum(), z=9.0, values=(2.0,), difference=np.array([30.0, 31, 32]))
+    real = {"a": priced("a", 1.0, gain=90.0, of_means=80.0, difference=np.arange(3.0))}
+    found, said = scored_round(monkeypatch, [candidate("a")], real, [hum])
+    added = found.added
+    assert added is not None and added.noise is hum and added.fitted == ("with", hum)
+    assert (added.gain, added.seen, added.share, added.of_means, added.by_itself) == (93.0, 1.0, 1.0, 0.0, True)
+    assert added.gain_se == pytest.approx(np.sqrt(3)) and added.start == (2.0,) and said["progress"][-2] == 0.8
+    real["a"].effect.needs_samples = True
+    found, _ = scored_round(monkeypatch, [candidate("a")], real, [hum])
+    assert found.added is not None and found.added.effect.name == "a"
+
+
+@pytest.mark.parametrize(("chance", "leads"), [(0.0099, True), (0.0101, False)])
+def test_trials_are_all_signatures_and_effects_of_the_noise(
+    monkeypatch: pytest.MonkeyPatch, chance: float, leads: bool
+) -> None:
+    """Two effects of three signatures each, and one of the noise: seven trials."""
+    z = -float(ndtri(0.5 * (1 - (1 - chance) ** (1 / 7))))
+    hum: Any = SimpleNamespace(effect=Hum(), z=0.0, values=(), difference=np.zeros(3))
+    _, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
+    assert said["leading"] == (["a"] if leads else [])

@@ -68,6 +68,11 @@ def test_bins_without_readings() -> None:
     found = where._view(held(), "x", "", np.full((3, 2), 0.5), np.array([0.0, 1.0, 2.0]))
     np.testing.assert_allclose(found.square, [(1 + 9 + 4 + 0 + 49) / 5, np.nan])
     np.testing.assert_allclose(found.error, [np.sqrt(0.4), np.nan])
+    # One reading is enough.
+    one = where._view(held(), "x", "", np.array([[0.5, np.nan]] * 2 + [[1.5, np.nan]]), np.array([0.0, 1.0, 2.0]))
+    np.testing.assert_allclose(one.square, [(1 + 4) / 2, np.nan])
+    alone = where._view(held(), "x", "", np.array([[0.5, np.nan], [1.5, np.nan], [0, np.nan]]), np.array([0.0, 1, 2]))
+    np.testing.assert_allclose(alone.square, [1.0, 4.0])
 
 
 def test_sentences(monkeypatch: pytest.MonkeyPatch) -> None:
