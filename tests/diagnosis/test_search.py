@@ -402,7 +402,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
     # As good as the best, and cheaper.
     assert found.added is not None and found.added.effect.name == "b" and found.added.indistinguishable == ("a",)
-    assert [each.effect.name for each in found.tried] == names[:2] + ["d", "e", "c", "f"]
+    assert [each.effect.name for each in found.tried] == ["a", "b", "d", "e", "c", "f"]
     assert [each.fitted is not None for each in found.tried] == [True, True, False, False, True, False]
     assert [each.effect.name for each in found.real] == ["a", "b", "d"]
     np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
