@@ -21,7 +21,9 @@ def observed() -> Any:
     readings = np.array([[1.0, 2.0, 3.0], [1.0, np.nan, 3.0]])
     means = SimpleNamespace(readings=readings, counts=np.array([[6, 6, 6], [2, 9, 2]]))
     deviation = np.array([[0.1, 0.2, 0.3], [-0.1, np.nan, -0.3], [0.0, 0.0, 0.0]])
-    return SimpleNamespace(means=means, row_touch=np.array([0, 0, 1]), weight=np.array([3.0, 3.0, 2.0]), deviation=deviation)
+    return SimpleNamespace(
+        means=means, row_touch=np.array([0, 0, 1]), weight=np.array([3.0, 3.0, 2.0]), deviation=deviation
+    )
 
 
 def own(touch: int) -> np.ndarray:
