@@ -47,7 +47,7 @@ def test_density_of_touches_from_those_of_other_folds(functions: bool, samples: 
     own = np.diag([*made.precision, *np.ones(k)])
     found = held_out_density(made, FOLD)
     for touch in range(T):
-        other = FOLD != FOLD[touch]
+        other = FOLD[touch] != FOLD
         rows = design[other].reshape(-1, D + k)
         hessian = own + rows.T @ rows
         slope = np.concatenate([made.precision * made.pull, np.zeros(k)]) + rows.T @ made.residual[other].ravel()
