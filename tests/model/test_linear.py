@@ -139,3 +139,44 @@ def test_mean_square_beyond_a_bound(beyond: float) -> None:
 
 def test_what_nothing_fixes_does_not_fail_the_factor() -> None:
     np.testing.assert_array_equal(conditioned(np.diag([2.0, 0.0])), np.diag([2.0 + 2e-10, 1e-300]))
+
+
+def test_a_bound_far_beyond_is_as_good_as_a_known_value() -> None:
+    """The other parameter is then cut off about its mode and variance where the first is zero."""
+    covariance = np.array([[1.0, 0.6], [0.6, 2.0]])
+    hessian = np.linalg.inv(covariance)
+    root = np.linalg.cholesky(hessian - 0.1 * np.eye(2)).T
+    step = np.array([-500.0, -301.5])
+    model = Linearised(
+        residual=np.linalg.solve(root.T, hessian @ step)[None],
+        jacobian=root,
+        deviation=np.zeros((0, 2)),
+        deviation_jacobian=None,
+        touch=np.zeros(0, dtype=np.int64),
+        pull=np.zeros(2),
+        precision=np.full(2, 0.1),
+    )
+    held = model.holding(np.array([True, True])).covariance()
+    # Given zero for the first the second would go to -301.5 + 0.6 · 500 = -1.5, with variance 2 - 0.36.
+    variance = 2 - 0.36
+    assert held[1, 1] == pytest.approx(variance * beyond_bound(1.5 / np.sqrt(variance)), rel=1e-3)
+    # The ridge of `conditioned` counts in the difference of large numbers.
+    assert held[0, 0] == pytest.approx(beyond_bound(500.0), rel=1e-4)
+
+
+def test_one_of_two_is_held() -> None:
+    """The other goes on to its own maximum: slope 4 · 0.75 over precision 8 + 4."""
+    model = Linearised(
+        residual=np.array([[1.0, 1.0]]),
+        jacobian=np.array([[1.0, 2.0], [1.0, -2.0]]),
+        deviation=np.zeros((0, 2)),
+        deviation_jacobian=None,
+        touch=np.zeros(0, dtype=np.int64),
+        pull=np.array([0.5, 0.75]),
+        precision=np.array([2.0, 4.0]),
+    )
+    step, held = model.step_within(lambda step: (step > 0) & np.array([True, False]))
+    assert held.tolist() == [True, False] and step[0] == 0.0
+    assert step[1] == pytest.approx((4 * 0.75 + 2 - 2) / (8 + 4), rel=1e-9)
+    step, held = model.step_within(lambda step: np.zeros(2, dtype=bool))
+    np.testing.assert_allclose(step, [(2 * 0.5 + 2) / 4, 3 / 12], rtol=1e-9)
