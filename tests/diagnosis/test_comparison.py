@@ -1,4 +1,4 @@
-"""Folds are blocks in time: short ones, or long ones where touches that follow each other are neighbours in place."""
+"""Models that differ by one effect: folds, sums over touches and what is taken out, by hand."""
 
 from __future__ import annotations
 
@@ -8,13 +8,80 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.diagnosis.comparison import folds
+from bayestouch.diagnosis import comparison
+from bayestouch.diagnosis.comparison import folds, gained, paired, refit, without
+from bayestouch.effects.random import BaselineDrift
 
 
-@pytest.mark.parametrize(("scanned", "size"), [(False, 8), (True, 10)])
-def test_folds_are_blocks_in_time(scanned: bool, size: int) -> None:
-    """Of 300 touches: blocks of 8, or a thirtieth of a scan, dealt out to eight folds in turn."""
-    order = np.random.default_rng(0).permutation(300)
-    observed = SimpleNamespace(n_touches=300, touch_time_s=order.astype(float))
-    fitted: Any = SimpleNamespace(model=SimpleNamespace(known=observed, time_is_place=scanned))
-    np.testing.assert_array_equal(folds(fitted), (order // size) % 8)
+def timed(time: np.ndarray, scanned: bool = False) -> Any:
+    known = SimpleNamespace(n_touches=len(time), touch_time_s=time)
+    return SimpleNamespace(model=SimpleNamespace(known=known, time_is_place=scanned))
+
+
+@pytest.mark.parametrize(("n", "size"), [(15, 1), (32, 2), (64, 4), (128, 8), (400, 8)])
+def test_folds_are_blocks_in_time(n: int, size: int) -> None:
+    """Eight folds, dealt out in turn in blocks of at most eight touches, of which each fold gets two or more."""
+    order = np.random.default_rng(0).permutation(n)
+    found = folds(timed(order.astype(float)))
+    np.testing.assert_array_equal(found[np.argsort(order)], [k // size % 8 for k in range(n)])
+
+
+@pytest.mark.parametrize(("n", "size"), [(40, 2), (90, 3)])
+def test_folds_of_a_scan(n: int, size: int) -> None:
+    """Thirty blocks, of two touches at the least."""
+    np.testing.assert_array_equal(folds(timed(np.arange(float(n)), scanned=True)), [k // size % 8 for k in range(n)])
+
+
+def test_sums_over_touches() -> None:
+    np.testing.assert_array_equal(gained(np.array([[1.0, 2.0, 100.0], [3.0, 5.0, 100.0]])), [3.0, 8.0])
+    total, error = paired(np.array([1.0, 2.0, 6.0]))
+    # mean 3, squares 4 + 1 + 9 over 2: variance 7 of each, 21 of the sum
+    assert total == 9.0 and error == pytest.approx(np.sqrt(21))
+    assert paired(np.array([4.0]))[0] == 4.0 and np.isnan(paired(np.array([4.0]))[1])
+    assert paired(np.array([4.0, 4.0])) == (8.0, 0.0)
+
+
+def effect(name: str, count: int) -> Any:
+    return SimpleNamespace(name=name, parameters=(None,) * count)
+
+
+def test_an_effect_is_taken_out_with_its_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two base parameters, then effects with 1, 2 and 1 values."""
+    effects = (effect("a", 1), effect("b", 2), effect("c", 1))
+    model = SimpleNamespace(effects=effects, n_base=2, with_effects=lambda kept: kept)
+    drifts = ((BaselineDrift(()), (1.0,)), (SimpleNamespace(name="gain_drift"), (2.0,)))
+    whole: Any = SimpleNamespace(model=model, vector=np.arange(6.0), drifts=drifts, noise="n", whitening="w")
+    monkeypatch.setattr(comparison, "fit_from_both", lambda *of, whitening: of)
+    monkeypatch.setattr(comparison, "fit", lambda *of, whitening: of)
+    less, vector, _, left = without(whole, effects[1])  # type: ignore[misc]
+    assert less == (effects[0], effects[2]) and left == drifts
+    np.testing.assert_array_equal(vector, [0, 1, 2, 5])
+    np.testing.assert_array_equal(without(whole, effects[0])[1], [0, 1, 3, 4, 5])  # type: ignore[index]
+    same, vector, _, left = without(whole, drifts[0][0])  # type: ignore[misc]
+    assert same is model and left == drifts[1:]
+    np.testing.assert_array_equal(vector, np.arange(6.0))
+
+
+@pytest.mark.parametrize(("least", "alone"), [(8.99, True), (9.01, False)])
+def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone: bool) -> None:
+    """Means gain 1, 2, 3; deviations 2, 3, 4: a sum of 9 with a standard error of sqrt(3), five of them."""
+    model = SimpleNamespace(effects=(), values=lambda vector: ((0.0,), (7.0,)), extended=lambda vector, start: vector)
+    model.with_effects = lambda effects: model
+    fitted: Any = SimpleNamespace(
+        model=model, vector=0, noise=0, drifts=(), whitening=0, excess=1000.0, names=(), linear=None
+    )
+    used: dict[str, float] = {}
+    new = SimpleNamespace(vector=0)
+    monkeypatch.setattr(comparison, "fit_from_both", lambda *of, whitening, enough: used.update(enough=enough) or new)
+    after = np.array([[1.0, 2.0, 5.0], [2.0, 3.0, 6.0], [3.0, 4.0, 7.0]])
+    monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
+    candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,), signature=None)
+    found = refit(fitted, candidate, np.full((3, 3), 10.0), 5.0, least)
+    assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
+    assert found.gain_se == pytest.approx(np.sqrt(3 * 4)) and found.by_itself == alone
+    np.testing.assert_array_equal(found.difference, [3.0, 5.0, 7.0])
+    assert not refit(fitted, candidate, np.full((3, 3), 10.0), 5.2, 0.0).by_itself  # 5.2 sqrt(3) = 9.007
+    assert used["enough"] == pytest.approx(0.3)
+    fitted.excess = 100.0
+    refit(fitted, candidate, np.full((3, 3), 10.0), 5.0, least)
+    assert used["enough"] == 0.05

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.integrate import dblquad
 
-from bayestouch.model.linear import Linearised
+from bayestouch.model.linear import Linearised, Score, Scorer, beyond_bound, conditioned
 
 
 def linear(slope: np.ndarray) -> Linearised:
@@ -64,3 +65,118 @@ def test_nothing_is_held_in_what_is_free() -> None:
     held = model.holding(np.array([True, False]))
     assert held.free is model and model.free is model
     assert not held.jacobian[:, 0].any()
+
+
+def scores() -> Score:
+    return Score(np.array([6.0, 3.0]), np.array([[9.0, 2.0], [2.0, 4.0]]), np.array([10.0, 16.0]))
+
+
+def test_scores_of_two_columns() -> None:
+    """Seen share 13 of 26; chi-square sᵀ I⁻¹ s with I⁻¹ = (4, -2; -2, 9)/32; one step with prior precision 1 and 2."""
+    score = scores()
+    assert score.seen == 0.5
+    assert score.chi_square() == pytest.approx((4 * 36 - 2 * 2 * 18 + 9 * 9) / 32, rel=1e-6)
+    assert score.chi_square(0.1) == pytest.approx(score.slope @ np.linalg.solve([[10, 2], [2, 5.6]], score.slope))
+    # (10, 2; 2, 6) x = (6, 3): x = (30, 18)/56
+    np.testing.assert_allclose(score.estimate(np.array([1.0, 2.0])), [30 / 56, 18 / 56])
+    assert Score(np.zeros(1), np.ones((1, 1)), np.zeros(1)).seen == 0.0
+
+
+def test_scores_take_out_what_parameters_absorb() -> None:
+    """A column half along a parameter; samples within touches beside it."""
+    model = Linearised(
+        residual=np.array([[1.0, 2.0]]),
+        jacobian=np.array([[1.0], [0.0]]),
+        deviation=np.array([[3.0, 0.0]]),
+        deviation_jacobian=np.array([[2.0], [0.0]]),
+        touch=np.zeros(1, dtype=np.int64),
+        pull=np.zeros(1),
+        precision=np.array([4.0]),
+    )
+    # Precision of the parameter 1 + 4 + 4 = 9.
+    score = Scorer(model)(np.array([[[3.0, 4.0]]]))
+    assert (score.slope[0], score.raw[0]) == (11.0, 25.0)
+    assert score.information[0, 0] == pytest.approx(25 - 3 * 3 / 9, rel=1e-9)
+    score = Scorer(model)(np.array([[[3.0, 4.0]]]), np.array([[[5.0, 6.0]]]))
+    assert (score.slope[0], score.raw[0]) == (11 + 15.0, 25 + 61.0)
+    assert score.information[0, 0] == pytest.approx(25 + 61 - (3 + 10) ** 2 / 9, rel=1e-9)
+
+
+def test_cost_gradient_and_step() -> None:
+    """Half of all squares; where nothing would leave, one step goes to the maximum."""
+    model = Linearised(
+        residual=np.array([[1.0, 2.0]]),
+        jacobian=np.array([[1.0], [0.5]]),
+        deviation=np.array([[3.0, 1.0]]),
+        deviation_jacobian=np.array([[2.0], [1.0]]),
+        touch=np.zeros(1, dtype=np.int64),
+        pull=np.array([0.7]),
+        precision=np.array([4.0]),
+    )
+    assert model.cost() == pytest.approx(0.5 * (5 + 10 + 4 * 0.49))
+    assert model.gradient()[0] == pytest.approx(4 * 0.7 + 1 + 1 + 6 + 1)
+    assert model.hessian()[0, 0] == pytest.approx(1.25 + 5 + 4)
+    step, held = model.step_within(lambda step: step < 0)
+    assert step[0] == pytest.approx(11.8 / 10.25, rel=1e-9) and not held.any()
+    step, held = model.step_within(lambda step: step > 0)
+    assert step[0] == 0.0 and held.all()
+    assert model.weights().shape == (0,)
+    kept = model.holding(held)
+    assert kept.pull[0] == 0 and not kept.jacobian.any() and kept.deviation_jacobian is not None
+    assert not kept.deviation_jacobian.any() and kept.free is model
+
+
+@pytest.mark.parametrize("beyond", [0.0, 0.4, 5.0, 40.0])
+def test_mean_square_beyond_a_bound(beyond: float) -> None:
+    """Of a truncated normal about its end, by scipy; far out 2/x²."""
+    away = stats.truncnorm(beyond, np.inf)
+    wanted = away.var() + (away.mean() - beyond) ** 2
+    # scipy's own variance loses digits far out: 1 - mean·(mean - x) is a difference of large numbers.
+    assert beyond_bound(beyond) == pytest.approx(wanted, rel=1e-3 if beyond > 10 else 1e-9)
+    assert beyond_bound(999.0) == pytest.approx(2 / 999.0**2, rel=1e-3)
+    assert beyond_bound(1001.0) == 2 / 1001.0**2 and beyond_bound(1e9) == 1e-8
+
+
+def test_what_nothing_fixes_does_not_fail_the_factor() -> None:
+    np.testing.assert_array_equal(conditioned(np.diag([2.0, 0.0])), np.diag([2.0 + 2e-10, 1e-300]))
+
+
+def test_a_bound_far_beyond_is_as_good_as_a_known_value() -> None:
+    """The other parameter is then cut off about its mode and variance where the first is zero."""
+    covariance = np.array([[1.0, 0.6], [0.6, 2.0]])
+    hessian = np.linalg.inv(covariance)
+    root = np.linalg.cholesky(hessian - 0.1 * np.eye(2)).T
+    step = np.array([-500.0, -301.5])
+    model = Linearised(
+        residual=np.linalg.solve(root.T, hessian @ step)[None],
+        jacobian=root,
+        deviation=np.zeros((0, 2)),
+        deviation_jacobian=None,
+        touch=np.zeros(0, dtype=np.int64),
+        pull=np.zeros(2),
+        precision=np.full(2, 0.1),
+    )
+    held = model.holding(np.array([True, True])).covariance()
+    # Given zero for the first the second would go to -301.5 + 0.6 · 500 = -1.5, with variance 2 - 0.36.
+    variance = 2 - 0.36
+    assert held[1, 1] == pytest.approx(variance * beyond_bound(1.5 / np.sqrt(variance)), rel=1e-3)
+    # The ridge of `conditioned` counts in the difference of large numbers.
+    assert held[0, 0] == pytest.approx(beyond_bound(500.0), rel=1e-4)
+
+
+def test_one_of_two_is_held() -> None:
+    """The other goes on to its own maximum: slope 4 · 0.75 over precision 8 + 4."""
+    model = Linearised(
+        residual=np.array([[1.0, 1.0]]),
+        jacobian=np.array([[1.0, 2.0], [1.0, -2.0]]),
+        deviation=np.zeros((0, 2)),
+        deviation_jacobian=None,
+        touch=np.zeros(0, dtype=np.int64),
+        pull=np.array([0.5, 0.75]),
+        precision=np.array([2.0, 4.0]),
+    )
+    step, held = model.step_within(lambda step: (step > 0) & np.array([True, False]))
+    assert held.tolist() == [True, False] and step[0] == 0.0
+    assert step[1] == pytest.approx((4 * 0.75 + 2 - 2) / (8 + 4), rel=1e-9)
+    step, held = model.step_within(lambda step: np.zeros(2, dtype=bool))
+    np.testing.assert_allclose(step, [(2 * 0.5 + 2) / 4, 3 / 12], rtol=1e-9)

@@ -52,3 +52,18 @@ def test_mean_of_the_force_sensor() -> None:
     means = rng.normal(0.0, 0.3, (DRAWS, 6)).mean(axis=1)
     assert Noise(SD, 0 * SD, 0.0, 0.3).mean_load_sd(6) == pytest.approx(means.std(), rel=5 * np.sqrt(0.5 / DRAWS))
     assert np.isnan(Noise(SD, 0 * SD).mean_load_sd([1, 4])).all()
+
+
+def test_shares_of_smaller_peaks() -> None:
+    """The same noise in the unit of the readings where all peaks are a fifth."""
+    before = ADDED.covariance(SIGNAL, PEAK, READS.astype(float))
+    after = ADDED.for_peaks(5.0).covariance(SIGNAL, PEAK / 5, READS.astype(float))
+    np.testing.assert_allclose(after, before, rtol=1e-12)
+
+
+def test_nothing_is_added_by_default() -> None:
+    plain = NoiseModel(SD, np.ones(2), PEAK)
+    np.testing.assert_array_equal(plain.own_variance(SIGNAL), np.tile(SD**2, (2, 1)))
+    assert not plain.shared_sd(READS).any() and not plain.shared_sd_of_sample(READS).any() and plain.names == ()
+    assert AddedNoise() == AddedNoise(0.0, 1.0, 0.0, 0.0, 0.0)
+    assert plain.with_(effects=(("outliers", (0.1, 0.2)),)).names == ("outliers",)

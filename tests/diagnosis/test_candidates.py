@@ -1,0 +1,203 @@
+"""Scores of effects on models of a few numbers: slopes, allowed sides, starts and sizes worked out by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch.diagnosis import candidates
+from bayestouch.diagnosis.candidates import DRIFT_SIZES, best_size, score_effects
+from bayestouch.effects.effect import Effect, EffectParameter
+from bayestouch.effects.random import GainDrift
+from bayestouch.model.base import Predicted
+from bayestouch.model.linear import Linearised, Score
+from bayestouch.priors.parameters import LogNormal, Normal, Uniform
+
+
+def one_score(slope: float, information: float) -> Score:
+    return Score(np.array([slope]), np.array([[information]]), np.array([information]))
+
+
+def parameter(name: str, prior: Any, probes: tuple[float, ...], null: float | None = None) -> EffectParameter:
+    return EffectParameter(name, "", "", prior, probes, null)
+
+
+@pytest.mark.parametrize("size", [DRIFT_SIZES[2], DRIFT_SIZES[5], DRIFT_SIZES[9]])
+def test_best_size_of_a_random_function(size: float) -> None:
+    """log N(s | 0, I + σ² I²) - log N(s | 0, I) is largest where σ² I = s²/I - 1."""
+    information = 4e4
+    slope = float(np.sqrt(information * (1 + size**2 * information)))
+    found, gain = best_size(one_score(slope, information))
+    assert found == size
+    density = stats.norm.logpdf(slope, 0, np.sqrt(information + (size * information) ** 2))
+    assert gain == pytest.approx(density - stats.norm.logpdf(slope, 0, np.sqrt(information)))
+
+
+def test_best_size_of_several_functions() -> None:
+    information = np.array([[900.0, 300.0], [300.0, 400.0]])
+    slope = np.array([90.0, -20.0])
+
+    def gain(size: float) -> float:
+        wide = stats.multivariate_normal(np.zeros(2), information + size**2 * information @ information)
+        return float(wide.logpdf(slope) - stats.multivariate_normal(np.zeros(2), information).logpdf(slope))
+
+    found, most = best_size(Score(slope, information, np.diag(information)))
+    assert found == max(DRIFT_SIZES, key=gain) and most == pytest.approx(gain(found))
+
+
+def test_sizes_that_are_tried() -> None:
+    """Ten from 0.1 to 30 %, each 1.88 times the one before."""
+    assert len(DRIFT_SIZES) == 10 and DRIFT_SIZES[0] == pytest.approx(1e-3) and DRIFT_SIZES[-1] == pytest.approx(0.3)
+    np.testing.assert_allclose(np.diff(np.log(DRIFT_SIZES)), np.log(300) / 9)
+
+
+@pytest.mark.parametrize(
+    ("prior", "null", "one_sided"),
+    [
+        (Normal(0.0, 1.0), 0.0, False),
+        (Normal(0.0, 1.0, 0.0), 0.0, True),
+        (Uniform(-1.0, 1.0), 0.0, False),
+        (Uniform(0.0, 1.0), 0.0, True),
+        (Normal(1.0, 1.0, 0.0), 1.0, False),
+        (LogNormal(3.0, 1.0), np.inf, True),
+    ],
+)
+def test_amplitudes_that_would_leave_their_support(prior: Any, null: float, one_sided: bool) -> None:
+    """A slope of -6 with variance 9 is a chi-square of 4, unless the amplitude cannot go that way."""
+    effect = Effect()
+    effect.parameters = (parameter("size", prior, (0.1,), null),)
+    assert candidates._allowed(effect, one_score(6.0, 9.0)) == pytest.approx(4.0)
+    assert candidates._allowed(effect, one_score(-6.0, 9.0)) == pytest.approx(0.0 if one_sided else 4.0)
+    assert candidates._allowed(effect, one_score(0.0, 9.0)) == 0.0
+    effect.parameters *= 2
+    two = Score(np.array([-6.0, 0.0]), np.diag([9.0, 9.0]), np.array([9.0, 9.0]))
+    assert candidates._allowed(effect, two) == pytest.approx(4.0)
+
+
+class Model:
+    """Touches that read size · place^power, and samples -size; t = 3, m = 1."""
+
+    def __init__(self, effects: tuple[Effect, ...] = ()) -> None:
+        self.effects, self.known = effects, SimpleNamespace(n_touches=3)
+
+    def with_effects(self, effects: tuple[Effect, ...]) -> Model:
+        return Model(effects)
+
+    def extended(self, vector: np.ndarray, values: tuple[float, ...]) -> np.ndarray:
+        return np.array([*vector, *values])
+
+    def predict(self, vector: np.ndarray) -> Predicted:
+        return Predicted(vector[-2] * np.array([[1.0], [2.0], [3.0]]) ** vector[-1], None)
+
+
+def fitted(residual: list[float]) -> Any:
+    """Three touches of one element that are off by these; a parameter that does nothing."""
+    linear = Linearised(
+        residual=np.array(residual)[:, None],
+        jacobian=np.zeros((3, 1)),
+        deviation=np.zeros((0, 1)),
+        deviation_jacobian=None,
+        touch=np.zeros(0, dtype=np.int64),
+        pull=np.zeros(1),
+        precision=np.ones(1),
+    )
+    whitening = SimpleNamespace(touches=lambda rows: rows, samples=lambda rows: rows, columns=lambda rows: rows)
+    return SimpleNamespace(linear=linear, whitening=whitening, model=Model(), vector=np.zeros(0), names=("known",))
+
+
+class Power(Effect):
+    name, stage, summary = "power", "rig", ""
+    parameters = (
+        parameter("size", Uniform(-10.0, 10.0), (0.5,), 0.0),
+        parameter("power", LogNormal(1.0, 1.0), (1.0, 2.0)),
+    )
+
+
+class Known(Power):
+    name = "known"
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_score_of_an_effect(sign: float) -> None:
+    """Residuals of 3 · place² fit the second probe: signature (1, 4, 9)/2, squares 24.5, slope 147, amplitude 6."""
+    (found,) = score_effects(fitted([3 * sign, 12 * sign, 27 * sign]), (Power(), Known()))
+    assert found.effect.name == "power" and found.trials == 2
+    np.testing.assert_allclose(found.start, (3 * sign, 2.0), rtol=2e-6)
+    chi_square = 147**2 / 24.5
+    assert found.gain == pytest.approx(0.5 * chi_square - 0.5 * np.log(3), rel=1e-6)
+    assert found.z == pytest.approx(sign * np.sqrt(chi_square), rel=1e-6)
+    assert found.seen == pytest.approx(1.0)
+    np.testing.assert_allclose(found.signature[:, 0], sign * np.array([3.0, 12, 27]), rtol=2e-6)
+
+
+@pytest.mark.parametrize(("prior", "wanted"), [(Uniform(-2.0, 2.0), 2.0), (Normal(0.0, 0.5), 3 * 0.5)])
+def test_start_stays_within_the_prior(prior: Any, wanted: float) -> None:
+    """Within its support, and within three times its half width of 68 %."""
+
+    class Narrow(Power):
+        parameters = (parameter("size", prior, (0.5,), 0.0), Power.parameters[1])
+
+    for sign in (1, -1):
+        (found,) = score_effects(fitted([3.0 * sign, 12.0 * sign, 27.0 * sign]), (Narrow(),))
+        assert found.start[0] == pytest.approx(sign * wanted, rel=2e-3)
+
+
+def test_gains_are_in_order() -> None:
+    class First(Power):
+        name = "first"
+        parameters = (Power.parameters[0], parameter("power", LogNormal(1.0, 1.0), (1.0,)))
+
+    found = score_effects(fitted([3.0, 12.0, 27.0]), (First(), Power()))
+    assert [each.effect.name for each in found] == ["power", "first"]
+    # Signature 0.5 · (1, 2, 3), squares 3.5, slope 54.
+    assert found[1].gain == pytest.approx(0.5 * 54**2 / 3.5 - 0.5 * np.log(3), rel=1e-6)
+
+
+def drifting(monkeypatch: pytest.MonkeyPatch, sizes: dict[float, float]) -> GainDrift:
+    """A drift of three times and two kinds; what it does grows with time and kind by `sizes`."""
+    effect = GainDrift(
+        (
+            parameter("sd", Normal(0.0, 0.05, 0.0), (0.01,), 0.0),
+            parameter("time", LogNormal(5.0, 1.0), (9.0, 5.0, 2.0)),
+            parameter("own", Uniform(0.0, 1.0), (0.0, 1.0)),
+        )
+    )
+
+    def columns(model: Any, vector: Any, drifts: Any) -> np.ndarray:
+        ((_, (unit, time, own)),) = drifts
+        assert unit == 1.0
+        return np.array([[[sizes[own + time / 10]]]])
+
+    class Scorer:
+        def __init__(self, linear: Any) -> None:
+            pass
+
+        def of_columns(self, raw: np.ndarray) -> Score:
+            return one_score(float(raw[0, 0, 0]), 1e4)
+
+    monkeypatch.setattr(candidates, "drift_columns", columns)
+    monkeypatch.setattr(candidates, "Scorer", Scorer)
+    return effect
+
+
+def test_score_of_a_random_function(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The middle of its times stands for all; of its kinds the one that gains more."""
+    effect = drifting(monkeypatch, {0.5: 500.0, 1.5: 2000.0})
+    (found,) = score_effects(fitted([0.0, 0.0, 0.0]), (effect,))
+    size, gain = best_size(one_score(2000.0, 1e4))
+    assert found.start == (size, 5.0, 1.0) and found.gain == gain and found.trials == 2
+    assert found.z == pytest.approx(20.0)
+    # Most probable weight s/(I + 1/σ²) times what it does.
+    assert found.signature[0, 0] == pytest.approx(2000 / (1e4 + 1 / size**2) * 2000)
+
+
+def test_refined_values_of_a_random_function(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All times and kinds are tried."""
+    effect = drifting(monkeypatch, {0.9: 9.0, 0.5: 10.0, 0.2: 3000.0, 1.9: 20.0, 1.5: 50.0, 1.2: 2000.0})
+    values, gain = candidates.refine_drift(fitted([0.0, 0.0, 0.0]), effect)
+    size, most = best_size(one_score(3000.0, 1e4))
+    assert values == (size, 2.0, 0.0) and gain == most

@@ -1,0 +1,213 @@
+"""What to measure next: texts, numbers of touches and series, against sums written out by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.diagnosis import measure
+from bayestouch.diagnosis.measure import ENOUGH, NOTHING, NUMBERS, Advice, advice
+from bayestouch.effects.random import BaselineDrift
+
+COLUMNS = {"tip": [0.0, 0.0, np.inf, np.inf, 6.0, 6.0], "load": [50.0, 120.0] * 3}
+
+
+def observed(**changes: Any) -> Any:
+    """Touches with an edge, a flat and a tip of 6 mm under two loads, between -10 and 25.5 degree."""
+    columns = {**COLUMNS, **changes}
+    means = SimpleNamespace(
+        angle_deg=np.linspace(-10, 25.5, len(columns["tip"])),
+        load=np.array(columns["load"]),
+        indenter_radius_mm=np.array(columns["tip"]),
+    )
+    return SimpleNamespace(means=means)
+
+
+def tried(name: str, *, gain: float = 5.0, se: float = 3.0, share: float = 0.5, effect: Any = None, **more: Any) -> Any:
+    values = {"fitted": SimpleNamespace(), "noise": None, "indistinguishable": (), **more}
+    return SimpleNamespace(effect=effect or SimpleNamespace(name=name), gain=gain, gain_se=se, share=share, **values)
+
+
+def one_round(*candidates: Any, added: Any = None) -> Any:
+    before = SimpleNamespace(model=SimpleNamespace(known=None))
+    return SimpleNamespace(before=before, tried=candidates, added=added)
+
+
+def test_what_decides_is_twice_the_errors_squared() -> None:
+    """A difference D favours the right model by D²/2 with sd D: D²/2 = 3 D at D = 6."""
+    assert ENOUGH == 36.0
+    assert NUMBERS == (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
+    assert "500 touches" in NOTHING
+
+
+def test_series_in_words() -> None:
+    kinds = dict(measure._kinds(observed()))
+    over = "evenly from -10 to 25.5 degree"
+    wanted = {
+        f"with an edge, {over}, under 50 N/m": [0],
+        f"with a tip of 6 mm, {over}, under 50 N/m": [4],
+        f"with a flat, {over}, under 50 N/m": [2],
+        f"with all the tips in turn, {over}, under 50 N/m": [0, 2, 4],
+        f"with an edge, {over}, under 120 N/m": [1],
+        f"with a tip of 6 mm, {over}, under 120 N/m": [5],
+        f"with a flat, {over}, under 120 N/m": [3],
+        f"with all the tips in turn, {over}, under 120 N/m": [1, 3, 5],
+    }
+    assert {name: rows.tolist() for name, rows in kinds.items()} == wanted
+
+
+def test_advice_in_words() -> None:
+    assert str(Advice(("a", "b"), 20, "with a flat")) == "To decide between a and b: about 20 more touches with a flat."
+    assert str(Advice(("a", "b"), None, NOTHING)) == f"To decide between a and b: {NOTHING}."
+
+
+def test_squares_without_anything_left_open() -> None:
+    """n touches spread over two that differ by 1 and 2: D² = n/2 (1 + 4)."""
+    squares = measure._decides(np.array([[1.0], [2.0]]), np.zeros((1, 2, 1)))
+    np.testing.assert_allclose(squares, [number / 2 * 5 for number in NUMBERS])
+
+
+def test_squares_with_a_direction_that_is_left_open() -> None:
+    """One standard deviation of a parameter does a = (1, 1) to d = (1, 2).
+
+    D² = n' dᵀ (1 + n' a aᵀ)⁻¹ d with n' = n/2 = n' (5 - 9 n'/(1 + 2 n')) by Sherman and Morrison.
+    """
+    squares = measure._decides(np.array([[1.0], [2.0]]), np.ones((1, 2, 1)))
+    n = np.array(NUMBERS) / 2
+    np.testing.assert_allclose(squares, n * (5 - 9 * n / (1 + 2 * n)))
+
+
+def decide(monkeypatch: pytest.MonkeyPatch, apart: list[float]) -> Advice:
+    """Advice where the predictions of the six touches of `observed` differ by these."""
+    monkeypatch.setattr(measure, "hypothetical", lambda before: observed())
+    found = (np.array(apart)[:, None], np.zeros((1, 6, 1)))
+    monkeypatch.setattr(measure, "separation", lambda one, two, known: found)
+    return measure._advice(SimpleNamespace(model=SimpleNamespace(known=None)), tried("one"), tried("two"))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("differs", "number"), [(np.sqrt(36 / 20), 20), (np.sqrt(36 / 20.1), 30), (4.0, 3), (np.sqrt(36 / 501), None)]
+)
+def test_least_number_that_decides(monkeypatch: pytest.MonkeyPatch, differs: float, number: int | None) -> None:
+    """The flat under 120 N/m shows it: n touches whiten to n times the square."""
+    found = decide(monkeypatch, [0, 0, 0, differs * (1 + 1e-12), 0, 0])
+    assert found.between == ("one", "two") and found.number == number
+    where = "with a flat, evenly from -10 to 25.5 degree, under 120 N/m"
+    assert found.touches == (NOTHING if number is None else where)
+
+
+@pytest.mark.parametrize(("square", "number"), [(36 / 7.5, 8), (36 / 500, 500), (36 / 501, None)])
+def test_numbers_of_touches_in_time(monkeypatch: pytest.MonkeyPatch, square: float, number: int | None) -> None:
+    """Two elements share the difference: D² of a touch is the sum over elements, on the mean over touches."""
+    each = np.sqrt(np.outer([0.5, 1.5], [0.25, 0.75]) * square)
+    monkeypatch.setattr(measure, "separation", lambda one, two, known: (each * (1 + 1e-12), None))
+    drift = tried("baseline_drift", effect=BaselineDrift(()))
+    found = measure._advice(SimpleNamespace(model=SimpleNamespace(known=None)), drift, tried("two"))  # type: ignore[arg-type]
+    assert found.number == number
+    kind = "of one kind (tip, location, load), spread evenly over the whole time"
+    assert found.touches == (NOTHING if number is None else kind)
+
+
+def test_which_pair_is_undecided() -> None:
+    near, second, sure = tried("near"), tried("second"), tried("sure", gain=50.0)
+    assert measure._undecided(one_round(sure, near, second)) == (near, second)
+    assert measure._undecided(one_round(sure, near)) is None
+    assert measure._undecided(one_round(near, tried("noise", noise=1), tried("unfitted", fitted=None))) is None
+    added = tried("added", gain=50.0, indistinguishable=("second", "third"))
+    assert measure._undecided(one_round(added, near, second, added=added)) == (added, second)
+    assert measure._undecided(one_round(added, near, added=added)) is None
+    unfitted = tried("added", fitted=None, indistinguishable=("second",))
+    assert measure._undecided(one_round(second, added=unfitted)) is None
+
+
+def test_advice_of_the_first_round_that_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(measure, "_advice", lambda before, one, two: (one.effect.name, two.effect.name))
+    rounds = (one_round(tried("a")), one_round(tried("b"), tried("c")), one_round(tried("d"), tried("e")))
+    assert advice(rounds) == ("b", "c")
+    assert advice(rounds[:1]) is None
+
+
+def test_elements_that_are_never_read_are_not_predicted() -> None:
+    table: Any = SimpleNamespace(readings=np.array([[1.0, np.nan, np.nan], [2.0, np.nan, 4.0]]))
+    np.testing.assert_array_equal(measure._some_readings(table, 2), [[0.0, np.nan, 0.0]] * 2)
+
+
+class Line:
+    """A model whose touches read vector · place."""
+
+    def __init__(self, known: Any) -> None:
+        self.known = known
+
+    def observing(self, known: Any) -> Line:
+        return Line(known)
+
+    def predict(self, vector: np.ndarray) -> Any:
+        return SimpleNamespace(touches=vector[0] * self.known.place[:, None])
+
+    def derivatives(self, vector: np.ndarray) -> tuple[np.ndarray, None]:
+        return self.known.place[None, :, None], None
+
+    def by_load(self, vector: np.ndarray) -> np.ndarray:
+        return np.zeros((len(self.known.place), 1))
+
+
+def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Differences over the noise, and what one standard deviation of either slope does to them."""
+    known = SimpleNamespace(place=np.array([1.0, 3.0]), n_touches=2)
+    seen: list[np.ndarray] = []
+
+    def whitening(observed: Any, noise: Any, first: np.ndarray, by_load: np.ndarray) -> Any:
+        seen.append(noise.load_sd)
+        return SimpleNamespace(touches=lambda rows: rows / 0.5)
+
+    monkeypatch.setattr(measure, "Whitening", SimpleNamespace(of=whitening))
+
+    def fitted(slope: float, variance: float, drifted: float) -> Any:
+        noise = SimpleNamespace(
+            load_sd=np.array([1.0, 2.0, 9.0]), with_=lambda load_sd: SimpleNamespace(load_sd=load_sd)
+        )
+        linear = SimpleNamespace(covariance=lambda: np.array([[variance]]))
+        return SimpleNamespace(model=Line(known), vector=np.array([slope]), noise=noise, linear=linear, drifted=drifted)
+
+    one, two = fitted(2.0, 0.04, 10.0), fitted(5.0, 0.09, 4.0)
+    apart, spread = measure.separation(one, two, known)  # type: ignore[arg-type]
+    np.testing.assert_allclose(apart[:, 0], [(2 - 5 + 6) / 0.5, (6 - 15 + 6) / 0.5])
+    np.testing.assert_allclose(spread[:, :, 0], [[0.2 / 0.5, 0.6 / 0.5], [0.3 / 0.5, 0.9 / 0.5]])
+    np.testing.assert_array_equal(seen[0], [2.0, 2.0])
+    # Other touches are not in the drifts' time.
+    other = SimpleNamespace(place=np.array([1.0, 3.0, 4.0]), n_touches=3)
+    apart, _ = measure.separation(one, two, other)  # type: ignore[arg-type]
+    np.testing.assert_allclose(apart[:, 0], [-6.0, -18.0, -24.0])
+    # Two parameters: rows of the root, one direction each.
+    root = np.array([[2.0, 0.0], [1.0, 3.0]])
+    pair = (SimpleNamespace(derivatives=lambda vector: (np.array([[[1.0]], [[10.0]]]), None)), None)
+    left = SimpleNamespace(linear=SimpleNamespace(covariance=lambda: root @ root.T))
+    white = SimpleNamespace(touches=lambda rows: rows)
+    np.testing.assert_allclose(measure._open(white, left, pair).ravel(), [2 + 10, 30.0])  # type: ignore[arg-type]
+
+
+def test_touches_that_are_considered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two tips, eleven places from first to last, least, median and largest load; at the end of the time."""
+    table = SimpleNamespace(readings=np.ones((5, 2)))
+    table.select = lambda rows: SimpleNamespace(with_=lambda **columns: columns)
+    means = SimpleNamespace(
+        angle_deg=np.array([-20.0, 30.0, 5.0]),
+        indenter_radius_mm=np.array([6.0, np.inf, 6.0]),
+        counts=np.array([[3, 0], [4, 5], [9, 2]]),
+    )
+    known = SimpleNamespace(table=table, means=means, unit="s", history="h", span=(3.0, 70.0), sessions=())
+    model = SimpleNamespace(known=known)
+    monkeypatch.setattr(measure, "finger_model", lambda _: SimpleNamespace(load=np.array([10.0, 50.0, 20.0])))
+    monkeypatch.setattr(measure, "Observations", SimpleNamespace(of=lambda *given: given))
+    rows, time, held, *_ = measure.hypothetical(SimpleNamespace(model=model))  # type: ignore[arg-type, misc]
+    n = 2 * 11 * 3
+    assert (time.tolist(), held.tolist()) == ([70.0] * n, [0.0] * n)
+    np.testing.assert_allclose(np.unique(rows["angle_deg"]), np.arange(-20, 31, 5.0))
+    assert set(rows["indenter_radius_mm"]) == {6.0, np.inf} and set(rows["load"]) == {10.0, 20.0, 50.0}
+    assert len(set(zip(rows["angle_deg"], rows["indenter_radius_mm"], rows["load"], strict=True))) == n
+    np.testing.assert_array_equal(rows["touch"], np.arange(n))
+    assert set(rows["reads"]) == {5.0} and set(rows["contact"]) == {1.0} and set(rows["sample"]) == {0}
+    assert np.isnan(rows["time_s"]).all() and rows["readings"].shape == (n, 2) and rows["readings_sd"] is None

@@ -1,0 +1,107 @@
+"""Models with effects of the noise in them: what is left of each element's own noise, written out."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch.diagnosis import noise_fit
+from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
+from bayestouch.model.noise import AddedNoise, NoiseModel
+
+SD, PEAK = np.array([1.0, 0.5]), np.array([100.0, 40.0])
+
+
+def fitted(model: Any) -> Any:
+    return SimpleNamespace(noise=NoiseModel(SD, np.ones(2), PEAK), model=model, vector=0.0, drifts=(), drifted=0.0)
+
+
+@pytest.fixture(autouse=True)
+def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The fit gives back the noise that it was given."""
+    monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: (model, noise))
+
+
+def found(effect: Any, values: tuple[float, float]) -> Any:
+    return SimpleNamespace(effect=effect, values=values)
+
+
+def test_noise_that_grows_with_the_signal() -> None:
+    """Its mean variance is taken from the element's own, of which two per cent are left at the least."""
+    touches = np.array([[100.0, 40.0], [0.0, 10.0]])
+    model = SimpleNamespace(predict=lambda vector: SimpleNamespace(touches=touches))
+    _, noise = noise_fit.with_noise(fitted(model), found(SignalDependentNoise(), (0.01, 0.5)))  # type: ignore[misc]
+    # First element: (0.01·100)² · (1 + 0)/2 = 0.5; second: (0.01·40)² (1 + 1/4)/2 = 0.1.
+    np.testing.assert_allclose(noise.sd, np.sqrt([1 - 0.5, 0.25 - 0.1]))
+    assert noise.added == AddedNoise(share=0.01, power=0.5)
+    assert noise.effects == (("signal_dependent_noise", (0.01, 0.5)),)
+    _, noise = noise_fit.with_noise(fitted(model), found(SignalDependentNoise(), (0.1, 0.5)))  # type: ignore[misc]
+    np.testing.assert_allclose(noise.sd, np.sqrt(0.02) * SD)
+
+
+def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are left out; own noise is what the others scatter by, or as before where nothing tells it."""
+    cleaned = SimpleNamespace(means=SimpleNamespace(pure_error_variance=np.array([0.09, np.nan])))
+    known = SimpleNamespace(table="table", without=lambda wrong: cleaned if wrong == "wrong" else None)
+    model = SimpleNamespace(known=known, observing=lambda observed: ("model of", observed))
+    seen: list[Any] = []
+    monkeypatch.setattr(noise_fit, "from_median", lambda table: f"from {table}")
+    monkeypatch.setattr(noise_fit, "wrong_readings", lambda *given: seen.append(given) or "wrong")
+    moved, noise = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))  # type: ignore[misc]
+    assert moved == ("model of", cleaned)
+    np.testing.assert_allclose(noise.sd, [0.3, 0.5])
+    deviation, own, peak, values = seen[0]
+    # 1 - 0.01 · 6² = 0.64; 0.25 - 0.01 · 2.4² = 0.1924.
+    np.testing.assert_allclose(own, np.sqrt([0.64, 0.1924]))
+    assert deviation == "from table" and values == (0.01, 0.06) and peak is PEAK
+    noise_fit.with_noise(fitted(model), found(Outliers(), (0.3, 0.06)))
+    np.testing.assert_allclose(seen[1][1], np.sqrt(0.005) * SD)
+
+
+def test_an_error_that_all_elements_share(monkeypatch: pytest.MonkeyPatch) -> None:
+    effect = CommonModeNoise()
+    monkeypatch.setattr(noise_fit, "TouchScatter", SimpleNamespace(of=lambda fitted: "scatter"))
+    monkeypatch.setattr(CommonModeNoise, "own", lambda self, scatter, values: np.array([0.25, 0.81]))
+    monkeypatch.setattr(noise_fit, "_touch_size", lambda fitted, noise: 0.007)
+    _, noise = noise_fit.with_noise(fitted(None), found(effect, (0.02, 0.3)))  # type: ignore[misc]
+    assert noise.added == AddedNoise(common=0.02, common_shared=0.3, common_touch=0.007)
+    np.testing.assert_allclose(noise.sd, [0.5, 0.45])
+
+
+def test_sizes_that_are_tried() -> None:
+    sizes = noise_fit.TOUCH_SIZES
+    assert len(sizes) == 41 and sizes[0] == 0 and sizes[1] == pytest.approx(2e-4) and sizes[-1] == pytest.approx(0.2)
+    np.testing.assert_allclose(np.diff(np.log(sizes[1:])), np.log(1000) / 39)
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.5, 3.0])
+def test_size_of_what_a_whole_touch_shares(shift: float) -> None:
+    """The most probable of those tried, by scipy's density: own noise over the root of the reads, and one error."""
+    rng = np.random.default_rng(3)
+    reads = np.array([4, 1, 9])
+    residual = shift * rng.standard_normal((3, 1)) * PEAK / 10 + SD / np.sqrt(reads)[:, None] * rng.standard_normal(
+        (3, 2)
+    )
+    drifted, predicted = np.array([[1.0, 2.0]] * 3), np.array([[50.0, 10.0]] * 3)
+    means = SimpleNamespace(readings=residual + drifted + predicted, counts=np.tile(reads[:, None], 2))
+    empty = SimpleNamespace(
+        row_touch=np.zeros(0, dtype=int), weight=np.zeros(0), deviation=np.zeros((0, 2)), means=means
+    )
+    model = SimpleNamespace(
+        known=empty, predict=lambda vector: SimpleNamespace(touches=predicted), by_load=lambda vector: np.zeros((3, 2))
+    )
+    given: Any = SimpleNamespace(model=model, vector=None, drifted=drifted)
+    noise = NoiseModel(SD, np.ones(3), PEAK, AddedNoise(common=0.002))
+
+    def likelihood(size: float) -> float:
+        total = 0.0
+        for row, k in zip(residual, reads, strict=True):
+            covariance = np.diag(SD**2 / k) + (0.002**2 / k + size**2) * np.outer(PEAK, PEAK)
+            total += float(stats.multivariate_normal(np.zeros(2), covariance).logpdf(row))
+        return total
+
+    assert noise_fit._touch_size(given, noise) == max(noise_fit.TOUCH_SIZES, key=likelihood)

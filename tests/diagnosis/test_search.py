@@ -1,0 +1,433 @@
+"""Decisions of the search at their limits, each with numbers that are worked out by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.special import ndtri
+
+from bayestouch.diagnosis import search
+from bayestouch.diagnosis.rounds import SearchRound, Tried
+from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.random import BaselineDrift
+
+DRIFT = BaselineDrift(())
+
+
+def effect(name: str) -> Any:
+    return SimpleNamespace(name=name, parameters=(), needs_samples=False)
+
+
+def tried(name: str = "one", **changes: Any) -> Tried:
+    """A candidate that is real: it gains 60 ± 10, explains half and is far from chance."""
+    values = {"z": 9.0, "seen": 0.5, "start": (), "gain": 60.0, "gain_se": 10.0, "of_means": 50.0, "share": 0.5}
+    values |= {"effect": effect(name), "fitted": SimpleNamespace()}
+    return Tried(**{**values, **changes})
+
+
+def one_round(added: Tried | None, best_share: float = 100.0, **changes: Any) -> SearchRound:
+    values = {"before": SimpleNamespace(excess=0.0, n_readings=100), "tried": (), "correction": None}
+    values |= {"correction_gain": 0.0, "correction_se": 0.0}
+    return SearchRound(added=added, best_share=best_share, **{**values, **changes})
+
+
+def test_settings() -> None:
+    """What docs/diagnose.md says of the search rests on these."""
+    assert (search.CHANCE, search.ERRORS, search.MATERIAL, search.SHARE) == (0.01, 3.0, 0.1, 0.3)
+    assert (search.TOGETHER, search.TOGETHER_RANDOM, search.ALIKE, search.NEARLY) == (0.75, 0.6, 2.0, 0.9)
+    assert (search.LEADING, search.MOST_EFFECTS, search.OTHER_STARTS, search.VISIBLE) == (5, 4, 2, 0.2)
+
+
+@pytest.mark.parametrize(
+    ("of_means", "stands"), [([74.9], False), ([75.0], True), ([40, 34.9], False), ([40, 35], True)]
+)
+def test_what_is_added_must_explain_three_quarters(of_means: list[float], stands: bool) -> None:
+    """Of what could be explained in its own round, together with what came after."""
+    rounds = tuple(one_round(tried(of_means=each), 100.0 if k == 0 else 1.0) for k, each in enumerate(of_means))
+    assert search._stands(rounds) == stands
+
+
+@pytest.mark.parametrize(("of_means", "stands"), [(59.9, False), (60.0, True)])
+def test_less_is_asked_of_a_random_function(of_means: float, stands: bool) -> None:
+    assert search._stands((one_round(tried(of_means=of_means, effect=DRIFT)),)) == stands
+
+
+def test_what_shows_by_itself_stands_and_explains_nothing_for_others() -> None:
+    alone = tried(of_means=0.0, by_itself=True)
+    assert search._stands((one_round(alone),))
+    assert not search._stands((one_round(tried(of_means=50)), one_round(replace_means(alone, 60.0))))
+
+
+def replace_means(one: Tried, of_means: float) -> Tried:
+    return Tried(**{**one.__dict__, "of_means": of_means})
+
+
+@pytest.mark.parametrize(
+    ("of_means", "kept"),
+    # Each of a round in which 100 could be explained: what falls takes along what came after it.
+    [([80, 80], 2), ([80, 10], 1), ([10, 80], 2), ([10, 10], 0), ([40, 10, 80], 3), ([80, 40, 10], 1)],
+)
+def test_rounds_that_are_retained(of_means: list[float], kept: int) -> None:
+    rounds = (*(one_round(tried(of_means=each)) for each in of_means), one_round(None))
+    assert search._count_retained(rounds) == kept
+
+
+def test_the_rest_is_searched_again_without_what_fell(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Round two falls, and an effect of round three that shows by itself is tried in its place."""
+    alone = tried("alone", by_itself=True, of_means=0.0)
+    kept, fallen = (
+        one_round(tried("kept", of_means=80)),
+        one_round(tried("fallen", of_means=10), tried=(tried("x"), alone)),
+    )
+    rounds = (kept, fallen, one_round(alone), one_round(None))
+    monkeypatch.setattr(search, "one_round", lambda fitted, effects, *rest: (fitted, effects))
+    anew = (one_round(alone, tried=(alone,), real=(alone,)), one_round(None, best_share=7.0))
+    seen: list[Any] = []
+    monkeypatch.setattr(search, "_greedy", lambda first, effects, *rest: seen.append((first, effects)) or anew)
+    effects: Any = (effect("alone"), effect("kept"), effect("fallen"))
+    found = search._retained(rounds, effects, None)
+    assert seen == [((fallen.before, effects[:1]), effects[:1])]
+    assert len(found) == 3 and found[0] is kept and found[2] is anew[1]
+    assert found[1].added is alone and found[1].real == ()
+    assert [each.effect.name for each in found[1].tried] == ["alone", "x"]
+
+
+def test_what_falls_without_an_heir_is_no_longer_added() -> None:
+    kept, fallen = one_round(tried("kept", of_means=80)), one_round(tried("fallen", of_means=10), dropped=("y",))
+    found = search._retained((kept, fallen, one_round(None)), (), None)
+    assert len(found) == 2 and found[0] is kept
+    assert found[1].added is None and found[1].dropped == () and found[1].before is fallen.before
+    whole = (kept, one_round(None))
+    assert search._retained(whole, (), None) is whole
+
+
+@pytest.mark.parametrize(("excess", "within"), [(4.99, True), (5.0, False)])
+def test_within_the_noise(excess: float, within: bool) -> None:
+    """Half of 10 % of the readings."""
+    last = one_round(None, before=SimpleNamespace(excess=excess, n_readings=100))
+    assert search._within_noise((one_round(None, before=None), last)) == within
+
+
+def test_parts_of_the_progress() -> None:
+    """Half of the bar for the first round, a sixth for the second, a twelfth for the third."""
+    said: list[float] = []
+    for done in range(3):
+        part = search._part(said.append, done)
+        part(0.0)
+        part(1.0)
+    np.testing.assert_allclose(said, [0, 1 / 2, 1 / 2, 2 / 3, 2 / 3, 3 / 4])
+    assert search._part(None, 0)(0.5) is None
+
+
+@pytest.mark.parametrize(("readings", "least"), [(1000, 5.0), (10_000, 50.0), (20_000, 50.0)])
+def test_least_gain(readings: int, least: float) -> None:
+    """Half the squares of a tenth of the noise: n/200, and no more than 50."""
+    assert search._least(SimpleNamespace(n_readings=readings)) == pytest.approx(least)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("trials", [1, 40])
+def test_chance_of_the_best_of_many_trials(trials: int) -> None:
+    """1 - (1 - p)^n = 0.01, on both sides of zero."""
+    limit = -float(ndtri(0.5 * (1 - 0.99 ** (1 / trials))))
+    for sign in (1, -1):
+        assert search._passes(sign * limit * (1 + 1e-6), trials)
+        assert not search._passes(sign * limit * (1 - 1e-6), trials)
+
+
+@pytest.mark.parametrize(
+    ("changes", "real"),
+    [
+        ({}, True),
+        ({"gain": float("nan")}, False),
+        ({"z": 2.0}, False),
+        ({"gain": 30.0}, True),
+        ({"gain": 29.9}, False),
+        ({"gain": 20.0, "gain_se": 1.0}, True),
+        ({"gain": 19.9, "gain_se": 1.0}, False),
+        ({"share": 0.3}, True),
+        ({"share": 0.29}, False),
+        ({"share": 0.29, "by_itself": True}, True),
+        ({"effect": DRIFT}, True),
+        ({"effect": DRIFT, "seen": 0.2}, False),
+        ({"effect": DRIFT, "seen": 0.21}, True),
+        ({"effect": DRIFT, "gain": 40.0}, False),
+    ],
+)
+def test_what_is_real(changes: dict[str, Any], real: bool) -> None:
+    """At the limits, with a least gain of 20 and a correction that gains 40."""
+    assert search._is_real(tried(**changes), 10, 20.0, 40.0) == real
+
+
+@pytest.mark.parametrize(
+    ("gain", "share", "near"),
+    [(29.9, 0.3, True), (30.0, 0.3, False), (0.0, 0.3, False), (0.5, 0.3, True), (29, 0.29, False)],
+)
+def test_what_is_near(gain: float, share: float, near: bool) -> None:
+    assert search.is_near(tried(gain=gain, share=share)) == near
+
+
+def test_share_of_what_can_be_explained() -> None:
+    """By the means where it was refitted, by all where it shows by itself, else by the score; between 0 and 1."""
+    scored: Any = SimpleNamespace(gain=10.0)
+    assert search._share(tried(of_means=50), scored, 200.0) == 0.25
+    assert search._share(tried(of_means=50, by_itself=True), scored, 200.0) == 0.3
+    assert search._share(tried(gain=float("nan")), scored, 200.0) == 0.05
+    assert search._share(tried(of_means=300), scored, 200.0) == 1.0
+    assert search._share(tried(of_means=-300), scored, 200.0) == 0.0
+
+
+def paired(*differences: float) -> dict[str, Any]:
+    return {"difference": np.array(differences)}
+
+
+def test_as_good_is_within_two_standard_errors() -> None:
+    """Differences of 1 ± 1 over 9 touches: a sum of 9 with a standard error of 3 sqrt(9/8) = 3.18, 2.8 of them."""
+    best = tried(**paired(*np.zeros(9)))
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])  # sum 0, sample variance 1: standard error 3
+    assert search._as_good(tried(**paired(*(shape - 5.99 / 9))), best)
+    assert not search._as_good(tried(**paired(*(shape - 6.01 / 9))), best)
+    assert search._as_good(tried(**paired(*(shape + 50))), best)
+    assert not search._as_good(tried(), best) and not search._as_good(best, tried())
+
+
+def test_names_of_what_cannot_be_told_apart() -> None:
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    added = tried("added", **paired(*np.zeros(9)))
+    others = [tried("like", **paired(*shape)), tried("worse", **paired(*(shape - 1))), added]
+    noise = tried("noise", noise=SimpleNamespace(), **paired(*shape))
+    assert search._indistinguishable_from(added, [*others, noise]) == ("like",)
+    assert search._indistinguishable_from(noise, others) == ()
+
+
+def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
+    fitted = SimpleNamespace(
+        linear=SimpleNamespace(cost=lambda: cost), model=SimpleNamespace(known=SimpleNamespace(n_touches=100))
+    )
+    kind = SimpleNamespace(name=name, parameters=(None,) * count, needs_samples=False)
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    return tried(**{"effect": kind, "fitted": fitted, "difference": shape * changes.pop("sign", 1.0), **changes})
+
+
+def test_price_is_schwarz_criterion() -> None:
+    assert search._price(priced("a", 12.0, 3)) == pytest.approx(12 + 1.5 * np.log(100))
+
+
+def test_the_plainest_of_those_as_good() -> None:
+    """Two parameters more cost log 100 = 4.6."""
+    best, plain = priced("best", 10.0, 3), priced("plain", 14.5, 1, sign=-1.0)
+    assert search._plainest([best, plain]) is plain
+    dear = priced("dear", 14.7, 1, sign=-1.0)
+    assert search._plainest([best, dear]) is best
+    far = priced("far", 1.0, difference=np.zeros(9) - np.array([9.0, 8, 9, 8, 9, 8, 9, 8, 9]))
+    assert search._plainest([best, far]) is best
+    noise = tried("noise", noise=SimpleNamespace())
+    assert search._plainest([noise, plain]) is noise
+    assert search._plainest([best, noise]) is best
+
+
+@pytest.mark.parametrize(("of_means", "cause"), [(45.0, False), (45.1, True)])
+def test_a_cause_goes_before_a_random_function(of_means: float, cause: bool) -> None:
+    """Where it does more than nine tenths of what that does, though it gains less density."""
+    drift = tried(effect=DRIFT, **paired(*np.full(9, 9.0)))
+    far = tried("far", of_means=of_means, **paired(*np.arange(9.0) / 10))
+    less = tried("less", of_means=20.0, **paired(*np.arange(9.0) / 10))
+    assert search._plainest([drift, less, far]) is (far if cause else drift)
+    assert search._plainest([drift]) is drift
+
+
+def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect without which the density falls by less than three errors, or by little, is dropped."""
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])  # standard error 3 of its sum
+    falls = {"needed": shape + 9.01 / 9, "unsure": shape + 8.99 / 9, "little": np.full(9, 4.9 / 9)}
+    densities: dict[int, Any] = {}
+
+    def fitted_with(total: Any) -> Any:
+        made = SimpleNamespace(n_readings=1000)
+        densities[id(made)] = total
+        return made
+
+    now = fitted_with(np.zeros((9, 3)))
+    fits = {name: fitted_with(np.stack([-fall / 2, -fall / 2, fall * 7], axis=1)) for name, fall in falls.items()}
+    monkeypatch.setattr(search, "density", lambda fitted: densities[id(fitted)])
+    for name in falls:
+        monkeypatch.setattr(search, "without", lambda fitted, each: fits[each.name])
+        before = SimpleNamespace(model=SimpleNamespace(effects=(effect(name),)), drifts=())
+        found, dropped = search._needed(now, one_round(tried(), before=before))
+        assert dropped == (() if name == "needed" else (name,)), name
+        assert found is (now if name == "needed" else fits[name])
+    drift: Any = SimpleNamespace(name="unsure")
+    before = SimpleNamespace(model=SimpleNamespace(effects=(effect("little"),)), drifts=((drift, ()),))
+    assert search._needed(now, one_round(tried(effect=DRIFT), before=before))[1] == ("unsure",)
+
+
+def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three samples of one touch: the mean square of whitened deviations over two degrees of freedom."""
+    deviation = np.array([[2.0, np.nan], [-2.0, np.nan], [0.0, np.nan]])
+    known = SimpleNamespace(row_touch=np.zeros(3, dtype=int), n_touches=2, deviation=deviation)
+    noise = SimpleNamespace(sd=np.array([0.5, 0.3]))
+    noise.with_ = lambda **changes: SimpleNamespace(**changes)
+    linear = SimpleNamespace(deviation_jacobian=np.zeros((6, 1)), deviation=np.nan_to_num(deviation))
+    fitted: Any = SimpleNamespace(noise=noise, linear=linear, model=SimpleNamespace(known=known), vector=0, drifts=())
+    monkeypatch.setattr(search, "fit_with_own_peaks", lambda model, vector, noise, drifts: noise)
+    # (4 + 4)/(3 - 1) = 4: twice the noise; the element that was not read keeps its own.
+    np.testing.assert_allclose(search.settled(fitted).sd, [1.0, 0.3])
+    linear.deviation_jacobian = None
+    assert search.settled(fitted) is noise
+
+
+def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The round after the fourth adds nothing, and an effect that was dropped is tried no more."""
+    monkeypatch.setattr(search, "settled", lambda fitted: fitted)
+    monkeypatch.setattr(search, "_needed", lambda fitted, last: (fitted, ("gone",)))
+    offered: list[list[str]] = []
+
+    def again(fitted: Any, effects: Any, *rest: Any) -> SearchRound:
+        offered.append([each.name for each in effects])
+        return one_round(tried(), real=(tried(),))
+
+    monkeypatch.setattr(search, "one_round", again)
+    rounds = search._greedy(one_round(tried("first")), (effect("gone"), effect("kept")), None, None)  # type: ignore[arg-type]
+    assert [each.added is not None for each in rounds] == [True] * 4 + [False]
+    assert offered == [["kept"]] * 4 and all(each.dropped == ("gone",) for each in rounds[:4])
+    assert all(each.real == () for each in rounds[1:])
+
+
+def begun(monkeypatch: pytest.MonkeyPatch, ends: dict[str, float]) -> list[str]:
+    """The first effects that are tried, where the search from each leads to this excess over 100 readings."""
+    first = one_round(
+        tried("best"), real=tuple(tried(name, **paired(*np.arange(3.0))) for name in ("best", "b", "c", "d"))
+    )
+    taken: list[str] = []
+
+    def greedy(start: SearchRound, *rest: Any) -> tuple[SearchRound, ...]:
+        assert start.added is not None
+        name = start.added.effect.name
+        taken.append(name)
+        return start, one_round(None, before=SimpleNamespace(excess=ends[name], n_readings=100))
+
+    monkeypatch.setattr(search, "one_round", lambda *rest: first)
+    monkeypatch.setattr(search, "_greedy", greedy)
+    monkeypatch.setattr(search, "_count_retained", lambda rounds: len(rounds) - 1)
+    found = search.search(SimpleNamespace(model=SimpleNamespace()), ())  # type: ignore[arg-type]
+    assert found[0].added is not None and found[0].real == ()
+    return [*taken, found[0].added.effect.name]
+
+
+def test_other_beginnings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two others are tried where the best first guess leaves more than the noise; the first that does not is taken."""
+    assert begun(monkeypatch, {"best": 4.0}) == ["best", "best"]
+    assert begun(monkeypatch, {"best": 6.0, "b": 4.0}) == ["best", "b", "b"]
+    assert begun(monkeypatch, {"best": 6.0, "b": 6.0, "c": 4.0}) == ["best", "b", "c", "c"]
+    assert begun(monkeypatch, {"best": 6.0, "b": 6.0, "c": 6.0, "d": 0.0}) == ["best", "b", "c", "best"]
+
+
+class Hum(NoiseEffect):
+    """An effect of the noise."""
+
+    name, stage, summary, parameters = "hum", "noise", "", ()
+
+
+def candidate(name: str, z: float = 9.0, gain: float = 70.0, **changes: Any) -> Any:
+    values = {"seen": 0.5, "start": (1.0,), "trials": 3, "signature": name, "effect": effect(name)} | changes
+    return SimpleNamespace(z=z, gain=gain, **values)
+
+
+def scored_round(
+    monkeypatch: pytest.MonkeyPatch,
+    scored: list[Any],
+    refitted: dict[str, Any],
+    noise: list[Any],
+    correction: Any = None,
+) -> tuple[SearchRound, dict[str, Any]]:
+    """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
+    said: dict[str, Any] = {"progress": []}
+    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0)
+
+    def refit(fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any) -> Any:
+        said.update(leading=[each.effect.name for each in leading], before=before, errors=errors, least=least)
+        for number in range(1, len(leading) + 1):
+            done(number)
+        return [refitted[each.effect.name] for each in leading if each.effect.name in refitted]
+
+    monkeypatch.setattr(search, "score_effects", lambda fitted, effects: scored)
+    monkeypatch.setattr(search, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
+    monkeypatch.setattr(search, "density", lambda fitted: np.zeros((3, 3)))
+    monkeypatch.setattr(search, "folds", lambda fitted: None)
+    monkeypatch.setattr(search, "refit_all", refit)
+    monkeypatch.setattr(search, "fit_correction", lambda fitted: correction)
+    monkeypatch.setattr(search, "held_out_density", lambda linear, folds: np.outer([30.0, 31, 32], [0.5, 0.5, 9]))
+    monkeypatch.setattr(search, "with_noise", lambda fitted, noise: ("with", noise))
+    known = Hum()
+    found = search.one_round(fitted, (known, Other(), effect("x")), said["progress"].append)  # type: ignore[arg-type]
+    return found, said
+
+
+class Other(Hum):
+    name = "other"
+
+
+def test_a_round_without_anything_real(monkeypatch: pytest.MonkeyPatch) -> None:
+    """None is refitted whose score is chance or whose gain is none; the best score comes first."""
+    scored = [candidate("low", z=-2.0), candidate("high", z=3.0), candidate("none", z=9.0, gain=0.0)]
+    found, said = scored_round(monkeypatch, scored, {}, [])
+    assert said["leading"] == [] and said["progress"] == [0.25, 1.0] and found.added is None
+    assert [each.name for each in said["noise"]] == ["other"]
+    assert [(each.effect.name, each.z) for each in found.tried] == [("none", 9.0), ("high", 3.0), ("low", -2.0)]
+    # No correction: what can be explained is the excess.
+    assert (found.best_share, found.correction_gain, found.correction_se) == (40.0, 0.0, 0.0)
+    np.testing.assert_allclose([each.share for each in found.tried], [0.0, 1.0, 1.0])
+    assert all(each.signature == each.effect.name and each.start == (1.0,) for each in found.tried)
+
+
+def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The five best are refitted; fits are kept of the best, of what is like it and of what is near."""
+    names = ["a", "b", "c", "d", "e", "f"]
+    shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
+    unsure = {"gain": 25.0, "gain_se": 10.0, "of_means": 60.0}
+    refitted = {
+        "a": priced("a", 9.0, gain=90.0, of_means=80.0),
+        "b": priced("b", 5.0, gain=80.0, of_means=70.0, difference=shape * -1),
+        "c": priced("c", 1.0, difference=shape - 9, **unsure),
+        "d": priced("d", 1.0, gain=50.0, of_means=60.0, difference=shape - 9),
+        "e": priced("e", 1.0, gain=50.0, of_means=5.0, difference=shape - 9),
+    }
+    linear = SimpleNamespace(linear=None)
+    found, said = scored_round(monkeypatch, [candidate(name) for name in names], refitted, [], linear)
+    assert said["leading"] == names[:5] and said["errors"] == 3.0 and said["least"] == pytest.approx(5.0)
+    np.testing.assert_allclose(said["progress"], [0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 1.0])
+    # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
+    assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
+    # As good as the best, and cheaper.
+    assert found.added is not None and found.added.effect.name == "b" and found.added.indistinguishable == ("a",)
+    assert [each.effect.name for each in found.tried] == ["a", "b", "d", "e", "c", "f"]
+    assert [each.fitted is not None for each in found.tried] == [True, True, False, False, True, False]
+    assert [each.effect.name for each in found.real] == ["a", "b", "d"]
+    np.testing.assert_allclose([each.share for each in found.tried[:4]], [80 / 93, 70 / 93, 60 / 93, 5 / 93])
+
+
+def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless an effect within touches is real too."""
+    hum: Any = SimpleNamespace(effect=Hum(), z=9.0, values=(2.0,), difference=np.array([30.0, 31, 32]))
+    real = {"a": priced("a", 1.0, gain=90.0, of_means=80.0, difference=np.arange(3.0))}
+    found, said = scored_round(monkeypatch, [candidate("a")], real, [hum])
+    added = found.added
+    assert added is not None and added.noise is hum and added.fitted == ("with", hum)
+    assert (added.gain, added.seen, added.share, added.of_means, added.by_itself) == (93.0, 1.0, 1.0, 0.0, True)
+    assert added.gain_se == pytest.approx(np.sqrt(3)) and added.start == (2.0,) and said["progress"][-2] == 0.8
+    real["a"].effect.needs_samples = True
+    found, _ = scored_round(monkeypatch, [candidate("a")], real, [hum])
+    assert found.added is not None and found.added.effect.name == "a"
+
+
+@pytest.mark.parametrize(("chance", "leads"), [(0.0099, True), (0.0101, False)])
+def test_trials_are_all_signatures_and_effects_of_the_noise(
+    monkeypatch: pytest.MonkeyPatch, chance: float, leads: bool
+) -> None:
+    """Two effects of three signatures each, and one of the noise: seven trials."""
+    z = -float(ndtri(0.5 * (1 - (1 - chance) ** (1 / 7))))
+    hum: Any = SimpleNamespace(effect=Hum(), z=0.0, values=(), difference=np.zeros(3))
+    _, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
+    assert said["leading"] == (["a"] if leads else [])

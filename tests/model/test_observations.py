@@ -1,0 +1,77 @@
+"""Touches as means and deviations: rows that stand for several reads weigh so much."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from bayestouch.data.touches import Touches
+from bayestouch.model.observations import Observations, UntimedTouches, history_of
+
+NAN = np.nan
+
+
+def table() -> Touches:
+    """Touch 5 with rows of 1 and 3 reads and one of rest, touch 2 with one row of unknown reads."""
+    n = 4
+    return Touches(
+        touch=np.array([5, 5, 5, 2]),
+        sample=np.array([0, 1, 2, 0]),
+        time_s=np.array([0.0, 1.0, 2.0, 9.0]),
+        indenter_radius_mm=np.full(n, 6.0),
+        angle_deg=np.array([10.0, 10.0, 10.0, 20.0]),
+        x_mm=None,
+        y_mm=None,
+        load=np.array([0.0, 4.0, 4.0, 7.0]),
+        depth_mm=np.full(n, NAN),
+        contact=np.array([0.0, 1.0, 1.0, 1.0]),
+        readings=np.array([[9.0, 9.0], [1.0, NAN], [5.0, 6.0], [2.0, 3.0]]),
+        reads=np.array([1.0, 1.0, 3.0, NAN]),
+    )
+
+
+def observed() -> Observations:
+    history: Any = SimpleNamespace()
+    time = np.array([0.0, 1.0, 2.0, 9.0])
+    return Observations.of(table(), time, time / 10, "s", history, (0.0, 9.0), ((0.0, 9.0),))
+
+
+def test_means_and_deviations() -> None:
+    found = observed()
+    np.testing.assert_array_equal(found.row_touch, [0, 0, 1])
+    np.testing.assert_array_equal(found.weight, [1.0, 3.0, 1.0])
+    np.testing.assert_allclose(found.means.readings, [[4.0, 6.0], [2.0, 3.0]])
+    np.testing.assert_allclose(found.deviation, [[-3.0, NAN], [1.0, 0.0], [0.0, 0.0]])
+    np.testing.assert_array_equal(found.time_s, [1.0, 2.0, 9.0])
+    np.testing.assert_array_equal(found.held_s, [0.1, 0.2, 0.9])
+    np.testing.assert_allclose(found.touch_time_s, [1.75, 9.0])
+    np.testing.assert_array_equal(found.load, [4.0, 7.0])
+    np.testing.assert_allclose(found.of_touches(np.array([[1.0], [2.0], [8.0]])), [[1.75], [8.0]])
+    assert found.n_touches == 2 and found.table.n_rows == 3 and found.sessions == ((0.0, 9.0),)
+
+
+def test_without_wrong_readings() -> None:
+    wrong = np.array([[False, False], [True, False], [False, False]])
+    found = observed().without(wrong)
+    np.testing.assert_allclose(found.means.readings, [[1.0, 6.0], [2.0, 3.0]])
+    np.testing.assert_array_equal(found.time_s, [1.0, 2.0, 9.0])
+
+
+def test_history() -> None:
+    """Mean reading of each touch in the order of time, which here is the other way round; rest left out."""
+    found = history_of(table(), np.array([20.0, 21.0, 23.0, 9.0]))
+    np.testing.assert_array_equal(found.start_s, [9.0, 21.0])
+    np.testing.assert_array_equal(found.end_s, [9.0, 23.0])
+    np.testing.assert_allclose(found.readings, [[2.0, 3.0], [3.0, 6.0]])
+
+
+def test_touches_of_which_only_the_number_counts() -> None:
+    touches = UntimedTouches(3)
+    assert np.isnan(touches.load).all() and len(touches.load) == 3 and touches.unit == "s"
+    for zero in (touches.touch_time_s, touches.time_s, touches.held_s):
+        np.testing.assert_array_equal(zero, np.zeros(3))
+    np.testing.assert_array_equal(touches.row_touch, [0, 1, 2])
+    values = np.arange(3.0)
+    assert touches.of_touches(values) is values

@@ -1,0 +1,64 @@
+"""Fits are repeated with the peaks that they find until these stay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.model import peaks
+from bayestouch.model.noise import AddedNoise, NoiseModel
+
+
+@dataclass(frozen=True)
+class Model:
+    """Finds these peaks, fit after fit."""
+
+    peak: np.ndarray
+    found: tuple[float, ...]
+
+    def peak_at(self, vector: Any) -> np.ndarray:
+        return np.array([self.found[min(int(vector), len(self.found)) - 1], 2.0])
+
+
+def fitted(monkeypatch: pytest.MonkeyPatch, *found: float) -> list[Any]:
+    """The models, starts and noises of the fits, from peaks of 1 and 2."""
+    calls: list[Any] = []
+
+    def fit(model: Any, start: Any, noise: Any, drifts: Any) -> Any:
+        calls.append((model, start, noise))
+        return Found(model, len(calls))
+
+    monkeypatch.setattr(peaks, "fit", fit)
+    added = AddedNoise(share=0.1, power=0.5, common=0.2, common_touch=0.3)
+    noise = NoiseModel(np.ones(2), np.ones(1), np.array([1.0, 2.0]), added)
+    last = peaks.fit_with_own_peaks(Model(np.array([1.0, 2.0]), found), 0, noise, ())  # type: ignore[arg-type]
+    assert last.vector == len(calls)
+    return calls
+
+
+@dataclass(frozen=True)
+class Found:
+    model: Model
+    vector: int
+
+
+@pytest.mark.parametrize(("found", "fits"), [((1.00019,), 1), ((0.99979, 0.99979), 2), ((1.5, 1.2, 1.2), 3)])
+def test_until_they_stay(monkeypatch: pytest.MonkeyPatch, found: tuple[float, ...], fits: int) -> None:
+    """To 0.02 %."""
+    assert len(fitted(monkeypatch, *found)) == fits
+
+
+def test_no_more_than_six(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert len(fitted(monkeypatch, *range(2, 20))) == 6
+
+
+def test_noise_stays_as_large_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Mean peaks of 1.5 become 3: shares are halved, and those that go with the root of the peak by its root."""
+    _, (model, start, noise) = fitted(monkeypatch, 4.0, 4.0)
+    np.testing.assert_array_equal(model.peak, [4.0, 2.0])
+    np.testing.assert_array_equal(noise.peak, [4.0, 2.0])
+    assert start == 1
+    assert noise.added == AddedNoise(share=pytest.approx(0.1 * 0.5**0.5), power=0.5, common=0.1, common_touch=0.15)

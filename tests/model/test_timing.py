@@ -1,0 +1,92 @@
+"""Clocks of tables: their own, or the order of the rows; and two tables one after the other."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.model.timing import Timing, one_clock, typical_gap
+
+
+def table(time: list[float], touch: list[int], contact: list[bool] | None = None) -> Any:
+    n = len(time)
+    sample = [touch[:i].count(touch[i]) for i in range(n)]
+    made = SimpleNamespace(touch=np.array(touch), time_s=np.array(time), sample=np.array(sample), n_rows=n)
+    made.in_contact = np.ones(n, dtype=bool) if contact is None else np.array(contact)
+    made.with_ = lambda time_s: table(time_s.tolist(), touch, contact)
+    return made
+
+
+def test_own_clock() -> None:
+    """From the first row; held since the first row of the touch that is in contact."""
+    found = Timing.of(table([10.0, 11.0, 13.0, 20.0, 22.0], [0, 0, 0, 5, 5], [False, True, True, True, True]))
+    np.testing.assert_array_equal(found.time_s, [0, 1, 3, 10, 12])
+    np.testing.assert_array_equal(found.held_s, [0, 0, 2, 0, 2])
+    assert (found.unit, found.note) == ("s", "")
+
+
+def test_touches_at_the_same_time_and_at_rest() -> None:
+    """Two touches may begin together; one that is all rest has no beginning and is held for no time."""
+    found = Timing.of(table([1.0, 1.0, 2.0, 4.0], [0, 1, 2, 3], [True, True, False, True]))
+    assert found.unit == "s"
+    np.testing.assert_array_equal(found.held_s, [0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("time", "why"),
+    [
+        ([0.0, 1.0, 2.0, np.nan, 4.0], "times are missing"),
+        ([5.0, 6.0, 7.0, 1.0, 2.0], "times do not increase from touch to touch"),
+        ([3.0, 3.0, 3.0, 3.0, 3.0], "times do not increase from touch to touch"),
+    ],
+)
+def test_order_of_rows_where_there_is_no_clock(time: list[float], why: str) -> None:
+    """One unit a touch, of which its samples fill a fifth."""
+    found = Timing.of(table(time, [4, 4, 4, 2, 2]))
+    np.testing.assert_allclose(found.time_s, [0, 0.1, 0.2, 1, 1.1])
+    np.testing.assert_allclose(found.held_s, [0, 0.1, 0.2, 0, 0.1])
+    assert found.unit == "touch"
+    assert found.note == f"{why}: the order of the rows stands for time, one unit a touch."
+    one = Timing.of(table([np.nan, np.nan], [0, 1]))
+    np.testing.assert_array_equal(one.time_s, [0.0, 1.0])
+
+
+def test_gap_between_touches() -> None:
+    """From last row to first row of the next: 3 and 5, in any order of rows."""
+    time, held = np.array([0.0, 1.0, 4.0, 5.0, 10.0]), np.array([0.0, 1.0, 0.0, 1.0, 0.0])
+    assert typical_gap(time, held) == 4.0
+    order = [3, 0, 4, 2, 1]
+    assert typical_gap(time[order], held[order]) == 4.0
+    assert typical_gap(time[:2], held[:2]) == 0.0
+
+
+def test_a_table_after_another() -> None:
+    moved = Timing(np.array([0.0, 2.0]), np.array([0.0, 1.0]), "s", "note").after(10.0, 3.0)
+    np.testing.assert_array_equal(moved.time_s, [13.0, 15.0])
+    assert (moved.held_s.tolist(), moved.unit, moved.note) == ([0.0, 1.0], "s", "note")
+
+
+FIRST = table([100.0, 101.0, 104.0], [0, 0, 1])
+
+
+@pytest.mark.parametrize(
+    ("begin", "wanted"),
+    # After the first on its clock, or right after it by the usual gap of 3 s where that is not so.
+    [(110.0, [10.0, 12.0]), (104.0, [4.0, 6.0]), (103.0, [7.0, 9.0]), (0.0, [7.0, 9.0])],
+)
+def test_one_clock_for_two_tables(begin: float, wanted: list[float]) -> None:
+    one, two = one_clock(FIRST, table([begin, begin + 2], [0, 1]))
+    np.testing.assert_array_equal(one.time_s, [0, 1, 4])
+    np.testing.assert_array_equal(two.time_s, wanted)
+
+
+def test_one_good_clock_of_two_is_none() -> None:
+    for first, second in ((FIRST, table([np.nan] * 3, [0, 0, 1])), (table([np.nan] * 3, [0, 0, 1]), FIRST)):
+        one, two = one_clock(first, second)
+        assert one.unit == two.unit == "touch"
+        np.testing.assert_allclose(one.time_s, [0, 0.2, 1])
+        # From the end of the first touch at 0.2 to the next at 1: a gap of 0.8.
+        np.testing.assert_allclose(two.time_s, [1.8, 2.0, 2.8])

@@ -1,0 +1,149 @@
+"""Posteriors of touches on a pad as sums of normals: against quadrature, and their bookkeeping by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.pad.reading import components
+from bayestouch.pad.reading.components import Components, components_of
+from bayestouch.pad.reading.lattice import Lattice
+from bayestouch.pad.reading.reader import PadTouches
+
+OFFSET, SD = np.array([0.3, -0.2]), np.array([0.05, 0.04])
+GAIN = np.array([[0.5, -0.3, 0.2], [0.4, 0.35, 0.25]])
+
+
+class Plane:
+    """Two elements read offset + P (gain · (1, place)), a plane over place; noise that is the same everywhere."""
+
+    def __init__(self, dimensions: int, load_mean: float = 2.0) -> None:
+        self.gain = GAIN[:, : dimensions + 1]
+        self.map = SimpleNamespace(offset=OFFSET, slopes=self.slopes)
+        self.load = load_mean
+
+    def slopes(self, location: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        sensitivity = self.gain[:, 0] + location @ self.gain[:, 1:].T
+        return sensitivity, np.broadcast_to(self.gain[:, 1:].T, (*location.shape[:-1], *self.gain[:, 1:].T.shape))
+
+    def predict(self, location: np.ndarray, load: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        variance = SD**2 / np.maximum(counts, 1)
+        signal = load[..., None] * self.slopes(location)[0]
+        return signal, np.broadcast_to(variance, signal.shape)
+
+
+def lattice(dimensions: int, step: float = 0.25, low: float = -2.0, high: float = 2.0) -> Lattice:
+    axis = np.arange(round((high - low) / step) + 1)
+    place = np.stack(np.meshgrid(*[axis] * dimensions, indexing="ij"), axis=-1).reshape(-1, dimensions)
+    return Lattice(place, low + step * place, step)
+
+
+def touches(count: int) -> PadTouches:
+    """Touches at 0.3 and -0.5 with a force sensor; one of them lacks an element."""
+    readings = OFFSET + np.array([[0.9, 0.95], [1.3, 0.6]])
+    counts = np.array([[4, 9], [1, count]])
+    return PadTouches(readings, counts, np.array([2.0, 2.2]), np.array([0.1, 0.15]))
+
+
+@pytest.mark.parametrize("count", [2, 0])
+def test_sum_of_normals_is_the_posterior(count: int) -> None:
+    """Over place and load, against quadrature: weights of places, means and variances."""
+    reader, given = Plane(1), touches(count)
+    parts = components_of(reader, given, lattice(1, 0.1))  # type: ignore[arg-type]
+    x = np.linspace(-2.6, 2.6, 521)
+    load = np.linspace(0.5, 3.5, 601)
+    for touch in range(2):
+        signal = load[None, :, None] * reader.slopes(x[:, None])[0][:, None]
+        here = given.counts[touch] > 0
+        z = (given.readings[touch] - OFFSET - signal) / (SD / np.sqrt(np.maximum(given.counts[touch], 1)))
+        prior = (load - given.load[touch]) / given.load_sd[touch]
+        density = np.exp(-0.5 * ((z**2)[..., here].sum(axis=-1) + prior**2))
+        density /= density.sum()
+        mean = np.array([(density.sum(axis=1) * x).sum(), (density.sum(axis=0) * load).sum()])
+        mine = parts.touch == touch
+        weight = np.exp(parts.log_weight[mine] - parts.log_weight[mine].max())
+        weight /= weight.sum()
+        found = weight @ parts.mean[mine]
+        off = parts.mean[mine] - found
+        spread = np.einsum("n,nij->ij", weight, parts.covariance[mine] + off[:, :, None] * off[:, None, :])
+        wanted = [(density.sum(axis=1) * (x - mean[0]) ** 2).sum(), (density.sum(axis=0) * (load - mean[1]) ** 2).sum()]
+        cross = (density * (x[:, None] - mean[0]) * (load - mean[1])).sum()
+        # Readings go with the product of place and load, which is linear about each node: that leaves some hundredths
+        # of an sd to the sampler.
+        np.testing.assert_array_less(np.abs(found - mean), 0.03 * np.sqrt(wanted))
+        np.testing.assert_allclose(np.diag(spread), wanted, rtol=0.04)
+        assert spread[0, 1] == pytest.approx(cross, abs=0.04 * np.sqrt(np.prod(wanted)))
+
+
+def test_in_the_plane() -> None:
+    """Two elements and a load tell two coordinates: the best parts lie where the readings are met."""
+    reader = Plane(2)
+    at = np.array([[0.4, -0.6], [-0.9, 0.3]])
+    load = np.array([2.0, 2.0])
+    readings = OFFSET + load[:, None] * reader.slopes(at)[0]
+    given = PadTouches(readings, np.full((2, 2), 400), load, np.full(2, 1e-4))
+    parts = components_of(reader, given, lattice(2))  # type: ignore[arg-type]
+    for touch in range(2):
+        mine = parts.touch == touch
+        weight = np.exp(parts.log_weight[mine] - parts.log_weight[mine].max())
+        found = weight @ parts.mean[mine] / weight.sum()
+        # Noise 0.05/20 over 2 · 0.3 a mm is 4 µm; a tenth of it.
+        np.testing.assert_allclose(found, [*at[touch], 2.0], atol=4e-4)
+        jacobian = 2.0 * reader.gain[:, 1:] / (SD / 20)[:, None]
+        covariance = np.linalg.inv(jacobian.T @ jacobian)
+        best = parts.covariance[mine][np.argmax(weight)]
+        np.testing.assert_allclose(np.diag(best)[:2], np.diag(covariance), rtol=0.02)
+
+
+def test_search_and_refinement_agree() -> None:
+    """Where the model is linear about a node both weigh it alike: the search drops none that matters."""
+    reader, given, nodes = Plane(1), touches(2), lattice(1)
+    tables = reader.map.slopes(nodes.location)
+    rough = []
+    for index in components._with_same_elements(given):
+        touch, node = components._search(reader, given, nodes, tables, index)  # type: ignore[arg-type]
+        rough += [(int(t), int(n)) for t, n in zip(touch, node, strict=True)]
+    fine = components_of(reader, given, nodes)  # type: ignore[arg-type]
+    kept = {(int(t), int(p[0])) for t, p in zip(fine.touch, fine.place, strict=True)}
+    assert kept <= set(rough) and len(rough) < 2 * len(nodes.place)
+
+
+def test_groups_of_touches_with_the_same_elements() -> None:
+    """The same counts, and loads within a tenth or so; at most 64 together."""
+    counts = np.array([[1, 1], [1, 0], [1, 1], [1, 1], [1, 0]])
+    given = PadTouches(np.zeros((5, 2)), counts, np.array([1.0, 1.0, 1.04, 1.06, 1.02]), np.ones(5))
+    assert sorted(sorted(map(int, each)) for each in components._with_same_elements(given)) == [[0, 2], [1, 4], [3]]
+    many = PadTouches(np.zeros((130, 1)), np.ones((130, 1), dtype=int), np.ones(130), np.ones(130))
+    assert [len(each) for each in components._with_same_elements(many)] == [64, 64, 2]
+    np.testing.assert_array_equal(np.concatenate(components._with_same_elements(many)), np.arange(130))
+
+
+@pytest.mark.parametrize(("count", "stride"), [(1000, 1), (1001, 2), (2001, 4)])
+def test_nodes_of_a_touch_that_is_hardly_located_are_thinned(count: int, stride: int) -> None:
+    """To a thousand on a line; a touch with fewer keeps them all."""
+    nodes = lattice(1, 1.0, 0.0, 2500.0)
+    touch = np.array([0] * count + [1, 1])
+    node = np.array([*range(count), 3, 5])
+    kept, left, strides = components._thinned(touch, node, nodes, 2)
+    np.testing.assert_array_equal(left, [*range(0, count, stride), 3, 5])
+    np.testing.assert_array_equal(strides, [stride] * (len(left) - 2) + [1, 1])
+    np.testing.assert_array_equal(kept, [0] * (len(left) - 2) + [1, 1])
+
+
+def test_in_the_plane_every_other_node_leaves_a_quarter() -> None:
+    nodes = lattice(2, 1.0, 0.0, 39.0)
+    _, left, strides = components._thinned(np.zeros(1600, dtype=int), np.arange(1600), nodes, 1)
+    assert set(strides) == {2} and len(left) == 400 and (nodes.place[left] % 2 == 0).all()
+
+
+def test_parts_near_the_best_of_their_touch() -> None:
+    weight = np.array([0.0, -11.9, -12.1, -50.0, -61.0, -63.0])
+    made: Any = Components(
+        np.array([0, 0, 0, 2, 2, 2]), np.zeros((6, 1)), weight, np.zeros((6, 2)), np.zeros((6, 2, 2))
+    )
+    kept = components._near_best(made, 3, 12.0)
+    np.testing.assert_array_equal(kept, [True, True, False, True, True, False])
+    np.testing.assert_array_equal(made.select(kept).log_weight, weight[kept])

@@ -1,0 +1,132 @@
+"""Mixtures of Student-t for many touches: density by scipy, and merging and counting of places by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch.pad.reading import proposal
+from bayestouch.pad.reading.components import Components
+from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
+from bayestouch.sampling.streams import BlockStreams
+
+ROOT = np.array([[2.0, 0.0], [0.6, 0.5]])
+
+
+def mixture() -> ManyParts:
+    """Touches with two parts and with one."""
+    weight = np.array([[0.7, 0.3], [1.0, 0.0]])
+    mean = np.array([[[0.0, 1.0], [6.0, -2.0]], [[3.0, 3.0], [3.0, 3.0]]])
+    root = np.array([[ROOT, np.eye(2)], [np.diag([0.5, 4.0]), np.eye(2)]])
+    return ManyParts(weight, mean, root)
+
+
+def exact(made: ManyParts, touch: int, x: np.ndarray, d: int = 2) -> np.ndarray:
+    """Student-t with (dof + d)/2 = 8."""
+    total = np.zeros(len(x))
+    for weight, mean, root in zip(made.weight[touch], made.mean[touch], made.root[touch], strict=True):
+        scale = (root @ root.T)[:d, :d]
+        total += weight * stats.multivariate_t(mean[:d], scale, df=16 - d).pdf(x)
+    return np.log(total)
+
+
+def test_density() -> None:
+    made = mixture()
+    x = np.random.default_rng(0).normal(2.0, 3.0, (2, 5, 2))
+    found = made.log_density(x)
+    for touch in range(2):
+        np.testing.assert_allclose(found[touch], exact(made, touch, x[touch]), rtol=1e-10)
+    assert (made.n_blocks, made.dimension) == (2, 2)
+    first = made.without_last()
+    for touch in range(2):
+        np.testing.assert_allclose(
+            first.log_density(x[..., :1])[touch], exact(made, touch, x[touch, :, :1], 1), rtol=1e-10
+        )
+
+
+def test_draws_are_from_the_density() -> None:
+    """Shares, means and covariances of 40,000 draws, within five standard errors."""
+    n = 40_000
+    made = mixture()
+    x, log_q = made.draw(BlockStreams(3, np.arange(2)), n)
+    np.testing.assert_allclose(log_q, made.log_density(x))
+    covariance = 14 / 12 * np.stack([ROOT @ ROOT.T, np.eye(2)])
+    mean = made.weight[0] @ made.mean[0]
+    off = made.mean[0] - mean
+    wanted = np.einsum("k,kij->ij", made.weight[0], covariance + off[:, :, None] * off[:, None, :])
+    np.testing.assert_allclose(x[0].mean(axis=0), mean, atol=5 * np.sqrt(wanted.max() / n))
+    np.testing.assert_allclose(np.cov(x[0].T), wanted, atol=5 * wanted.max() * np.sqrt(3 / n))
+    np.testing.assert_allclose(x[1].std(axis=0), np.sqrt(14 / 12) * np.array([0.5, 4.0]), rtol=5 / np.sqrt(n))
+
+
+def test_some_touches() -> None:
+    made = mixture()
+    assert made.select([1]).weight.shape == (1, 1) and made.select(np.array([True, False])).weight.shape == (1, 2)
+
+
+def parts(touch: list[int], place: list[list[int]], weight: list[float]) -> Components:
+    n, d = len(touch), len(place[0])
+    mean = np.column_stack([np.array(place, dtype=float), np.arange(n)])
+    covariance = np.tile(np.eye(d + 1), (n, 1, 1)) * (1 + np.arange(n))[:, None, None]
+    return Components(np.array(touch), np.array(place), np.log(weight), mean, covariance)
+
+
+def test_parts_in_order_of_weight() -> None:
+    """Shares add up to one; roots are five per cent wider; parts that are not there lie at the heaviest."""
+    made = many_parts(parts([0, 0, 1], [[0], [9], [4]], [1.0, 3.0, 7.0]), 2)
+    np.testing.assert_allclose(made.weight, [[0.75, 0.25], [1.0, 0.0]])
+    np.testing.assert_allclose(made.mean, [[[9, 1], [0, 0]], [[4, 2], [4, 2]]])
+    np.testing.assert_allclose(made.root[0, 0], 1.05 * np.sqrt(2) * np.eye(2))
+    np.testing.assert_allclose(made.root[0, 1], 1.05 * np.eye(2))
+    np.testing.assert_allclose(made.root[1], 1.05 * np.array([np.sqrt(3) * np.eye(2), np.eye(2)]))
+
+
+@pytest.mark.parametrize(("most", "left"), [(4, 4), (3, 2), (2, 2), (1, 1)])
+def test_neighbours_are_merged(monkeypatch: pytest.MonkeyPatch, most: int, left: int) -> None:
+    """Two by two, with mean and covariance kept."""
+    monkeypatch.setattr(proposal, "_MOST_PARTS", most)
+    given = parts([0] * 4, [[0], [1], [2], [3]], [1.0, 3.0, 2.0, 2.0])
+    weight, mean, covariance = proposal._merged(given, slice(0, 4))
+    assert len(weight) == left
+    if left == 2:
+        np.testing.assert_allclose(weight, [0.5, 0.5])
+        np.testing.assert_allclose(mean, [[0.75, 0.75], [2.5, 2.5]])
+        # First pair: 1/4 · 1 + 3/4 · 2 on the diagonal, and 1/4 · 3/4 between places one apart.
+        np.testing.assert_allclose(covariance[0], 1.75 * np.eye(2) + 3 / 16)
+    whole = np.array([1, 3, 2, 2]) / 8
+    total = whole @ given.mean
+    np.testing.assert_allclose(weight @ mean, total)
+    about = given.mean - total
+    wanted = np.einsum("n,nij->ij", whole, given.covariance + about[:, :, None] * about[:, None, :])
+    about = mean - total
+    np.testing.assert_allclose(
+        np.einsum("n,nij->ij", weight, covariance + about[:, :, None] * about[:, None, :]), wanted
+    )
+
+
+@pytest.mark.parametrize(
+    ("weight", "places"),
+    [
+        ([1.0, 0.5, 0.2], 1),
+        ([1.0, 0.1, 1.0], 2),
+        ([1.0, 0.5, 0.98], 1),
+        ([1.0, 0.48, 0.98], 2),
+        # The lesser place must hold a twentieth: 0.06 of 1.07, 0.05 of 1.06.
+        ([1.0, 0.01, 0.06], 2),
+        ([1.0, 0.01, 0.05], 1),
+        # A thousandth of the highest is no node: the place beyond stands alone.
+        ([1.0, 0.0009, 0.3], 2),
+        ([0.2, 0.15, 1.0, 0.15, 0.2], 1),
+        ([0.5, 0.1, 1.0, 0.1, 0.5], 3),
+    ],
+)
+def test_separate_places(weight: list[float], places: int) -> None:
+    """Of a line: two peaks are one where the valley is more than half of the lesser one."""
+    given = parts([0] * len(weight), [[i] for i in range(len(weight))], weight)
+    assert count_places(given, 1).tolist() == [places]
+
+
+def test_neighbours_in_the_plane_touch_at_corners() -> None:
+    given = parts([0, 0, 1, 1], [[0, 0], [1, 1], [0, 0], [2, 0]], [1.0, 0.9, 1.0, 0.9])
+    assert count_places(given, 2).tolist() == [1, 2]
