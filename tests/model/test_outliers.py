@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.model.outliers import from_median, without_wrong, wrong_readings
+from bayestouch.effects.noise import Outliers
+from bayestouch.model.outliers import from_median, without_wrong
 
 
 def table(readings: np.ndarray, touch: list[int], contact: list[bool] | None = None) -> Any:
@@ -32,13 +33,15 @@ def test_where_wrong_becomes_more_likely() -> None:
     probability, size = 0.1, 0.2
     limit = np.sqrt(2 * (np.log(9) + np.log(3)) / (1 - 1 / 9))
     near = limit * np.array([[1 - 1e-9], [1 + 1e-9], [-1 + 1e-9], [-1 - 1e-9], [np.nan]])
-    found = wrong_readings(near, sd, peak, (probability, size))
+    found = Outliers().wrong(near, sd, peak, (probability, size))
     np.testing.assert_array_equal(found[:, 0], [False, True, False, True, False])
-    assert not wrong_readings(np.array([[10.0]]), sd, peak, (0.0, size)).any()
+    assert not Outliers().wrong(np.array([[10.0]]), sd, peak, (0.0, size)).any()
 
 
 def test_wrong_readings_are_left_out() -> None:
     readings = np.array([[1.0, 2.0], [1.1, 2.1], [9.0, 2.2]])
-    found = without_wrong(table(readings, [0, 0, 0]), np.full(2, 0.1), np.full(2, 10.0), (0.05, 0.5)).readings
+    found = without_wrong(
+        table(readings, [0, 0, 0]), Outliers(), (0.05, 0.5), np.full(2, 0.1), np.full(2, 10.0)
+    ).readings
     np.testing.assert_array_equal(np.isnan(found), [[False, False], [False, False], [True, False]])
     np.testing.assert_array_equal(found[:2], readings[:2])

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.diagnosis.noise_search import TouchScatter, maximum, score_noise
 from bayestouch.effects.effect import EffectParameter
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.model.base import Predicted
+from bayestouch.model.noise_search import TouchScatter, maximum, score_noise
 from bayestouch.priors.parameters import LogNormal, Uniform
 
 

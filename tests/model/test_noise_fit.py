@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.diagnosis import noise_fit
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
+from bayestouch.model import noise_fit
 from bayestouch.model.noise import AddedNoise, NoiseModel
+from bayestouch.model.noise_posterior import FoundNoise
 
+WITHOUT_TABLE = SimpleNamespace(known=SimpleNamespace(table=None))
 SD, PEAK = np.array([1.0, 0.5]), np.array([100.0, 40.0])
 
 
@@ -22,25 +24,24 @@ def fitted(model: Any) -> Any:
 
 @pytest.fixture(autouse=True)
 def no_fit(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The fit gives back the noise that it was given."""
+    """The fit gives back the noise that it was given; samples are not looked at."""
+    monkeypatch.setattr(noise_fit, "from_median", lambda table: table)
     monkeypatch.setattr(noise_fit, "fit", lambda model, vector, noise, drifts: (model, noise))
 
 
-def found(effect: Any, values: tuple[float, float]) -> Any:
-    return SimpleNamespace(effect=effect, values=values)
+OWN = np.array([0.8, 0.3])
+
+
+def found(effect: Any, values: tuple[float, float]) -> FoundNoise:
+    return FoundNoise(effect, values, (0.0, 0.0), OWN)
 
 
 def test_noise_that_grows_with_the_signal() -> None:
-    """Its mean variance is taken from the element's own, of which two per cent are left at the least."""
-    touches = np.array([[100.0, 40.0], [0.0, 10.0]])
-    model = SimpleNamespace(predict=lambda vector: SimpleNamespace(touches=touches))
-    _, noise = noise_fit.with_noise(fitted(model), found(SignalDependentNoise(), (0.01, 0.5)))  # type: ignore[misc]
-    # First element: (0.01·100)² · (1 + 0)/2 = 0.5; second: (0.01·40)² (1 + 1/4)/2 = 0.1.
-    np.testing.assert_allclose(noise.sd, np.sqrt([1 - 0.5, 0.25 - 0.1]))
+    effect = SignalDependentNoise()
+    _, noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(effect, (0.01, 0.5)))  # type: ignore[misc]
     assert noise.added == AddedNoise(share=0.01, power=0.5)
-    assert noise.effects == (("signal_dependent_noise", (0.01, 0.5)),)
-    _, noise = noise_fit.with_noise(fitted(model), found(SignalDependentNoise(), (0.1, 0.5)))  # type: ignore[misc]
-    np.testing.assert_allclose(noise.sd, np.sqrt(0.02) * SD)
+    assert noise.effects == ((effect, (0.01, 0.5)),)
+    np.testing.assert_array_equal(noise.sd, OWN)
 
 
 def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -50,26 +51,19 @@ def test_readings_that_are_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
     model = SimpleNamespace(known=known, observing=lambda observed: ("model of", observed))
     seen: list[Any] = []
     monkeypatch.setattr(noise_fit, "from_median", lambda table: f"from {table}")
-    monkeypatch.setattr(noise_fit, "wrong_readings", lambda *given: seen.append(given) or "wrong")
+    monkeypatch.setattr(Outliers, "wrong", lambda self, *given: seen.append(given) or "wrong")
     moved, noise = noise_fit.with_noise(fitted(model), found(Outliers(), (0.01, 0.06)))  # type: ignore[misc]
     assert moved == ("model of", cleaned)
     np.testing.assert_allclose(noise.sd, [0.3, 0.5])
     deviation, own, peak, values = seen[0]
-    # 1 - 0.01 · 6² = 0.64; 0.25 - 0.01 · 2.4² = 0.1924.
-    np.testing.assert_allclose(own, np.sqrt([0.64, 0.1924]))
-    assert deviation == "from table" and values == (0.01, 0.06) and peak is PEAK
-    noise_fit.with_noise(fitted(model), found(Outliers(), (0.3, 0.06)))
-    np.testing.assert_allclose(seen[1][1], np.sqrt(0.005) * SD)
+    assert deviation == "from table" and values == (0.01, 0.06) and peak is PEAK and own is OWN
 
 
 def test_an_error_that_all_elements_share(monkeypatch: pytest.MonkeyPatch) -> None:
-    effect = CommonModeNoise()
-    monkeypatch.setattr(noise_fit, "TouchScatter", SimpleNamespace(of=lambda fitted: "scatter"))
-    monkeypatch.setattr(CommonModeNoise, "own", lambda self, scatter, values: np.array([0.25, 0.81]))
     monkeypatch.setattr(noise_fit, "_touch_size", lambda fitted, noise: 0.007)
-    _, noise = noise_fit.with_noise(fitted(None), found(effect, (0.02, 0.3)))  # type: ignore[misc]
+    _, noise = noise_fit.with_noise(fitted(WITHOUT_TABLE), found(CommonModeNoise(), (0.02, 0.3)))  # type: ignore[misc]
     assert noise.added == AddedNoise(common=0.02, common_shared=0.3, common_touch=0.007)
-    np.testing.assert_allclose(noise.sd, [0.5, 0.45])
+    np.testing.assert_array_equal(noise.sd, OWN)
 
 
 def test_sizes_that_are_tried() -> None:

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.diagnosis import candidates
-from bayestouch.diagnosis.candidates import DRIFT_SIZES, best_size, score_effects
 from bayestouch.effects.effect import Effect, EffectParameter
 from bayestouch.effects.random import GainDrift
+from bayestouch.model import candidates
 from bayestouch.model.base import Predicted
+from bayestouch.model.candidates import DRIFT_SIZES, best_size, score_effects
 from bayestouch.model.linear import Linearised, Score
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 

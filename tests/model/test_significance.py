@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.diagnosis.significance import (
+from bayestouch.model.significance import (
     at_least_one,
     lack_of_fit_limits,
     lack_of_fit_tail,
