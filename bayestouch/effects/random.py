@@ -28,6 +28,8 @@ class RandomEffect(Effect):
     parameters: tuple[EffectParameter, ...]
     knots: float = KNOTS_A_LENGTH
 
+    random: ClassVar[bool] = True
+
     def with_dense_knots(self) -> Self:
         """The same effect, with its course held at more knots."""
         return replace(self, knots=DENSE)
