@@ -18,7 +18,7 @@ DRIFT = BaselineDrift(())
 
 
 def effect(name: str) -> Any:
-    return SimpleNamespace(name=name, parameters=(), needs_samples=False)
+    return SimpleNamespace(name=name, parameters=(), needs_samples=False, random=False)
 
 
 def tried(name: str = "one", **changes: Any) -> Tried:
@@ -206,7 +206,7 @@ def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
     fitted = SimpleNamespace(
         linear=SimpleNamespace(cost=lambda: cost), model=SimpleNamespace(known=SimpleNamespace(n_touches=100))
     )
-    kind = SimpleNamespace(name=name, parameters=(None,) * count, needs_samples=False)
+    kind = SimpleNamespace(name=name, parameters=(None,) * count, needs_samples=False, random=False)
     shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])
     return tried(**{"effect": kind, "fitted": fitted, "difference": shape * changes.pop("sign", 1.0), **changes})
 
@@ -263,21 +263,6 @@ def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch
     assert search._needed(now, one_round(tried(effect=DRIFT), before=before))[1] == ("unsure",)
 
 
-def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three samples of one touch: the mean square of whitened deviations over two degrees of freedom."""
-    deviation = np.array([[2.0, np.nan], [-2.0, np.nan], [0.0, np.nan]])
-    known = SimpleNamespace(row_touch=np.zeros(3, dtype=int), n_touches=2, deviation=deviation)
-    noise = SimpleNamespace(sd=np.array([0.5, 0.3]))
-    noise.with_ = lambda **changes: SimpleNamespace(**changes)
-    linear = SimpleNamespace(deviation_jacobian=np.zeros((6, 1)), deviation=np.nan_to_num(deviation))
-    fitted: Any = SimpleNamespace(noise=noise, linear=linear, model=SimpleNamespace(known=known), vector=0, drifts=())
-    monkeypatch.setattr(search, "fit_with_own_peaks", lambda model, vector, noise, drifts: noise)
-    # (4 + 4)/(3 - 1) = 4: twice the noise; the element that was not read keeps its own.
-    np.testing.assert_allclose(search.settled(fitted).sd, [1.0, 0.3])
-    linear.deviation_jacobian = None
-    assert search.settled(fitted) is noise
-
-
 def test_no_more_than_four_effects(monkeypatch: pytest.MonkeyPatch) -> None:
     """The round after the fourth adds nothing, and an effect that was dropped is tried no more."""
     monkeypatch.setattr(search, "settled", lambda fitted: fitted)
@@ -311,7 +296,7 @@ def begun(monkeypatch: pytest.MonkeyPatch, ends: dict[str, float]) -> list[str]:
     monkeypatch.setattr(search, "one_round", lambda *rest: first)
     monkeypatch.setattr(search, "_greedy", greedy)
     monkeypatch.setattr(search, "_count_retained", lambda rounds: len(rounds) - 1)
-    found = search.search(SimpleNamespace(model=SimpleNamespace()), ())  # type: ignore[arg-type]
+    found = search.search(SimpleNamespace(model=SimpleNamespace(time_is_place=False)), ())  # type: ignore[arg-type]
     assert found[0].added is not None and found[0].real == ()
     return [*taken, found[0].added.effect.name]
 
@@ -359,7 +344,8 @@ def scored_round(
     monkeypatch.setattr(search, "refit_all", refit)
     monkeypatch.setattr(search, "fit_correction", lambda fitted: correction)
     monkeypatch.setattr(search, "held_out_density", lambda linear, folds: np.outer([30.0, 31, 32], [0.5, 0.5, 9]))
-    monkeypatch.setattr(search, "with_noise", lambda fitted, noise: ("with", noise))
+    monkeypatch.setattr(search, "settled_noise", lambda fitted, noise: ("settled", noise))
+    monkeypatch.setattr(search, "with_noise", lambda fitted, found: ("with", found))
     known = Hum()
     found = search.one_round(fitted, (known, Other(), effect("x")), said["progress"].append)  # type: ignore[arg-type]
     return found, said
@@ -414,7 +400,7 @@ def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatc
     real = {"a": priced("a", 1.0, gain=90.0, of_means=80.0, difference=np.arange(3.0))}
     found, said = scored_round(monkeypatch, [candidate("a")], real, [hum])
     added = found.added
-    assert added is not None and added.noise is hum and added.fitted == ("with", hum)
+    assert added is not None and added.noise is hum and added.fitted == ("with", ("settled", hum))
     assert (added.gain, added.seen, added.share, added.of_means, added.by_itself) == (93.0, 1.0, 1.0, 0.0, True)
     assert added.gain_se == pytest.approx(np.sqrt(3)) and added.start == (2.0,) and said["progress"][-2] == 0.8
     real["a"].effect.needs_samples = True

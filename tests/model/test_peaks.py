@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -62,3 +63,18 @@ def test_noise_stays_as_large_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_array_equal(noise.peak, [4.0, 2.0])
     assert start == 1
     assert noise.added == AddedNoise(share=pytest.approx(0.1 * 0.5**0.5), power=0.5, common=0.1, common_touch=0.15)
+
+
+def test_noise_is_what_effects_leave_within_touches(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three samples of one touch: the mean square of whitened deviations over two degrees of freedom."""
+    deviation = np.array([[2.0, np.nan], [-2.0, np.nan], [0.0, np.nan]])
+    known = SimpleNamespace(row_touch=np.zeros(3, dtype=int), n_touches=2, deviation=deviation)
+    noise = SimpleNamespace(sd=np.array([0.5, 0.3]))
+    noise.with_ = lambda **changes: SimpleNamespace(**changes)
+    linear = SimpleNamespace(deviation_jacobian=np.zeros((6, 1)), deviation=np.nan_to_num(deviation))
+    fitted: Any = SimpleNamespace(noise=noise, linear=linear, model=SimpleNamespace(known=known), vector=0, drifts=())
+    monkeypatch.setattr(peaks, "fit_with_own_peaks", lambda model, vector, noise, drifts: noise)
+    # (4 + 4)/(3 - 1) = 4: twice the noise; the element that was not read keeps its own.
+    np.testing.assert_allclose(peaks.settled(fitted).sd, [1.0, 0.3])
+    linear.deviation_jacobian = None
+    assert peaks.settled(fitted) is noise
