@@ -154,8 +154,8 @@ def test_in_the_plane_every_other_node_leaves_a_quarter() -> None:
 
 def test_parts_near_the_best_of_their_touch() -> None:
     weight = np.array([0.0, -11.9, -12.1, -50.0, -61.0, -63.0])
-    made: Any = Components(
-        np.array([0, 0, 0, 2, 2, 2]), np.zeros((6, 1)), weight, np.zeros((6, 2)), np.zeros((6, 2, 2))
+    made = Components(
+        np.array([0, 0, 0, 2, 2, 2]), np.zeros((6, 1), dtype=int), weight, np.zeros((6, 2)), np.zeros((6, 2, 2))
     )
     kept = components._near_best(made, 3, 12.0)
     np.testing.assert_array_equal(kept, [True, True, False, True, True, False])
