@@ -69,7 +69,7 @@ def test_what_a_touch_says_of_an_addition() -> None:
 
 
 def test_covariance_of_the_readings_of_a_touch() -> None:
-    """What the calibration leaves at its radius, location and load, and noise of the mean; a hundred peaks if missing."""
+    """What the calibration leaves there, and noise of the mean; a hundred peaks where it is missing."""
     found = evidence()
     radius = 5 * MODE[:, 0] ** 2
     np.testing.assert_allclose(found.covariance[0], [[radius[0] + 0.04 / 4, 0.01], [0.01, 20 + 0.09]])
