@@ -48,7 +48,8 @@ def test_means_and_deviations() -> None:
     np.testing.assert_array_equal(found.held_s, [0.1, 0.2, 0.9])
     np.testing.assert_allclose(found.touch_time_s, [1.75, 9.0])
     np.testing.assert_array_equal(found.load, [4.0, 7.0])
-    np.testing.assert_allclose(found.of_touches(np.array([[1.0], [2.0], [8.0]])), [[1.75], [8.0]])
+    columns = np.array([[1.0, 10.0], [2.0, 30.0], [8.0, 9.0]])
+    np.testing.assert_allclose(found.of_touches(columns), [[1.75, 25.0], [8.0, 9.0]])
     assert found.n_touches == 2 and found.table.n_rows == 3 and found.sessions == ((0.0, 9.0),)
 
 

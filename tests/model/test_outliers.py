@@ -28,10 +28,10 @@ def test_from_the_median_of_the_touch() -> None:
 
 
 def test_where_wrong_becomes_more_likely() -> None:
-    """Sizes 1 and 3: x²/2 (1 - 1/9) = log((1 - p)/p) + log 3 at the limit, with wide² = 1 + (0.2 · 2 sqrt(50))²."""
-    sd, peak = np.array([1.0]), np.array([np.sqrt(200.0)])
+    """Sizes 0.5 and sqrt(0.25 + 2) = 1.5: x²/2 (4 - 4/9) = log((1 - p)/p) + log 3 at the limit."""
+    sd, peak = np.array([0.5]), np.array([np.sqrt(50.0)])
     probability, size = 0.1, 0.2
-    limit = np.sqrt(2 * (np.log(9) + np.log(3)) / (1 - 1 / 9))
+    limit = np.sqrt(2 * (np.log(9) + np.log(3)) / (4 - 4 / 9))
     near = limit * np.array([[1 - 1e-9], [1 + 1e-9], [-1 + 1e-9], [-1 - 1e-9], [np.nan]])
     found = Outliers().wrong(near, sd, peak, (probability, size))
     np.testing.assert_array_equal(found[:, 0], [False, True, False, True, False])

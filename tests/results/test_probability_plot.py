@@ -93,9 +93,84 @@ def test_ends_of_the_prior_and_unknown_truths_are_left_out(posteriors: TouchPost
         ({"names": ["mu"]}, "mu is not among"),
         ({"truth": {"R": [1.0, 2.0]}}, "true R of 500 touches"),
         ({"truth": {"R": np.full(TOUCHES, np.nan)}}, "no touch has a known true value"),
-        ({"level": 1.0}, "level"),
+        ({"level": 1.0}, "level between 0 and 1, got 1"),
+        ({"level": 0.0}, "level between 0 and 1, got 0"),
     ],
 )
 def test_what_cannot_be_plotted_is_said(posteriors: TouchPosteriors, options: dict[str, object], words: str) -> None:
     with pytest.raises(InputError, match=words):
         bayestouch.pp_plot(posteriors, **options)  # type: ignore[arg-type]
+
+
+def few(draws: np.ndarray, **changes: object) -> TouchPosteriors:
+    """Posteriors of R alone from draws (chain, draw, touch)."""
+    parts: dict[str, object] = {
+        "sensor": sensor(),
+        "parameters": (
+            Parameter("R", "R", "R", "mm", Uniform(0, 10.0)),
+            Parameter("P", "P", "P", "N/m", Uniform(0, 9)),
+        ),
+        "posterior": {"R": draws, "P": draws},
+        "sample_stats": {},
+        "reference": {"R": np.zeros(draws.shape[2]), "P": np.ones(draws.shape[2]), "r_c": np.ones(draws.shape[2])},
+        "rows": None,
+        "settings": {},
+    }
+    return TouchPosteriors(**(parts | changes))  # type: ignore[arg-type]
+
+
+def test_shares_of_draws_below_the_truth() -> None:
+    """Draws 1, 2, 3, 4 of every touch; a draw that is the truth counts half; ends of the prior are left out."""
+    made = few(np.tile(np.array([[[1.0], [2.0]], [[3.0], [4.0]]]), 6))
+    truth = [2.5, 3.0, 0.5, 9.9, 10.0 * (1 - 1e-7), 0.0]
+    np.testing.assert_allclose(shares_below(made, {"R": truth})["R"], [0.5, 0.625, 0.0, 1.0])
+    # Whoever names the load as a truth has it compared; by default it is none.
+    np.testing.assert_allclose(shares_below(made, {"P": truth[:3] * 2})["P"], [0.5, 0.625, 0.0] * 2)
+    with pytest.raises(InputError, match="no touch has a known true value"):
+        shares_below(made)
+
+
+def test_angles_are_compared_around_the_circle() -> None:
+    draws = np.array([[[179.0, -170.0], [-179.0, 170.0]]])
+    angle = (Parameter("theta_c", "θ_c", "", "degree", Uniform(-180, 180)),)
+    made = few(draws, parameters=angle, posterior={"theta_c": draws}, reference={"theta_c": np.array([-179.5, -175.0])})
+    np.testing.assert_allclose(shares_below(made)["theta_c"], [0.5, 0.5])
+    turned = few(
+        draws, parameters=angle, posterior={"theta_c": draws}, reference={"theta_c": np.array([178.0, -160.0])}
+    )
+    np.testing.assert_allclose(shares_below(turned)["theta_c"], [0.0, 1.0])
+
+
+def test_band_of_three_numbers() -> None:
+    """Two-sided probabilities of counts, and ends of the band, by the binomial distribution."""
+    from scipy.stats import binom
+
+    band = UniformBand.of(3)
+    np.testing.assert_allclose(band.place, np.arange(101) / 100)
+    assert (band.low[0], band.high[0], band.low[-1], band.high[-1]) == (0, 0, 1, 1)
+    assert len(band.least) == 4000 and np.all(np.diff(band.least) >= 0)
+    tail = np.quantile(band.least, 0.05) / 2
+    for place in (7, 50, 93):
+        assert band.low[place] == binom.ppf(tail, 3, place / 100) / 3
+        assert band.high[place] == binom.isf(tail, 3, place / 100) / 3
+    # All three below 1 %: the count of three at 0.01 has probability 1e-6, twice that is 2e-6.
+    assert band.p_value(np.full(3, 0.005)) == pytest.approx((1 + (band.least <= 2e-6).sum()) / 4001)
+    assert band.p_value(np.array([0.25, 0.5, 0.75])) > 0.5
+    # At 0.3 exactly the number counts as below: two of three at 0.3, at least 0.216.
+    least = min(
+        2 * min(binom.cdf(k, 3, p), binom.sf(k - 1, 3, p)) for p, k in ((0.29, 0), (0.3, 3), (0.99, 3), (0.01, 0))
+    )
+    assert band.p_value(np.full(3, 0.3)) == pytest.approx((1 + (band.least <= least).sum()) / 4001)
+
+
+def test_texts_of_the_legend() -> None:
+    """The band is of the parameter with the fewest; curves go from 0 to 1 in steps at each share."""
+    draws = np.tile(np.arange(1.0, 9.0)[None, :, None], (1, 1, 40))
+    made = few(draws)
+    axes = bayestouch.pp_plot(made, {"R": np.full(40, 4.5), "P": np.r_[np.full(39, np.nan), 4.5]}, level=0.9)
+    texts = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert texts[0] == "90 % of curves, 1 touches"
+    assert texts[1] == "$R$: 40 touches, p < 0.001" and texts[2].startswith("$P$: 1 touches, p = ")
+    curve = next(line for line in axes.get_lines() if line.get_label() == texts[1])
+    np.testing.assert_allclose(curve.get_xdata(), [0, *[0.5] * 40, 1])
+    np.testing.assert_allclose(curve.get_ydata(), [0, *(np.arange(1, 41) / 40), 1])

@@ -19,6 +19,7 @@ from bayestouch.checks.ranks import of_ranks
 from bayestouch.data.touches import touches_from
 from bayestouch.priors.parameters import LogNormal
 from bayestouch.reading.options import Options
+from bayestouch.results import summaries
 from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.results.partial import fingerprint_of
 from bayestouch.simulation import FingerDesign, PadDesign
@@ -282,3 +283,22 @@ def test_a_run_that_goes_on_still_sees_every_number_of_its_options() -> None:
     assert repr(one) == repr(other)
     assert fingerprint_of(Options(indenter=one)) != fingerprint_of(Options(indenter=other))
     assert fingerprint_of(Options(indenter=one)) == fingerprint_of(Options(indenter=varied(float)))
+
+
+def test_statistics_of_draws(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Mean, sd and quantiles between draws by numpy, touch by touch; at a draw where one beside it is infinite."""
+    draws = np.random.default_rng(0).standard_normal((4, 15, 7)) ** 3
+    draws[0, :, 6] = np.inf
+    monkeypatch.setattr(summaries, "_SLICE", 150)  # two touches together, and one that is left over
+    found = summaries.summarise({"R": draws, "P": 2 * draws[..., :1]})
+    flat = draws.reshape(60, 7)
+    wanted = [flat.mean(axis=0), *(flat[:, :6].std(axis=0), *np.quantile(flat[:, :6], [0.05, 0.5, 0.95], axis=0))]
+    for row, (one, values) in enumerate(zip(found["R"], wanted, strict=True)):
+        np.testing.assert_allclose(one[: len(values)] if row else one, values, rtol=1e-12, err_msg=str(row))
+    np.testing.assert_allclose(found["P"][:, 0], 2 * found["R"][:, 0], rtol=1e-12)
+    # Fifteen of sixty are infinite: 95 % is. The third and the thirtieth are draws.
+    assert np.isnan(found["R"][1, 6]) and found["R"][4, 6] == np.inf
+    np.testing.assert_array_equal(found["R"][2:4, 6], np.sort(flat[:, 6])[[2, 29]])
+    assert summaries.STATISTICS == ("mean", "sd", "q5", "q50", "q95")
+    one = summaries.summarise({"R": np.full((1, 1, 1), 3.0)})["R"][:, 0]
+    np.testing.assert_array_equal(one, [3.0, 0.0, 3.0, 3.0, 3.0])

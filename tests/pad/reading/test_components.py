@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from bayestouch.pad.reading import components
 from bayestouch.pad.reading.components import Components, components_of
@@ -98,17 +98,30 @@ def test_in_the_plane() -> None:
         np.testing.assert_allclose(np.diag(best)[:2], np.diag(covariance), rtol=0.02)
 
 
-def test_search_and_refinement_agree() -> None:
-    """Where the model is linear about a node both weigh it alike: the search drops none that matters."""
-    reader, given, nodes = Plane(1), touches(2), lattice(1)
+@pytest.mark.parametrize("depth", [0.5, 4.0, 30.0])
+@pytest.mark.parametrize("dimensions", [1, 2])
+def test_search_weighs_nodes_by_their_evidence(monkeypatch: pytest.MonkeyPatch, dimensions: int, depth: float) -> None:
+    """Readings are normal about a node: noise, the load's prior, and a place of sd 0.6 steps about the node.
+
+    The place moves the readings by the load that suits the node best, no less than a twentieth of the prior one.
+    """
+    monkeypatch.setattr(components, "_FIRST_DEPTH", depth)
+    reader, nodes = Plane(dimensions), lattice(dimensions, 0.5, -3.0, 3.0)
+    given = touches(9)
     tables = reader.map.slopes(nodes.location)
-    rough = []
     for index in components._with_same_elements(given):
         touch, node = components._search(reader, given, nodes, tables, index)  # type: ignore[arg-type]
-        rough += [(int(t), int(n)) for t, n in zip(touch, node, strict=True)]
-    fine = components_of(reader, given, nodes)  # type: ignore[arg-type]
-    kept = {(int(t), int(p[0])) for t, p in zip(fine.touch, fine.place, strict=True)}
-    assert kept <= set(rough) and len(rough) < 2 * len(nodes.place)
+        for one in index:
+            variance, load, load_sd = SD**2 / given.counts[one], given.load[one], given.load_sd[one]
+            reading, weights = given.readings[one] - OFFSET, []
+            for sensitivity, slope in zip(*tables, strict=True):
+                precision = (sensitivity**2 / variance).sum() + 1 / load_sd**2
+                best = ((reading * sensitivity / variance).sum() + load / load_sd**2) / precision
+                moved = max(best, 0.05 * load) * 0.6 * 0.5 * slope
+                covariance = np.diag(variance) + load_sd**2 * np.outer(sensitivity, sensitivity) + moved.T @ moved
+                weights.append(stats.multivariate_normal(load * sensitivity, covariance).logpdf(reading))
+            wanted = np.flatnonzero(np.array(weights) > max(weights) - depth)
+            np.testing.assert_array_equal(node[touch == one], wanted)
 
 
 def test_groups_of_touches_with_the_same_elements() -> None:
@@ -141,8 +154,8 @@ def test_in_the_plane_every_other_node_leaves_a_quarter() -> None:
 
 def test_parts_near_the_best_of_their_touch() -> None:
     weight = np.array([0.0, -11.9, -12.1, -50.0, -61.0, -63.0])
-    made: Any = Components(
-        np.array([0, 0, 0, 2, 2, 2]), np.zeros((6, 1)), weight, np.zeros((6, 2)), np.zeros((6, 2, 2))
+    made = Components(
+        np.array([0, 0, 0, 2, 2, 2]), np.zeros((6, 1), dtype=int), weight, np.zeros((6, 2)), np.zeros((6, 2, 2))
     )
     kept = components._near_best(made, 3, 12.0)
     np.testing.assert_array_equal(kept, [True, True, False, True, True, False])

@@ -12,9 +12,9 @@ from bayestouch.pad.reading.lattice import Lattice, lattice_for
 
 
 def reader(bend: float | list[float], low: list[float], high: list[float], sd: float = 0.5, load: float = 2.0) -> Any:
-    """Elements read bend/2 · x² per N with noise `sd`; the map's grid has steps of 1 mm and more."""
+    """Elements read bend/2 · x² per N with noise `sd`; the map's grid has steps of 0.5 and 1.5 mm."""
     bends = np.atleast_1d(bend)
-    step = np.array([1.0, 1.5])[: len(low)]
+    step = np.array([0.5, 1.5])[: len(low)]
     axes = [a + s * np.arange(int((b - a) / s) + 1) for a, b, s in zip(low, high, step, strict=True)]
     first = np.meshgrid(*axes, indexing="ij")[0]
     made = SimpleNamespace(
@@ -27,7 +27,7 @@ def reader(bend: float | list[float], low: list[float], high: list[float], sd: f
     )
 
     def predict(location: np.ndarray, load: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        assert (counts == 1).all()
+        assert (counts == 1).all() and location.min() == min(low) and location.max() >= max(high)
         signal = load * 0.5 * bends * location[:, :1] ** 2
         return signal, np.full(signal.shape, sd**2)
 

@@ -1,0 +1,168 @@
+"""Sentences of an outcome, written out, and what counts as worse at its limits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bayestouch.diagnosis.outcome import (
+    VERDICTS,
+    sentences,
+    verdict_sentence,
+    verdict_word,
+    worse_lines,
+    worse_quantities,
+)
+
+BEFORE = {"prediction_error_percent_peak": 1.0, "lack_of_fit": 2.0, "R_bias_mm": -0.1, "coverage_90": 0.8}
+AFTER = {"prediction_error_percent_peak": 0.5, "lack_of_fit": 1.02, "R_bias_mm": 0.02, "coverage_90": 0.9}
+LIMITS = {"low": 0.9, "high": 1.1, "expected": 1.0}
+
+
+def numbers(word: str = "explained", **changes: Any) -> dict[str, Any]:
+    made: dict[str, Any] = {
+        "data": {"held_out_touches": 100},
+        "noise_floor_percent_peak": 0.45,
+        "noise_from_repeats": True,
+        "loads_measured": True,
+        "before": BEFORE,
+        "after": AFTER,
+        "after_against_stated": AFTER,
+        "change_against_stated_se": dict.fromkeys(AFTER, 0.01),
+        "lack_of_fit_limits": {"after": LIMITS},
+        "verdict": word,
+        "effects": [],
+        "unexplained": {"fraction": 0.404, "where": "most at load 3 to 4 N/m"},
+        "correction": None,
+        "measure": None,
+    }
+    return made | changes
+
+
+def test_all_of_it() -> None:
+    """Verdict, effects with their values, what is left, the correction, the advice, and errors."""
+    effect = {
+        "name": "crosstalk",
+        "summary": "neighbours are heard",
+        "parameters": {
+            "crosstalk_share": {"mean": 0.06123, "sd": 0.00234, "unit": ""},
+            "crosstalk_width": {"mean": 3.0, "sd": None, "unit": "mm"},
+        },
+        "indistinguishable_from": ["bleed", "sag"],
+    }
+    advice = {"advice": "To decide: measure."}
+    assert sentences(numbers("partly explained", effects=[effect], correction={}, measure=advice)) == [
+        VERDICTS["partly explained"],
+        "Found crosstalk (neighbours are heard): crosstalk_share 0.0612 ± 0.0023, crosstalk_width 3 mm. "
+        "These data cannot tell it from bleed or sag.",
+        "Unexplained: 40 % of the misfit, most at load 3 to 4 N/m.",
+        "Errors after are with a correction by element and location, which is no cause.",
+        "To decide: measure.",
+        "On 100 held-out touches: prediction error 1.00 → 0.50 % of the peak (noise alone 0.45), lack of fit 2.00 → "
+        "1.02 (0.90 to 1.10 if nothing is missing), bias of R -0.10 → +0.02 mm, coverage of 90 % intervals 80 → 90 %.",
+    ]
+
+
+def test_one_set_of_errors_where_nothing_was_changed() -> None:
+    told = sentences(numbers("adequate", before=AFTER))
+    assert told == [
+        "Adequate: the model predicts held-out touches as well as the noise allows.",
+        "On 100 held-out touches: prediction error 0.50 % of the peak (noise alone 0.45), lack of fit 1.02 (0.90 to "
+        "1.10 if nothing is missing), bias of R +0.02 mm, coverage of 90 % intervals 90 %.",
+    ]
+    stated = AFTER | {"R_bias_mm": 0.03}
+    against = sentences(numbers(after_against_stated=stated))[-1]
+    assert against.startswith(
+        "Against references as the data set states them: prediction error 1.00 → 0.50 % of the peak,"
+    )
+    assert "bias of R -0.10 → +0.03 mm" in against
+    nothing = dict.fromkeys(AFTER)
+    assert sentences(numbers(before=nothing, after=nothing, after_against_stated=nothing))[-1] == (
+        "No touches were held out: errors are not estimated."
+    )
+
+
+@pytest.mark.parametrize(
+    ("key", "before", "after", "worse"),
+    [
+        # Two standard errors of 0.01.
+        ("prediction_error_percent_peak", 1.0, 1.019, False),
+        ("prediction_error_percent_peak", 1.0, 1.021, True),
+        ("R_bias_mm", -0.1, 0.119, False),
+        ("R_bias_mm", 0.1, -0.121, True),
+        # Within its limits a lack of fit is none.
+        ("lack_of_fit", 0.5, 1.1, False),
+        ("lack_of_fit", 0.5, 1.101, True),
+        ("lack_of_fit", 2.0, 2.01, False),
+        ("coverage_90", 0.9, 0.1, False),
+        ("R_bias_mm", 0.1, None, False),
+        ("R_bias_mm", None, 0.1, False),
+    ],
+)
+def test_what_is_worse(key: str, before: float | None, after: float | None, worse: bool) -> None:
+    stated = AFTER | {key: after}
+    made = numbers(before=BEFORE | {key: before}, after=AFTER | {key: after}, after_against_stated=stated)
+    assert worse_quantities(made) == ([key] if worse else [])
+    assert bool(worse_lines(made)) == worse
+
+
+def test_without_a_standard_error_any_increase_is_worse() -> None:
+    """By more than a billionth."""
+    for after, worse in ((1.0 + 5e-10, False), (1.0 + 2e-9, True)):
+        stated = AFTER | {"prediction_error_percent_peak": after}
+        made = numbers(after=stated, after_against_stated=stated, change_against_stated_se={})
+        assert worse_quantities(made) == (["prediction_error_percent_peak"] if worse else [])
+
+
+def test_references_that_are_said_to_be_off() -> None:
+    stated = AFTER | {"R_bias_mm": 0.5}
+    (line,) = worse_lines(numbers(after_against_stated=stated))
+    assert line == (
+        "Worse than before, against references as the data set states them: bias of R -0.10 → +0.50 mm. What was found "
+        "says that references are off; where they are right, the calibration before is better."
+    )
+    (line,) = worse_lines(numbers(after=stated, after_against_stated=stated))
+    assert line.endswith("bias of R -0.10 → +0.50 mm.")
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({}, "predicts held-out touches as well as the noise allows."),
+        ({"after": AFTER | {"lack_of_fit": 0.89}}, "leaves less than the noise that is assumed"),
+        ({"after": AFTER | {"lack_of_fit": 0.9}}, "predicts held-out touches as well as the noise allows."),
+        ({"lack_of_fit_limits": {"after": LIMITS | {"expected": 1.1}}}, "as well as the noise allows."),
+        (
+            {"lack_of_fit_limits": {"after": LIMITS | {"expected": 1.11}}},
+            "as the noise, and what its fit leaves open, allow.",
+        ),
+        ({"noise_from_repeats": False}, "the noise is not known from repeats."),
+        ({"noise_from_repeats": None, "noise_floor_percent_peak": None}, "the noise is not known from repeats."),
+        ({"noise_from_repeats": None}, "predicts held-out touches as well as the noise allows."),
+        ({"data": {"held_out_touches": 0}}, "fits its touches as well as the noise allows; none were held out."),
+        ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be held against the noise."),
+        (
+            {"after": AFTER | {"lack_of_fit": None}, "loads_measured": False},
+            "they cannot be held against the noise: the loads were not measured.",
+        ),
+        ({"after": AFTER | {"lack_of_fit": 1.11}}, "Partly explained: an effect was found, and structure remains"),
+    ],
+)
+def test_sentence_of_the_verdict(changes: dict[str, Any], said: str) -> None:
+    assert said in verdict_sentence(numbers(**changes))
+
+
+def test_word_follows_the_lack_of_fit() -> None:
+    for word, beyond in (
+        ("adequate", "unattributed"),
+        ("explained", "partly explained"),
+        ("unattributed", "unattributed"),
+    ):
+        assert verdict_word(numbers(word)) == word
+        assert verdict_word(numbers(word, after=AFTER | {"lack_of_fit": 1.11})) == beyond
+    # A file of an earlier version states no limits.
+    old = numbers("adequate", after=AFTER | {"lack_of_fit": 1.11})
+    del old["lack_of_fit_limits"]
+    assert verdict_word(old) == "unattributed"
+    assert verdict_word(old | {"after": AFTER | {"lack_of_fit": 1.1}}) == "adequate"

@@ -1,0 +1,146 @@
+"""What touches say of a drift, and loads behind an effect on the force sensor: by hand."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.noise import Noise
+from bayestouch.effects.effect import Effect
+from bayestouch.finger.reading import touches_with_effects as module
+from bayestouch.finger.reading.effects import EffectContext
+
+MODE = np.array([[0.3, 0.1, 20.0], [0.6, -0.2, 50.0]])
+PLACES = np.array([0.0, 0.2])
+
+
+class Chain:
+    """Readings P · (R + place · angle)."""
+
+    def predict(self, radius: np.ndarray, angle: np.ndarray, load: np.ndarray) -> np.ndarray:
+        return load[:, None] * (radius[:, None] + PLACES * angle[:, None])
+
+
+class Context(EffectContext):
+    """Readings are doubled; the covariance tells which radius, angle and load it was asked for."""
+
+    def __init__(self) -> None:
+        model = SimpleNamespace(peak=np.array([4.0, 5.0]), reference_load=30.0)
+        object.__setattr__(self, "effects_chain", SimpleNamespace(model=model))
+
+    def readings(self, static: np.ndarray, radius: Any, angle: Any, load: Any, index: Any) -> np.ndarray:
+        return 2 * static
+
+    def covariance(self, radius: np.ndarray, angle: np.ndarray, load: np.ndarray) -> np.ndarray:
+        return np.stack([np.array([[r, 0.1 * a], [0.1 * a, p]]) for r, a, p in zip(radius, angle, load, strict=True)])
+
+
+def evidence() -> Any:
+    readings = SimpleNamespace(
+        context=Context(),
+        counts=np.array([[4, 1], [9, 0]]),
+        readings=np.array([[13.0, 12.0], [60.0, np.nan]]),
+        load=np.array([21.0, np.nan]),
+        load_sd=np.array([0.5, 7.0]),
+    )
+    posterior: Any = SimpleNamespace(touches=readings, radius=lambda w: 5 * w**2, chain=Chain())
+    return module._evidence(posterior, MODE, Noise(np.array([0.2, 0.3]), np.zeros(2)))
+
+
+def test_settings() -> None:
+    assert module.ROUNDS == 3
+    np.testing.assert_array_equal(module.STEPS, [0.03, 0.003, 0.003])
+
+
+def test_what_a_touch_says_of_an_addition() -> None:
+    found = evidence()
+    radius = 5 * MODE[:, 0] ** 2
+    predicted = 2 * MODE[:, 2:] * (radius[:, None] + PLACES * MODE[:, 1:2])
+    np.testing.assert_allclose(
+        found.residual, [[13 - predicted[0, 0], 12 - predicted[0, 1]], [60 - predicted[1, 0], 0]]
+    )
+    # Over w, angle and load: quadratic, linear and linear, so that central differences are exact.
+    for touch, (w, angle, load) in enumerate(MODE):
+        wanted = 2 * np.stack([np.full(2, load * 10 * w), load * PLACES, 5 * w**2 + PLACES * angle], axis=1)
+        np.testing.assert_allclose(found.jacobian[touch], wanted, rtol=1e-8, atol=1e-9)
+
+
+def test_covariance_of_the_readings_of_a_touch() -> None:
+    """What the calibration leaves there, and noise of the mean; a hundred peaks where it is missing."""
+    found = evidence()
+    radius = 5 * MODE[:, 0] ** 2
+    np.testing.assert_allclose(found.covariance[0], [[radius[0] + 0.04 / 4, 0.01], [0.01, 20 + 0.09]])
+    np.testing.assert_allclose(found.covariance[1], [[radius[1] + 0.04 / 9, -0.02], [-0.02, 50 + 500.0**2]])
+
+
+def test_prior_of_the_coordinates() -> None:
+    """Loose but for a load that was measured: 4, half a radian, the reference load."""
+    found = evidence()
+    np.testing.assert_allclose(found.precision, [[1 / 16, 4.0, 4.0], [1 / 16, 4.0, 1 / 900]])
+    np.testing.assert_allclose(found.shift, [[0, 0, 1.0], [0, 0, 0]])
+
+
+class Shift(Effect):
+    """The force sensor reads `amount` less than what acts, more with the angle."""
+
+    name, stage, summary, parameters = "shift", "rig", "", ()
+
+    def pose(self, recording: Any, values: Any) -> Any:
+        return SimpleNamespace(load=recording.load + values[0] * (1 + recording.place[0]))
+
+
+class Nothing(Effect):
+    name, stage, summary, parameters = "nothing", "rig", "", ()
+
+
+def chain_with(*effects: Effect) -> Any:
+    """One base parameter, then a value of each of two effects, 3 ± 0.5 and 7 ± 100."""
+    model = SimpleNamespace(
+        effects=effects,
+        n_base=1,
+        n_elements=2,
+        peak=np.ones(2),
+        reference_load=1.0,
+        finger=SimpleNamespace(element_angles_deg=(0.0, 1.0)),
+        values=lambda vector: tuple((value,) for value in vector[1 : 1 + len(effects)]),
+    )
+    return SimpleNamespace(model=model, vector=np.array([9.0, 3.0, 7.0]), covariance=np.diag([16.0, 0.25, 1e4]))
+
+
+def test_loads_as_they_really_are() -> None:
+    """What the effect's value leaves open adds to the variance of the reading: (0.5 (1 + angle))²."""
+    angle, load = np.array([0.0, 1.0]), np.array([10.0, np.nan])
+    found, sd = module.true_loads(chain_with(Shift(), Nothing()), angle, load, np.array([0.3, 0.4]))
+    np.testing.assert_allclose(found, [13.0, np.nan])
+    np.testing.assert_allclose(sd, [np.hypot(0.3, 0.5), 0.4])
+    found, sd = module.true_loads(chain_with(Shift(), Nothing()), angle, np.array([10.0, 20.0]), np.array([0.3, 0.4]))
+    np.testing.assert_allclose(found, [13.0, 26.0])
+    np.testing.assert_allclose(sd, np.hypot([0.3, 0.4], [0.5, 1.0]))
+
+
+def test_which_effects_change_loads() -> None:
+    class Elsewhere(Shift):
+        stage = "contact"
+
+    for effects, changes in (((Shift(),), True), ((Nothing(),), False), ((Elsewhere(),), False), ((), False)):
+        assert module.changes_load(chain_with(*effects)) == changes
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_columns_of_drifts(monkeypatch: pytest.MonkeyPatch, own: bool) -> None:
+    """What each weight adds: the course in time times the signal, zero where it is not known."""
+    drift = SimpleNamespace(name="drift", scale=lambda recording: recording.signal, own=lambda values: own)
+    monkeypatch.setattr(module, "drift_basis", lambda drift, values, observed: np.array([[1.0, 2.0], [3.0, 4.0]]))
+    made = chain_with()
+    made.listed, made.values = SimpleNamespace(drifts=(drift,)), {"drift": (0.1,)}
+    observed: Any = SimpleNamespace(touch_time_s=np.zeros(2))
+    found = module._columns(made, observed, np.array([[1.0, 10.0], [np.nan, 100.0]]))
+    if own:
+        assert found.shape == (2, 2, 4)
+        np.testing.assert_array_equal(found[0], [[1, 2, 0, 0], [0, 0, 10, 20]])
+        np.testing.assert_array_equal(found[1], [[0, 0, 0, 0], [0, 0, 300, 400]])
+    else:
+        np.testing.assert_array_equal(found, [[[1, 2], [10, 20]], [[0, 0], [300, 400]]])
