@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.diagnosis.quantities import Quantity, of_finger, of_pad, previous_readings
+from bayestouch.finger.quantities import quantities as of_finger
+from bayestouch.model.quantities import Quantity, previous_readings
+from bayestouch.pad.quantities import quantities as of_pad
 
 
 def observed() -> Any:
