@@ -1,4 +1,4 @@
-"""What to measure to decide between two effects that the data cannot tell apart."""
+"""Advice on what to measure to decide between two effects that are indistinguishable with the data."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
-# Numbers of touches worth asking for.
+# Numbers of touches that may be advised.
 NUMBERS = (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
-# Square of the whitened difference that decides.
+# Squared whitened difference that is needed for a decision.
 ENOUGH = (2 * ERRORS) ** 2
 NOTHING = "no 500 touches with the tips, locations and loads that were used tell them apart"
 
 
 @dataclass(frozen=True)
 class Advice:
-    """Touches that would decide.
+    """Touches that would decide between two effects.
 
     Attributes
     ----------
     between : (str, str)
-        The two effects.
+        Names of the two effects.
     number : int or None
-        How many touches, about; None where no number worth making decides.
+        Approximate number of touches; None if no reasonable number is sufficient.
     touches : str
-        Which, in words.
+        Description of the touches.
     """
 
     between: tuple[str, str]
@@ -47,9 +47,9 @@ class Advice:
 
 
 def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
-    """Advice where an effect was added that another equals, or where none was added though some came near.
+    """Advice if an effect was added that another one equals, or if none was added although some were near.
 
-    None on a body of which no touches that could decide are known.
+    None if the body has no possible touches that could decide.
     """
     for each in rounds:
         pair = _undecided(each)
@@ -64,16 +64,16 @@ def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]
         return (each.added, others[0]) if others and each.added.fitted is not None else None
-    # What is sure and yet explains little is no explanation that more touches could confirm.
+    # An effect that is certain but explains little would not be confirmed by more touches.
     near = [tried for tried in refitted if is_near(tried)]
     return (near[0], near[1]) if len(near) > 1 else None
 
 
 def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -> Advice:
-    """The series of touches on which the two models differ most, by the noise and by what the models leave open.
+    """Series of touches on which two models differ most, relative to the noise and the uncertainty of the models.
 
-    With D the whitened difference of the predictions for a series of touches, their log likelihood favours the right
-    model by ``D²/2`` on the mean with a standard deviation of D: it decides where that is `ERRORS` of them.
+    With D the whitened difference of the predictions for a series of touches, the mean log likelihood ratio in favour
+    of the right model is ``D²/2``, with a standard deviation of D. It decides if the mean is `ERRORS` of these.
     """
     assert one.fitted is not None and two.fitted is not None
     names = (one.effect.name, two.effect.name)
@@ -107,7 +107,7 @@ def _decides(apart: FloatArray, spread: FloatArray) -> FloatArray:
 
 
 def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatArray, FloatArray]:
-    """Whitened difference of two models' predictions (t, m), and what the models leave open of it (d, t, m)."""
+    """Whitened difference of two models' predictions (t, m), and its uncertainty from the models (d, t, m)."""
     models = [(each.model.observing(observed), each.vector) for each in (one, two)]
     first, second = (model.predict(vector).touches for model, vector in models)
     if observed is one.model.known:
@@ -120,7 +120,7 @@ def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatA
 
 
 def _open(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
-    """What one standard deviation of each direction of a model's parameters does, whitened, (d, t, m)."""
+    """Whitened change of the predictions by one standard deviation in each direction of the parameters, (d, t, m)."""
     slopes = whitening.touches(pair[0].derivatives(pair[1])[0])
     root = np.linalg.cholesky(fitted.linear.covariance())
     return np.asarray(np.tensordot(root.T, slopes, axes=1))
