@@ -52,14 +52,14 @@ def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
     None if the body has no possible touches that could decide.
     """
     for each in rounds:
-        pair = _undecided(each)
+        pair = _indistinguishable_pair(each)
         possible = None if pair is None else each.before.model.possible_touches()
         if pair is not None and possible is not None:
             return _advice(each.before, possible, *pair)
     return None
 
 
-def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
+def _indistinguishable_pair(each: SearchRound) -> tuple[Tried, Tried] | None:
     refitted = [tried for tried in each.tried if tried.fitted is not None and tried.noise is None]
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]
@@ -79,14 +79,14 @@ def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -
     names = (one.effect.name, two.effect.name)
     in_time = any(tried.effect.random for tried in (one, two))
     if in_time:
-        apart, _ = separation(one.fitted, two.fitted, before.model.known)
-        square = float((apart**2).sum(axis=1).mean())
+        difference, _ = separation(one.fitted, two.fitted, before.model.known)
+        square = float((difference**2).sum(axis=1).mean())
         number = int(np.ceil(ENOUGH / max(square, 1e-9)))
         if number <= NUMBERS[-1]:
             return Advice(names, number, "of one kind (tip, location, load), spread evenly over the whole time")
         return Advice(names, None, NOTHING)
-    apart, spread = separation(one.fitted, two.fitted, possible.observed)
-    table = np.array([_decides(apart[rows], spread[:, rows]) for _, rows in possible.series])
+    difference, spread = separation(one.fitted, two.fitted, possible.observed)
+    table = np.array([_decides(difference[rows], spread[:, rows]) for _, rows in possible.series])
     for number, squares in zip(NUMBERS, table.T, strict=True):
         best = int(np.argmax(squares))
         if squares[best] >= ENOUGH:
@@ -94,13 +94,13 @@ def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -
     return Advice(names, None, NOTHING)
 
 
-def _decides(apart: FloatArray, spread: FloatArray) -> FloatArray:
+def _decides(difference: FloatArray, spread: FloatArray) -> FloatArray:
     """Squared whitened difference for each of `NUMBERS` touches spread over a series; (t, m) and (d, t, m)."""
-    d, a = apart.ravel(), spread.reshape(len(spread), -1)
+    d, a = difference.ravel(), spread.reshape(len(spread), -1)
     inside, gram = a @ d, a @ a.T
     out = []
     for number in NUMBERS:
-        n = number / len(apart)
+        n = number / len(difference)
         absorbed = inside @ np.linalg.solve(np.eye(len(gram)) + n * gram, inside)
         out.append(n * float(d @ d) - n * n * float(absorbed))
     return np.array(out)
@@ -115,11 +115,11 @@ def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatA
     model, vector = models[0]
     load_sd = np.full(observed.n_touches, float(np.median(one.noise.load_sd)))
     whitening = Whitening.of(observed, one.noise.with_(load_sd=load_sd), first, model.by_load(vector))
-    spread = [_open(whitening, each, pair) for each, pair in zip((one, two), models, strict=True)]
+    spread = [_uncertainty(whitening, each, pair) for each, pair in zip((one, two), models, strict=True)]
     return whitening.touches(first - second), np.concatenate(spread)
 
 
-def _open(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
+def _uncertainty(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
     """Whitened change of the predictions by one standard deviation in each direction of the parameters, (d, t, m)."""
     slopes = whitening.touches(pair[0].derivatives(pair[1])[0])
     root = np.linalg.cholesky(fitted.linear.covariance())

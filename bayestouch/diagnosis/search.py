@@ -88,13 +88,15 @@ def _retained(
     if kept == len(rounds) - 1:
         return rounds
     # Remove the first round that is not retained, and all after it; try their effects that show by themselves again.
-    fallen = rounds[kept]
-    alone = {each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself}
-    if not alone:
-        return (*rounds[:kept], replace(fallen, added=None, dropped=()))
-    left = tuple(each for each in effects if each.name in alone)
-    again = _greedy(one_round(fallen.before, left, _part(None, 0), scheduler), left, None, scheduler)
-    others = tuple(each for each in fallen.tried if each.effect.name not in alone)
+    removed = rounds[kept]
+    by_themselves = {
+        each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself
+    }
+    if not by_themselves:
+        return (*rounds[:kept], replace(removed, added=None, dropped=()))
+    left = tuple(each for each in effects if each.name in by_themselves)
+    again = _greedy(one_round(removed.before, left, _part(None, 0), scheduler), left, None, scheduler)
+    others = tuple(each for each in removed.tried if each.effect.name not in by_themselves)
     return (*rounds[:kept], replace(again[0], real=(), tried=(*again[0].tried, *others)), *again[1:])
 
 
@@ -123,18 +125,18 @@ def _count_retained(rounds: tuple[SearchRound, ...]) -> int:
     """Number of rounds to retain: the effect of each explains, with the retained ones after it, most of the misfit."""
     kept = sum(each.added is not None for each in rounds)
     while True:
-        falling = [k for k in range(kept) if not _stands(rounds[k:kept])]
-        if not falling:
+        not_retained = [k for k in range(kept) if not _is_retained(rounds[k:kept])]
+        if not not_retained:
             return kept
-        kept = falling[-1]
+        kept = not_retained[-1]
 
 
-def _stands(rounds: tuple[SearchRound, ...]) -> bool:
+def _is_retained(rounds: tuple[SearchRound, ...]) -> bool:
     """True if the effect of the first round, with those of the others, explains enough of the misfit at its start."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
-    asked = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
-    return added[0].by_itself or explained >= asked * rounds[0].best_share
+    required = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
+    return added[0].by_itself or explained >= required * rounds[0].best_share
 
 
 def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]:
@@ -147,7 +149,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
     for effect in earlier:
         less = without(fitted, effect)
         gain, error = paired(gained(density(fitted) - density(less)))
-        if gain < ERRORS * error or gain < _least(fitted):
+        if gain < ERRORS * error or gain < _smallest_gain(fitted):
             fitted = less
             dropped.append(effect.name)
     return fitted, tuple(dropped)
@@ -162,7 +164,7 @@ def one_round(
     noise = tuple(e for e in effects if isinstance(e, NoiseEffect) and e.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
-    before, least = density(fitted), _least(fitted)
+    before, least = density(fitted), _smallest_gain(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
     part = (REFITTED - SCORED) / max(len(leading), 1)
     again = refit_all(
@@ -192,7 +194,7 @@ def one_round(
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
     if within and real[0].noise is not None:
         real = within
-    added = _plainest(real) if real else None
+    added = _most_probable(real) if real else None
     if added is not None:
         added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
         if added.noise is not None:
@@ -205,7 +207,7 @@ def one_round(
     return SearchRound(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
 
 
-def _least(fitted: Fitted) -> float:
+def _smallest_gain(fitted: Fitted) -> float:
     """Gain of the smallest effect that is relevant; for many readings a constant, smaller limit applies."""
     return min(0.5 * MATERIAL**2 * fitted.n_readings, 50.0)
 
@@ -240,7 +242,7 @@ def _share(tried: Tried, scored: Candidate, possible: float) -> float:
     return float(np.clip(gain / possible, 0.0, 1.0))
 
 
-def _plainest(real: list[Tried]) -> Tried:
+def _most_probable(real: list[Tried]) -> Tried:
     """Effect to add: the best one or, among other effects that are as good, the most probable one.
 
     Random functions of time can follow much that they do not cause. Of several equally good effects, the better guess
@@ -256,7 +258,7 @@ def _plainest(real: list[Tried]) -> Tried:
         # uses touch means, because a random function also gains density by being uncertain.
         most = max(plain, key=lambda each: each.of_means, default=best)
         return most if most.of_means > NEARLY * best.of_means else best
-    return min(as_good, key=_price) if as_good else best
+    return min(as_good, key=_schwarz_criterion) if as_good else best
 
 
 def _as_good(other: Tried, best: Tried) -> bool:
@@ -267,7 +269,7 @@ def _as_good(other: Tried, best: Tried) -> bool:
     return gain < ALIKE * error
 
 
-def _price(tried: Tried) -> float:
+def _schwarz_criterion(tried: Tried) -> float:
     assert tried.fitted is not None
     touches = tried.fitted.model.known.n_touches
     return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))
