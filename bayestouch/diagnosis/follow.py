@@ -1,4 +1,4 @@
-"""From a data set to what was traced, on any body: fit, search, models before and after, what remains."""
+"""Course of a diagnosis on any body: fit, search, models before and after, remaining misfit."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from bayestouch.model.held_out import HeldOut
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
 
-# Shares of the time: fits and search, then reading the held-out touches before and after.
+# Fractions of the time at the end of the first fit, of the search, and of the evaluation before.
 START, SEARCHED, READ = 0.1, 0.75, 0.85
 
 
@@ -41,18 +41,18 @@ def trace(
     scheduler: str | None,
     **options: Any,
 ) -> Traced:
-    """Fit, search, and compare before and after; see `bayestouch.diagnose`.
+    """Results of fit, search, and comparison of the models before and after; see `bayestouch.diagnose`.
 
     Parameters
     ----------
     dataset : DataSet
         Sensor and touches.
     body : Body
-        Of the sensor.
+        Body of the sensor.
     draws, sample, seed, progress, scheduler
-        As of `bayestouch.diagnose`.
+        As in `bayestouch.diagnose`.
     options
-        Those of the body.
+        Options of this body.
     """
     data = SplitData.of(dataset).thinned(body.most_touches, seed)
     begun = body.begin(data, draws=draws, seed=seed, **options)
@@ -95,10 +95,10 @@ def _evaluated(
     added: tuple[AddedEffect, ...],
     correction: Correction | None,
 ) -> EvaluatedModel:
-    """A fit with its calibration and its errors on the held-out touches."""
+    """Fitted model with its calibration and its errors on the held-out touches."""
     calibration = evaluation.calibration(fitted, added, correction)
     held = evaluation.held_out(fitted, correction)
-    # Where nothing moves a reference, what is at the stated ones is the same.
+    # If no effect changes a reference, the stated references give the same result.
     unmoved = at_stated_references(fitted) is fitted
     stated = held if unmoved else evaluation.held_out(fitted, correction, stated=True)
     read = evaluation.read(infer, calibration, held) if held is not None and sample else None
@@ -121,7 +121,7 @@ def effects_as_added(
 def _steps(
     rounds: tuple[SearchRound, ...], evaluation: Evaluation, before: EvaluatedModel, explained: EvaluatedModel
 ) -> tuple[HeldOut, ...]:
-    """Held-out residuals at the beginning of each round; empty where none could be held out."""
+    """Held-out residuals at the beginning of each round; empty if no touches could be held out."""
     between = [evaluation.held_out(each.before, None) for each in rounds[1:-1]]
     steps = (before.held_out, *between, explained.held_out)[: len(rounds)]
     return tuple(each for each in steps if each is not None)

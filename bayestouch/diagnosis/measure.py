@@ -1,4 +1,4 @@
-"""What to measure to decide between two effects that the data cannot tell apart."""
+"""Advice on what to measure to decide between two effects that are indistinguishable with the data."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
-# Numbers of touches worth asking for.
+# Numbers of touches that may be advised.
 NUMBERS = (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
-# Square of the whitened difference that decides.
+# Squared whitened difference that is needed for a decision.
 ENOUGH = (2 * ERRORS) ** 2
 NOTHING = "no 500 touches with the tips, locations and loads that were used tell them apart"
 
 
 @dataclass(frozen=True)
 class Advice:
-    """Touches that would decide.
+    """Touches that would decide between two effects.
 
     Attributes
     ----------
     between : (str, str)
-        The two effects.
+        Names of the two effects.
     number : int or None
-        How many touches, about; None where no number worth making decides.
+        Approximate number of touches; None if no reasonable number is sufficient.
     touches : str
-        Which, in words.
+        Description of the touches.
     """
 
     between: tuple[str, str]
@@ -47,46 +47,46 @@ class Advice:
 
 
 def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
-    """Advice where an effect was added that another equals, or where none was added though some came near.
+    """Advice if an effect was added that another one equals, or if none was added although some were near.
 
-    None on a body of which no touches that could decide are known.
+    None if the body has no possible touches that could decide.
     """
     for each in rounds:
-        pair = _undecided(each)
+        pair = _indistinguishable_pair(each)
         possible = None if pair is None else each.before.model.possible_touches()
         if pair is not None and possible is not None:
             return _advice(each.before, possible, *pair)
     return None
 
 
-def _undecided(each: SearchRound) -> tuple[Tried, Tried] | None:
+def _indistinguishable_pair(each: SearchRound) -> tuple[Tried, Tried] | None:
     refitted = [tried for tried in each.tried if tried.fitted is not None and tried.noise is None]
     if each.added is not None:
         others = [tried for tried in refitted if tried.effect.name in each.added.indistinguishable]
         return (each.added, others[0]) if others and each.added.fitted is not None else None
-    # What is sure and yet explains little is no explanation that more touches could confirm.
+    # An effect that is certain but explains little would not be confirmed by more touches.
     near = [tried for tried in refitted if is_near(tried)]
     return (near[0], near[1]) if len(near) > 1 else None
 
 
 def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -> Advice:
-    """The series of touches on which the two models differ most, by the noise and by what the models leave open.
+    """Series of touches on which two models differ most, relative to the noise and the uncertainty of the models.
 
-    With D the whitened difference of the predictions for a series of touches, their log likelihood favours the right
-    model by ``D²/2`` on the mean with a standard deviation of D: it decides where that is `ERRORS` of them.
+    With D the whitened difference of the predictions for a series of touches, the mean log likelihood ratio in favour
+    of the right model is ``D²/2``, with a standard deviation of D. It decides if the mean is `ERRORS` of these.
     """
     assert one.fitted is not None and two.fitted is not None
     names = (one.effect.name, two.effect.name)
     in_time = any(tried.effect.random for tried in (one, two))
     if in_time:
-        apart, _ = separation(one.fitted, two.fitted, before.model.known)
-        square = float((apart**2).sum(axis=1).mean())
+        difference, _ = separation(one.fitted, two.fitted, before.model.known)
+        square = float((difference**2).sum(axis=1).mean())
         number = int(np.ceil(ENOUGH / max(square, 1e-9)))
         if number <= NUMBERS[-1]:
             return Advice(names, number, "of one kind (tip, location, load), spread evenly over the whole time")
         return Advice(names, None, NOTHING)
-    apart, spread = separation(one.fitted, two.fitted, possible.observed)
-    table = np.array([_decides(apart[rows], spread[:, rows]) for _, rows in possible.series])
+    difference, spread = separation(one.fitted, two.fitted, possible.observed)
+    table = np.array([_decides(difference[rows], spread[:, rows]) for _, rows in possible.series])
     for number, squares in zip(NUMBERS, table.T, strict=True):
         best = int(np.argmax(squares))
         if squares[best] >= ENOUGH:
@@ -94,20 +94,20 @@ def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -
     return Advice(names, None, NOTHING)
 
 
-def _decides(apart: FloatArray, spread: FloatArray) -> FloatArray:
+def _decides(difference: FloatArray, spread: FloatArray) -> FloatArray:
     """Squared whitened difference for each of `NUMBERS` touches spread over a series; (t, m) and (d, t, m)."""
-    d, a = apart.ravel(), spread.reshape(len(spread), -1)
+    d, a = difference.ravel(), spread.reshape(len(spread), -1)
     inside, gram = a @ d, a @ a.T
     out = []
     for number in NUMBERS:
-        n = number / len(apart)
+        n = number / len(difference)
         absorbed = inside @ np.linalg.solve(np.eye(len(gram)) + n * gram, inside)
         out.append(n * float(d @ d) - n * n * float(absorbed))
     return np.array(out)
 
 
 def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatArray, FloatArray]:
-    """Whitened difference of two models' predictions (t, m), and what the models leave open of it (d, t, m)."""
+    """Whitened difference of two models' predictions (t, m), and its uncertainty from the models (d, t, m)."""
     models = [(each.model.observing(observed), each.vector) for each in (one, two)]
     first, second = (model.predict(vector).touches for model, vector in models)
     if observed is one.model.known:
@@ -115,12 +115,12 @@ def separation(one: Fitted, two: Fitted, observed: Observations) -> tuple[FloatA
     model, vector = models[0]
     load_sd = np.full(observed.n_touches, float(np.median(one.noise.load_sd)))
     whitening = Whitening.of(observed, one.noise.with_(load_sd=load_sd), first, model.by_load(vector))
-    spread = [_open(whitening, each, pair) for each, pair in zip((one, two), models, strict=True)]
+    spread = [_uncertainty(whitening, each, pair) for each, pair in zip((one, two), models, strict=True)]
     return whitening.touches(first - second), np.concatenate(spread)
 
 
-def _open(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
-    """What one standard deviation of each direction of a model's parameters does, whitened, (d, t, m)."""
+def _uncertainty(whitening: Whitening, fitted: Fitted, pair: tuple[SensorModel, FloatArray]) -> FloatArray:
+    """Whitened change of the predictions by one standard deviation in each direction of the parameters, (d, t, m)."""
     slopes = whitening.touches(pair[0].derivatives(pair[1])[0])
     root = np.linalg.cholesky(fitted.linear.covariance())
     return np.asarray(np.tensordot(root.T, slopes, axes=1))

@@ -15,14 +15,14 @@ VERDICTS = {
 }
 _BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
 # Limits of a lack of fit if a file of an earlier version has none; largest `expected` of a fit that leaves little open.
-_LIMITS, _LITTLE = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
+_LIMITS, _LITTLE_OPEN = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
 # If errors of samples and of touch means differ by no more than this share, touches have one sample each.
-_SAME = 1e-6
+_EQUAL = 1e-6
 # A change of an error counts if it exceeds this many standard errors.
-_ERRORS = 2.0
+_STANDARD_ERRORS = 2.0
 
 #: Errors in a sentence: key, name, format, unit, factor.
-_SAID = (
+_ERROR_TEXTS = (
     ("prediction_error_percent_peak", "prediction error", ".2f", " % of the peak", 1.0),
     ("touch_error_percent_peak", "prediction error of touch means", ".2f", " % of the peak", 1.0),
     ("lack_of_fit", "lack of fit", ".2f", "", 1.0),
@@ -63,7 +63,7 @@ def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
     spread = numbers["change_against_stated_se"]
     skipped = () if errors_of_samples(before, after) else ("touch_error_percent_peak",)
     out = []
-    for key in (key for key, *_ in _SAID if key not in skipped):
+    for key in (key for key, *_ in _ERROR_TEXTS if key not in skipped):
         one, two = before.get(key), after.get(key)
         # Coverage is not an error: larger is better, up to a limit.
         if key == "coverage_90" or one is None or two is None:
@@ -71,7 +71,7 @@ def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:
         # A lack of fit within the limits of a correct model is not worse, such as 0.96 after 0.90.
         if key == "lack_of_fit" and two <= (_limits(numbers)["high"] or 0.0):
             continue
-        if abs(two) - abs(one) > max(_ERRORS * (spread.get(key) or 0.0), 1e-9 * abs(one)):
+        if abs(two) - abs(one) > max(_STANDARD_ERRORS * (spread.get(key) or 0.0), 1e-9 * abs(one)):
             out.append(key)
     return out
 
@@ -115,7 +115,7 @@ def verdict_sentence(numbers: Mapping[str, Any]) -> str:
         return f"{begin} leaves nothing that these data show; they cannot be held against the noise{why}."
     if low is not None and lack < low:
         return f"{begin} leaves less than the noise that is assumed for readings and loads, which is too large."
-    if limits["expected"] > _LITTLE:
+    if limits["expected"] > _LITTLE_OPEN:
         return f"{begin} predicts held-out touches as well as the noise, and what its fit leaves open, allow."
     return f"{begin} predicts held-out touches as well as the noise allows."
 
@@ -124,7 +124,7 @@ def errors_of_samples(*found: Mapping[str, Any]) -> bool:
     """True if prediction errors of samples differ from those of touch means, so that both are stated."""
     for each in found:
         samples, means = each.get("prediction_error_percent_peak"), each.get("touch_error_percent_peak")
-        if samples is not None and means is not None and not math.isclose(samples, means, rel_tol=_SAME):
+        if samples is not None and means is not None and not math.isclose(samples, means, rel_tol=_EQUAL):
             return True
     return False
 
@@ -144,7 +144,7 @@ def _pairs(before: Mapping[str, Any], after: Mapping[str, Any], keys: list[str] 
     found = (before,) if before == after else (before, after)
     of_samples = errors_of_samples(*found)
     out = {}
-    for key, name, form, unit, factor in _SAID:
+    for key, name, form, unit, factor in _ERROR_TEXTS:
         if key == "touch_error_percent_peak" and not of_samples:
             continue
         if key == "prediction_error_percent_peak" and of_samples:

@@ -1,4 +1,4 @@
-"""What a search tries in each round, and what it finds."""
+"""Candidates and results of each round of a search."""
 
 from __future__ import annotations
 
@@ -14,39 +14,39 @@ from bayestouch.model.noise_search import NoiseCandidate
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A candidate as it was in one round.
+    """A candidate effect with its results in one round.
 
     Attributes
     ----------
     effect : Effect
-        What was tried.
+        The candidate.
     z : float
         Normal score.
     seen : float
         Share of its signature that base parameters do not absorb.
     start : tuple of float
-        Values of the score, or of the refit where there was one.
+        Values from the score, or from the refit if there was one.
     gain, gain_se : float
-        Held-out log density gained, and its standard error over touches; NaN where it was not refitted.
+        Gain of held-out log density, and its standard error over touches; NaN if it was not refitted.
     of_means : float
-        By how much half the squared error of the means of held-out touches falls, in units of the noise. A random
-        function that predicts nothing gains density all the same, by saying that it is uncertain.
+        Decrease of half the squared error of the means of held-out touches, in units of the noise. Unlike this, the
+        gain of density is positive even for a random function that predicts nothing, because it is uncertain.
     by_itself : bool
-        Whether it shows where hardly anything else does: in how readings move or scatter within a touch.
+        True if the effect is visible in what hardly any other effect changes: drift or scatter within a touch.
     share : float
-        What it explains of what can be explained.
+        Share that it explains of what can be explained.
     fitted : Fitted or None
-        Model with it, where it was refitted; kept for what was added, and for what cannot be told from that.
+        Model with the effect, if it was refitted; kept for the added effect and those indistinguishable from it.
     difference : (t,) array or None
         Gain of each touch.
     signature : (t, m) array or None
-        What it does to mean readings.
+        Change of the mean readings by the effect.
     noise : NoiseCandidate or None
-        Where it is an effect of the noise.
+        Candidate of the noise, if the effect is one of the noise.
     found_noise : FoundNoise or None
-        Its posterior, where it was added.
+        Posterior of the effect of the noise, if it was added.
     indistinguishable : tuple of str
-        Other candidates that cannot be told from it.
+        Other candidates that are indistinguishable from it.
     """
 
     effect: Effect
@@ -73,21 +73,21 @@ class SearchRound:
     Attributes
     ----------
     before : Fitted
-        Model at its beginning.
+        Model at the beginning of the round.
     tried : tuple of Tried
         All candidates, best first.
     best_share : float
-        Half the sum of squares beyond noise, or what a correction without a cause gains: what can be explained.
+        What can be explained: half the sum of squares beyond noise, or the gain of a correction without a cause.
     correction : Correction or None
-        Correction on top of the model.
+        Correction in addition to the model.
     correction_gain, correction_se : float
-        Held-out log density that it gains, and its standard error.
+        Its gain of held-out log density, and the standard error.
     added : Tried or None
-        What was added.
+        Effect that was added.
     dropped : tuple of str
-        Effects of earlier rounds that are not needed beside what was added.
+        Effects of earlier rounds that the added one makes unnecessary.
     real : tuple of Tried
-        All that might have been added, with their fits; of a first round, while the search is under way.
+        All effects that could have been added, with their fits; only in the first round, during the search.
     """
 
     before: Fitted

@@ -1,4 +1,4 @@
-"""Greedy search for the effects that are missing: score all, refit the best, keep what predicts held-out touches."""
+"""Greedy search for missing effects: score all, refit the best, keep those that improve held-out predictions."""
 
 from __future__ import annotations
 
@@ -22,30 +22,31 @@ from bayestouch.model.predictive import held_out_density
 from bayestouch.model.significance import at_least_one
 from bayestouch.progress import Progress
 
-# Shares of a round's time: until all are scored, until the leading ones are refitted; then the correction.
+# Fractions of a round's time at the end of scoring and of refitting; the correction follows.
 SCORED, REFITTED = 0.25, 0.8
-# Candidates that are refitted in a round, and rounds that add something.
+# Number of candidates that are refitted in a round; largest number of rounds that add an effect.
 LEADING, MOST_EFFECTS = 5, 4
-# An effect is real if chance makes one like it among all that were tried less often than this ...
+# Conditions for an effect to be real. By chance, any of the effects that were tried has such a score with less than
+# this probability.
 CHANCE = 0.01
-# ... if it predicts held-out touches better by so many standard errors ...
+# It predicts held-out touches better by this many standard errors.
 ERRORS = 3.0
-# ... if what it explains is at least a tenth of the noise of an averaged touch (root mean square) ...
+# What it explains is at least a tenth of the noise of an averaged touch (root mean square).
 MATERIAL = 0.1
-# ... if it explains this share of what can be explained ...
+# It explains this share of what can be explained.
 SHARE = 0.3
-# ... and if it explains, with what is found after it, this much of that: a cause that is not in the catalogue lends
-# half of what it does to whatever is a little like it.
+# Together with the effects found after it, it explains this share. A cause that is not in the catalogue can make a
+# similar effect appear to explain half of it.
 TOGETHER = 0.75
-# A random function of time is not known between touches: less is asked of it.
+# The same for a random function of time, whose values between touches are not known: a lower limit.
 TOGETHER_RANDOM = 0.6
-# First effects that are tried in place of the one that led to no end within the noise.
+# Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
-# Candidates whose held-out density is within so many standard errors of the winner's cannot be told from it.
+# Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
 ALIKE = 2.0
-# A cause goes before a random function of time that explains little more of the means than it.
+# A cause is preferred to a random function of time if it explains this share of what that explains of the means.
 NEARLY = 0.9
-# A random function of time of which the model leaves less than this share is one of place.
+# A random function of time is one of place if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
 
@@ -54,13 +55,13 @@ def search(
 ) -> tuple[SearchRound, ...]:
     """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`.
 
-    Of two causes together, each lends what it does to a third that is a little like both. Where the best first guess
-    does not lead to a model within the noise, others that are real are tried in its place: one that does lead there,
-    with nothing that falls, is taken.
+    If there are two causes, a third effect that is similar to both can appear to explain both. Therefore, if the best
+    first effect does not lead to a model within the noise, other real effects are tried as the first one. The first of
+    them is taken that leads to a model within the noise and whose rounds are all retained.
     """
     rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
     first, found = rounds[0], _retained(rounds, effects, scheduler)
-    # Where time is place a drift, which would follow all of it, is no other beginning.
+    # If time is place, a drift could follow everything, so it is not tried as another first effect.
     if first.added is not None and not fitted.model.time_is_place and not _within_noise(found):
         for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
             begun = replace(
@@ -74,7 +75,7 @@ def search(
 
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
-    """Whether the model of the last round leaves nothing that matters."""
+    """True if the model of the last round leaves no relevant misfit."""
     left = rounds[-1].before
     return left.excess < 0.5 * MATERIAL * left.n_readings
 
@@ -82,25 +83,27 @@ def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
 def _retained(
     rounds: tuple[SearchRound, ...], effects: tuple[Effect, ...], scheduler: str | None
 ) -> tuple[SearchRound, ...]:
-    """Those rounds that stand, and one that adds nothing."""
+    """Rounds whose effects are retained, and one that adds nothing."""
     kept = _count_retained(rounds)
     if kept == len(rounds) - 1:
         return rounds
-    # What does not stand falls, and with it what came after; effects that show by themselves get another chance.
-    fallen = rounds[kept]
-    alone = {each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself}
-    if not alone:
-        return (*rounds[:kept], replace(fallen, added=None, dropped=()))
-    left = tuple(each for each in effects if each.name in alone)
-    again = _greedy(one_round(fallen.before, left, _part(None, 0), scheduler), left, None, scheduler)
-    others = tuple(each for each in fallen.tried if each.effect.name not in alone)
+    # Remove the first round that is not retained, and all after it; try their effects that show by themselves again.
+    removed = rounds[kept]
+    by_themselves = {
+        each.added.effect.name for each in rounds[kept:] if each.added is not None and each.added.by_itself
+    }
+    if not by_themselves:
+        return (*rounds[:kept], replace(removed, added=None, dropped=()))
+    left = tuple(each for each in effects if each.name in by_themselves)
+    again = _greedy(one_round(removed.before, left, _part(None, 0), scheduler), left, None, scheduler)
+    others = tuple(each for each in removed.tried if each.effect.name not in by_themselves)
     return (*rounds[:kept], replace(again[0], real=(), tried=(*again[0].tried, *others)), *again[1:])
 
 
 def _greedy(
     first: SearchRound, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
 ) -> tuple[SearchRound, ...]:
-    """Rounds after the first until one adds nothing."""
+    """All rounds: the first, and further ones until one adds nothing."""
     rounds, current = [], first
     while current.added is not None and current.added.fitted is not None:
         fitted, dropped = _needed(settled(current.added.fitted), current)
@@ -113,40 +116,40 @@ def _greedy(
 
 
 def _part(progress: Progress | None, done: int) -> Progress:
-    """Progress within a round: how many there will be is not known, so each takes a smaller part of what is left."""
+    """Progress of a round. The number of rounds is not known, so each takes a smaller part of the rest."""
     start, end = done / (done + 1), (done + 1) / (done + 2)
     return lambda share: None if progress is None else progress(start + (end - start) * share)
 
 
 def _count_retained(rounds: tuple[SearchRound, ...]) -> int:
-    """How many of the first rounds added what, with all that stands of what came after, explains most of what was."""
+    """Number of rounds to retain: the effect of each explains, with the retained ones after it, most of the misfit."""
     kept = sum(each.added is not None for each in rounds)
     while True:
-        falling = [k for k in range(kept) if not _stands(rounds[k:kept])]
-        if not falling:
+        not_retained = [k for k in range(kept) if not _is_retained(rounds[k:kept])]
+        if not not_retained:
             return kept
-        kept = falling[-1]
+        kept = not_retained[-1]
 
 
-def _stands(rounds: tuple[SearchRound, ...]) -> bool:
-    """Whether the first of these rounds stands, if nothing comes after the last."""
+def _is_retained(rounds: tuple[SearchRound, ...]) -> bool:
+    """True if the effect of the first round, with those of the others, explains enough of the misfit at its start."""
     added = [each.added for each in rounds if each.added is not None]
     explained = sum(each.of_means for each in added if not each.by_itself)
-    asked = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
-    return added[0].by_itself or explained >= asked * rounds[0].best_share
+    required = TOGETHER_RANDOM if added[0].effect.random else TOGETHER
+    return added[0].by_itself or explained >= required * rounds[0].best_share
 
 
 def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]:
-    """The model without those earlier effects that stood in for what has now been found; and their names."""
+    """Model without earlier effects that the new effect makes unnecessary, and the names of these effects."""
     dropped: list[str] = []
     earlier: list[Effect] = [drift for drift, _ in last.before.drifts]
     if last.added is None or not last.added.effect.random:
-        # A random function of time may follow what a cause does: it does not take a cause's place.
+        # A random function of time can imitate a cause, so it cannot make a cause unnecessary.
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
         less = without(fitted, effect)
         gain, error = paired(gained(density(fitted) - density(less)))
-        if gain < ERRORS * error or gain < _least(fitted):
+        if gain < ERRORS * error or gain < _smallest_gain(fitted):
             fitted = less
             dropped.append(effect.name)
     return fitted, tuple(dropped)
@@ -155,13 +158,13 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
 def one_round(
     fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
 ) -> SearchRound:
-    """Score all effects, refit the leading ones, and choose."""
+    """One round: score all effects, refit the best ones, and choose one or none."""
     scored = score_effects(fitted, effects)
     progress(SCORED)
     noise = tuple(e for e in effects if isinstance(e, NoiseEffect) and e.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
-    before, least = density(fitted), _least(fitted)
+    before, least = density(fitted), _smallest_gain(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
     part = (REFITTED - SCORED) / max(len(leading), 1)
     again = refit_all(
@@ -187,25 +190,25 @@ def one_round(
         tried.append(replace(one, difference=n.difference, noise=n))
     tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
     real = [each for each in tried if _is_real(each, trials, least, correction_gain)]
-    # What samples do one after the other is no noise: an effect within touches comes before those of the noise.
+    # Changes during a touch are not noise: effects within touches have priority over effects of the noise.
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
     if within and real[0].noise is not None:
         real = within
-    added = _plainest(real) if real else None
+    added = _most_probable(real) if real else None
     if added is not None:
         added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
         if added.noise is not None:
             found = settled_noise(fitted, added.noise)
             added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
-        # Fits are large: those between which more touches are to decide are looked at again, and no others.
+        # Fits need much memory: keep only those that the advice on further measurements compares.
         kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     return SearchRound(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
 
 
-def _least(fitted: Fitted) -> float:
-    """Gain of the least effect that matters; with many readings less than that is seen."""
+def _smallest_gain(fitted: Fitted) -> float:
+    """Gain of the smallest effect that is relevant; for many readings a constant, smaller limit applies."""
     return min(0.5 * MATERIAL**2 * fitted.n_readings, 50.0)
 
 
@@ -222,13 +225,13 @@ def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) ->
         return False
     if tried.share < SHARE and not tried.by_itself:
         return False
-    # A random function of time can follow whatever the order of the touches goes with: it must do better than a
-    # function of place, and be another thing than what the model has already (in a scan, time is place).
+    # A random function of time can follow anything that depends on the order of the touches. It must be better than a
+    # function of place, and distinct from what the model already contains (in a scan, time is place).
     return not tried.effect.random or (tried.gain > correction_gain and tried.seen > VISIBLE)
 
 
 def is_near(tried: Tried) -> bool:
-    """Whether it may be real: it explains much, and is not sure."""
+    """True if the effect may be real: it explains much, but is not certain."""
     return 0 < tried.gain < ERRORS * tried.gain_se and tried.share >= SHARE
 
 
@@ -239,11 +242,11 @@ def _share(tried: Tried, scored: Candidate, possible: float) -> float:
     return float(np.clip(gain / possible, 0.0, 1.0))
 
 
-def _plainest(real: list[Tried]) -> Tried:
-    """The best, or of those with a course of their own that are as good the most probable.
+def _most_probable(real: list[Tried]) -> Tried:
+    """Effect to add: the best one or, among other effects that are as good, the most probable one.
 
-    Random functions of time follow much that they do not cause; and of several curves that fit alike, one that needs
-    fewer values, or values nearer to what was to be expected, is the better guess (Schwarz' criterion).
+    Random functions of time can follow much that they do not cause. Of several equally good effects, the better guess
+    has fewer values, or values closer to what was expected (Schwarz' criterion).
     """
     best = real[0]
     if best.noise is not None:
@@ -251,22 +254,22 @@ def _plainest(real: list[Tried]) -> Tried:
     plain = [each for each in real if each.noise is None and not each.effect.random]
     as_good = [each for each in plain if each is best or _as_good(each, best)]
     if not as_good and best.effect.random:
-        # What a random function does beyond a cause that does nearly as much is for the next round. It is held against
-        # what it explains: it gains density also by saying that it is uncertain.
+        # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison
+        # uses touch means, because a random function also gains density by being uncertain.
         most = max(plain, key=lambda each: each.of_means, default=best)
         return most if most.of_means > NEARLY * best.of_means else best
-    return min(as_good, key=_price) if as_good else best
+    return min(as_good, key=_schwarz_criterion) if as_good else best
 
 
 def _as_good(other: Tried, best: Tried) -> bool:
-    """Whether one predicts held-out touches as well as the best, within the error of the difference."""
+    """True if an effect predicts held-out touches as well as the best, within the error of the difference."""
     if other.difference is None or best.difference is None:
         return False
     gain, error = paired(best.difference - other.difference)
     return gain < ALIKE * error
 
 
-def _price(tried: Tried) -> float:
+def _schwarz_criterion(tried: Tried) -> float:
     assert tried.fitted is not None
     touches = tried.fitted.model.known.n_touches
     return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))

@@ -113,12 +113,12 @@ def cluster_executor(address: str) -> Executor:
         reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
     ) -> Iterator[tuple[int, TouchPosteriors]]:
         numbered = ((first, (first, block)) for first, block in blocks)
-        return on_cluster(address, _read_there, (reader, kept), numbered)
+        return on_cluster(address, _read_on_worker, (reader, kept), numbered)
 
     return executor
 
 
-def _read_there(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
+def _read_on_worker(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
     (reader, kept), (first, block) = shared, piece
     return keep(reader.read(block, first, 1, None), kept)
 
@@ -191,15 +191,15 @@ def _read(
     size = size_of_block(kept)
     read = len(done)
 
-    def tell(fraction: float) -> None:
+    def report(fraction: float) -> None:
         if progress is not None:
             progress(min(1.0, (read + fraction) * size / run.n_touches))
 
     left = ((i * size, block) for i, block in enumerate(run.blocks(size)) if i * size not in done)
-    for first, block in executor(run.reader, kept, left, None if progress is None else tell):
+    for first, block in executor(run.reader, kept, left, None if progress is None else report):
         yield first, block
         read += 1
-        tell(0.0)
+        report(0.0)
 
 
 def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:

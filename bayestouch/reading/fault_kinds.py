@@ -40,8 +40,8 @@ class ColumnFault:
 
 def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     """Fault of a column, from its readings `read` and the prediction by the other columns."""
-    there = np.isfinite(read)
-    y, s, s_sd = read[there], misfit.signal[there, column], misfit.signal_sd[there, column]
+    present = np.isfinite(read)
+    y, s, s_sd = read[present], misfit.signal[present, column], misfit.signal_sd[present, column]
     scale = float(misfit.scale[column])
     if len(y) > 1 and np.ptp(y) == 0:
         return ColumnFault(column, "stuck", float(y[0]))
@@ -55,11 +55,11 @@ def named(column: int, read: FloatArray, misfit: SensorMisfit) -> ColumnFault:
     sd = float(np.sqrt((weight**2 * s**2 * rest**2).sum())) / square
     if abs(gain) < DEAD_SHARE and abs(gain) < max(3 * sd, DEAD_SHARE) and sd < DEAD_SHARE:
         return ColumnFault(column, "dead", gain, sd)
-    missed = float(np.sqrt(np.median(weight * rest**2)))
+    misfit_sd = float(np.sqrt(np.median(weight * rest**2)))
     offset = float(np.sum(weight * (y - s)) / weight.sum()) / scale
-    beside = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
-    if column < misfit.n_elements and abs(offset) > TOLERANCE and beside < min(1.0, 0.5 * missed):
+    without_offset = float(np.sqrt(np.median(weight * (y - s - offset * scale) ** 2)))
+    if column < misfit.n_elements and abs(offset) > TOLERANCE and without_offset < min(1.0, 0.5 * misfit_sd):
         return ColumnFault(column, "offset", offset, 0.02 / np.sqrt(len(y)))
-    if missed < 2.0 and sd < 0.5 * abs(gain - 1):
+    if misfit_sd < 2.0 and sd < 0.5 * abs(gain - 1):
         return ColumnFault(column, "gain", gain, sd)
     return ColumnFault(column, "unlike")

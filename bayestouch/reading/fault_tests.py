@@ -113,15 +113,15 @@ class ColumnTests:
 def tested(misfit: SensorMisfit) -> ColumnTests:
     """Test every column for a changed gain, an offset and a scatter of its own."""
     information, scale = misfit.information, misfit.scale
-    told = information > 0
-    z = np.where(told, misfit.score / np.sqrt(np.where(told, information, 1.0)), 0.0)
-    enough = told.sum(axis=0) >= FEWEST
+    informative = information > 0
+    z = np.where(informative, misfit.score / np.sqrt(np.where(informative, information, 1.0)), 0.0)
+    enough = informative.sum(axis=0) >= FEWEST
     elements = np.arange(len(scale)) < misfit.n_elements
-    spread = _robust_sd(z, told)
+    spread = _robust_sd(z, informative)
     usual = max(1.0, float(np.nan_to_num(_median(spread[enough & elements]), nan=1.0)))
     share = misfit.signal / scale
     share = np.where(np.abs(share) > SIGNAL_SHARE, share, 0.0)
-    signals = ((share != 0) & told).sum(axis=0) >= FEWEST_SIGNALS
+    signals = ((share != 0) & informative).sum(axis=0) >= FEWEST_SIGNALS
     gain, gain_sd = _coefficient(misfit, share, usual)
     gain_sd = np.where(signals, gain_sd, np.inf)
     offset, offset_sd = _coefficient(misfit, np.ones_like(misfit.signal), usual)
@@ -133,9 +133,9 @@ def tested(misfit: SensorMisfit) -> ColumnTests:
     for value, sd in ((gain, gain_sd), (offset, offset_sd)):
         known = enough & np.isfinite(sd)
         # If the model has a small error, sound elements differ from each other by more than their sds.
-        unlike, chance = _excess(value[known & elements], sd[known & elements])
-        differ |= not chance and unlike > float(np.median(tolerance))
-        total = np.sqrt(sd**2 + unlike**2)
+        spread_among, chance = _excess(value[known & elements], sd[known & elements])
+        differ |= not chance and spread_among > float(np.median(tolerance))
+        total = np.sqrt(sd**2 + spread_among**2)
         faulty |= known & (np.abs(value) - tolerance > THRESHOLD * total)
     faulty |= enough & (spread > SCATTER * usual)
     return ColumnTests(
@@ -155,16 +155,16 @@ def _coefficient(misfit: SensorMisfit, direction: FloatArray, usual: float) -> t
     """Deviation of each column along a direction (t, k), and its sd; inf where the touches give no information."""
     weight = misfit.information * direction**2
     total = weight.sum(axis=0)
-    told = total > 0
-    safe = np.where(told, total, 1.0)
+    informative = total > 0
+    safe = np.where(informative, total, 1.0)
     value = (direction * misfit.score).sum(axis=0) / safe
     sd = np.sqrt(usual**2 / safe + misfit.shared(direction) / safe**2)
-    return np.where(told, value, 0.0), np.where(told, sd, np.inf)
+    return np.where(informative, value, 0.0), np.where(informative, sd, np.inf)
 
 
-def _robust_sd(z: FloatArray, told: NDArray[np.bool_]) -> FloatArray:
+def _robust_sd(z: FloatArray, informative: NDArray[np.bool_]) -> FloatArray:
     """Median of |z| divided by that of a standard normal, by column; NaN for a column without information."""
-    return np.array([_median(np.abs(column[there])) for column, there in zip(z.T, told.T, strict=True)]) / (
+    return np.array([_median(np.abs(column[there])) for column, there in zip(z.T, informative.T, strict=True)]) / (
         _NORMAL_QUARTILE
     )
 

@@ -102,9 +102,9 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
     """
     t, k = fitted.columns.shape
     order = np.arange(k - 1)
-    out = _without(fitted)
+    out = _columns_to_leave_out(fitted)
     if out is None:
-        return _as_a_whole(fitted)
+        return _check_of_whole(fitted)
     while (pair := _swapped(fitted, out)) is not None:
         swap = _exchanged(k - 1, pair)
         fitted, order = fitted.with_order(swap), order[swap]
@@ -114,21 +114,21 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
     faults = tuple(named(int(column), columns[:, column], misfit) for column in np.flatnonzero(out))
     if any(fault.column == k - 1 and fault.kind == "unlike" for fault in faults):
         # no factor corrects the force sensor: more likely each element has a fault of its own
-        return _as_a_whole(fitted)
+        return _check_of_whole(fitted)
     # Next to faulty elements, the others may have small faults; without any fault, the model should fit as calibrated.
     overall, worst = _root_mean_squares(misfit)
     widen = overall > (SLIGHT_MISFIT if len(faults) else LARGEST_MISFIT)
     return SensorCheck(faults, order, max(1.0, worst) if widen else 1.0, t)
 
 
-def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
+def _check_of_whole(fitted: FittedTouches) -> SensorCheck:
     """Check of the sensor as a whole: an order of the elements with which all agree, else the size of the misfit."""
     t, k = fitted.columns.shape
     order = np.arange(k - 1)
     excess = max(1.0, _root_mean_squares(fitted(np.zeros(k, dtype=bool)))[1])
     for other in (order[::-1], np.roll(order, 1), np.roll(order, -1)):
         turned = fitted.with_order(other)
-        out = _without(turned)
+        out = _columns_to_leave_out(turned)
         # one more element may be faulty: the one that has no wire after the shift
         if out is None or out.sum() > 1 or out[-1]:
             continue
@@ -140,12 +140,12 @@ def _as_a_whole(fitted: FittedTouches) -> SensorCheck:
     return SensorCheck((), order, excess, t)
 
 
-def _without(fitted: FittedTouches) -> BoolArray | None:
+def _columns_to_leave_out(fitted: FittedTouches) -> BoolArray | None:
     """Columns (k,) to leave out so that the others agree; None if there are too many."""
     k = fitted.columns.shape[1]
     out = np.zeros(k, dtype=bool)
     largest = max(1, int(LARGEST_SHARE * (k - 1)))
-    while (tests := _trouble(fitted, out)) is not None:
+    while (tests := _failed_tests(fitted, out)) is not None:
         out[_worst(fitted, out, tests)] = True
         if out[:-1].sum() > largest:
             return None
@@ -157,12 +157,12 @@ def _readmitted(fitted: FittedTouches, out: BoolArray) -> BoolArray:
     for column in np.flatnonzero(out):
         tried = out.copy()
         tried[column] = False
-        if _trouble(fitted, tried) is None:
+        if _failed_tests(fitted, tried) is None:
             out = tried
     return out
 
 
-def _trouble(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
+def _failed_tests(fitted: FittedTouches, out: BoolArray) -> ColumnTests | None:
     """Tests of the columns that are not in `out`; None if no fault is found in them."""
     misfit = fitted(out)
     tests = tested(misfit)
@@ -188,14 +188,14 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
     m = len(out) - 1
     if not out[:m].any():
         return None
-    untold = np.isnan(tested(fitted(out)).gain[:m])
+    without_information = np.isnan(tested(fitted(out)).gain[:m])
     for first in np.flatnonzero(out[:m]):
         # the other element is faulty too, unless the touches contain no information on it
-        for second in np.flatnonzero((out[:m] | untold) & (np.arange(m) != first)):
+        for second in np.flatnonzero((out[:m] | without_information) & (np.arange(m) != first)):
             kept = out.copy()
             kept[[first, second]] = False
             exchanged = fitted.with_order(_exchanged(m, (int(first), int(second))))
-            if np.isfinite(tested(exchanged(kept)).gain[first]) and _trouble(exchanged, kept) is None:
+            if np.isfinite(tested(exchanged(kept)).gain[first]) and _failed_tests(exchanged, kept) is None:
                 return int(first), int(second)
     return None
 
@@ -208,8 +208,8 @@ def _exchanged(m: int, pair: tuple[int, int]) -> IndexArray:
 
 def _root_mean_squares(misfit: SensorMisfit) -> tuple[float, float]:
     """Root mean squares of the standardised residuals: of all elements together, and of the worst element."""
-    told = (misfit.information > 0)[:, :-1]
+    informative = (misfit.information > 0)[:, :-1]
     score, information = misfit.score[:, :-1], misfit.information[:, :-1]
-    squares = np.where(told, score**2 / np.where(told, information, 1.0), 0.0)
-    worst = squares.sum(axis=0) / np.maximum(told.sum(axis=0), 1)
-    return float(np.sqrt(squares.sum() / max(int(told.sum()), 1))), float(np.sqrt(worst.max()))
+    squares = np.where(informative, score**2 / np.where(informative, information, 1.0), 0.0)
+    worst = squares.sum(axis=0) / np.maximum(informative.sum(axis=0), 1)
+    return float(np.sqrt(squares.sum() / max(int(informative.sum()), 1))), float(np.sqrt(worst.max()))

@@ -61,10 +61,10 @@ def log_evidence(
         touches = TouchPlaces(np.full(len(data), radius), angle, force)
         noise = np.broadcast_to(np.sqrt(known.noise_variance(samples)), data.shape)
         root = noise[:, :, None] * np.eye(known.n_elements)
-        touches, _, _ = _climb(known, data, touches, root, measured, load_sd)
+        touches, _, _ = _fitted(known, data, touches, root, measured, load_sd)
         # The covariance of the calibration's errors changes slowly with the touch, so its value at this fit is used.
         root = np.asarray(np.linalg.cholesky(known.covariance(touches, samples)), dtype=np.float64)
-        touches, cost, information = _climb(known, data, touches, root, measured, load_sd)
+        touches, cost, information = _fitted(known, data, touches, root, measured, load_sd)
         log_volume = 0.5 * np.linalg.slogdet(information)[1]
         log_root = np.log(np.einsum("tii->ti", root)).sum(axis=1)
         columns.append(-cost - log_root - log_volume)
@@ -86,7 +86,7 @@ def _start(
     return angles[k], np.broadcast_to(best, cross.shape)[np.arange(len(data)), k].copy()
 
 
-def _climb(
+def _fitted(
     known: KnownFinger,
     data: FloatArray,
     touches: TouchPlaces,
@@ -99,25 +99,25 @@ def _climb(
     predict, radius = known.chain.predict, touches.radius_mm
     whitener = np.linalg.inv(root)
 
-    def miss(angle: FloatArray, load: FloatArray) -> FloatArray:
+    def residuals(angle: FloatArray, load: FloatArray) -> FloatArray:
         row = (whitener @ (predict(radius, angle, load) - data)[..., None])[..., 0]
         if measured is None:
             return np.asarray(row)
         return np.concatenate([row, ((load - measured) / load_sd)[:, None]], axis=1)
 
-    here = miss(angle, load)
+    here = residuals(angle, load)
     cost = 0.5 * (here**2).sum(axis=1)
     damping = np.full(len(data), 1e-3)
     for _ in range(ITERATIONS):
         push = STEP_LOAD * load
-        by_angle = (miss(angle + STEP_ANGLE, load) - miss(angle - STEP_ANGLE, load)) / (2 * STEP_ANGLE)
-        by_load = (miss(angle, load + push) - miss(angle, load - push)) / (2 * push)[:, None]
+        by_angle = (residuals(angle + STEP_ANGLE, load) - residuals(angle - STEP_ANGLE, load)) / (2 * STEP_ANGLE)
+        by_load = (residuals(angle, load + push) - residuals(angle, load - push)) / (2 * push)[:, None]
         jacobian = np.stack([by_angle, by_load], axis=-1)
         information = jacobian.swapaxes(1, 2) @ jacobian
         gradient = (jacobian.swapaxes(1, 2) @ here[..., None])[..., 0]
         step = damped_newton_steps(-gradient, information, damping)
         tried = angle + np.clip(step[:, 0], -0.1, 0.1), np.maximum(load + step[:, 1], 0.1 * load)
-        there = miss(*tried)
+        there = residuals(*tried)
         lower = 0.5 * (there**2).sum(axis=1)
         better = lower < cost
         angle, load = (np.where(better, new, old) for new, old in zip(tried, (angle, load), strict=True))
@@ -129,7 +129,7 @@ def _climb(
             break
     # Add the second derivative of the residuals with respect to the location. That with respect to the load is
     # negligible (readings are nearly linear in it), and so is the mixed one (the gradient is zero at the fit).
-    bend = miss(angle + BEND_STEP, load) + miss(angle - BEND_STEP, load) - 2 * here
+    second_difference = residuals(angle + BEND_STEP, load) + residuals(angle - BEND_STEP, load) - 2 * here
     own = information[:, 0, 0]
-    information[:, 0, 0] = np.maximum(own + (here * bend).sum(axis=1) / BEND_STEP**2, 0.2 * own)
+    information[:, 0, 0] = np.maximum(own + (here * second_difference).sum(axis=1) / BEND_STEP**2, 0.2 * own)
     return TouchPlaces(radius, angle, load), cost, information

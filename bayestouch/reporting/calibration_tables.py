@@ -83,8 +83,12 @@ def _scores(statistics: Mapping[str, float]) -> list[str]:
 
 def statistic_rows(statistics: Mapping[str, float]) -> list[dict[str, Any]]:
     """All other statistics of the calibration."""
-    told = {f"{start}{key.removeprefix(_SCORE)}" for key in _scores(statistics) for start in (_SCORE, _ERROR)}
-    return [{"name": in_words(name), "value": value} for name, value in statistics.items() if name not in told]
+    shown_elsewhere = {
+        f"{start}{key.removeprefix(_SCORE)}" for key in _scores(statistics) for start in (_SCORE, _ERROR)
+    }
+    return [
+        {"name": in_words(name), "value": value} for name, value in statistics.items() if name not in shown_elsewhere
+    ]
 
 
 def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:

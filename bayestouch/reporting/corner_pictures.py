@@ -88,7 +88,7 @@ def touch_corners(evidence: Evidence) -> Iterator[Picture]:
         reference = [float(posteriors.reference[n][touch]) if n in posteriors.reference else np.nan for n in names]
         marks = [value if np.isfinite(value) else None for value in reference]
         values = corner_columns(names, posteriors.posterior, touch)
-        told = ", ".join(
+        estimates = ", ".join(
             f"{name} {number(float(values[:, i].mean()))} ± {number(float(values[:, i].std()), 2)}"
             for i, name in enumerate(names)
         )
@@ -100,7 +100,7 @@ def touch_corners(evidence: Evidence) -> Iterator[Picture]:
             else f"Posterior of the most uncertain touch (touch {posteriors.rows.touch[touch]})",
             "Each panel shows draws of one or two parameters; dashed lines are 5, 50 and 95 %, red the reference (for "
             "the load the force sensor's reading).",
-            f"Corner plot of a {which} touch: {told}.",
+            f"Corner plot of a {which} touch: {estimates}.",
             corner_png(values, [labels[name] for name in names], marks),
             "png",
         )

@@ -77,16 +77,16 @@ def gather(
             progress=lambda done: advance(_CALIBRATED + (_READ - _CALIBRATED) * (run + done) / runs),
         )
 
-    def both(exact: bool, run: int) -> tuple[TouchPosteriors, TouchPosteriors | None]:
+    def infer_with_and_without_load(exact: bool, run: int) -> tuple[TouchPosteriors, TouchPosteriors | None]:
         posteriors = read(exact, True, run)
         measured = np.isfinite(posteriors.rows.load).any()
         return posteriors, read(exact, False, run + 1) if measured else None
 
-    seen, unseen = both(plug_in, 0)
-    evidence = Evidence(dataset, calibration, seen, unseen, embedded, truth, seed, draws, plug_in)
+    with_load, no_load = infer_with_and_without_load(plug_in, 0)
+    evidence = Evidence(dataset, calibration, with_load, no_load, embedded, truth, seed, draws, plug_in)
     if both_ways:
-        seen, unseen = both(not plug_in, 2)
-        other = replace(evidence, posteriors=seen, without_load=unseen, plug_in=not plug_in)
+        with_load, no_load = infer_with_and_without_load(not plug_in, 2)
+        other = replace(evidence, posteriors=with_load, without_load=no_load, plug_in=not plug_in)
         evidence = replace(evidence, counterpart=other)
     advance(_READ)
     if diagnosis is not False:

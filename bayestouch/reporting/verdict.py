@@ -65,11 +65,11 @@ def _names(found: dict[str, Any]) -> list[str]:
 
 def _gain(found: dict[str, Any]) -> str:
     """Prediction errors without and with effects, without a correction; of samples and touch means if different."""
-    stands = found["before"], (found["correction"] or {}).get("before", found["after"])
-    (before, after), means = ([stand.get(key) for stand in stands] for key in _PREDICTION)
+    pair = found["before"], (found["correction"] or {}).get("before", found["after"])
+    (before, after), means = ([stand.get(key) for stand in pair] for key in _PREDICTION)
     if None in (before, after):
         return ""
-    if not errors_of_samples(*stands):
+    if not errors_of_samples(*pair):
         return f" ({number(before, 2)} % of the peak falls to {number(after, 2)} %)"
     return (
         f" (of samples: {number(before, 2)} % of the peak falls to {number(after, 2)} %; of touch means: "

@@ -33,14 +33,14 @@ def check_heaps(file: Path) -> None:
             high = low + _WINDOW + len(_SIGNATURE) - 1
             at = data.find(_SIGNATURE, low, high)
             while at >= 0:
-                if not _walks(data, at):
+                if not _can_be_traversed(data, at):
                     raise InputError("is damaged: a heap of texts has no end", file=file)
                 at = data.find(_SIGNATURE, at + 1, high)
             if hasattr(mmap, "MADV_DONTNEED"):  # otherwise the whole file counts as memory of this process
                 data.madvise(mmap.MADV_DONTNEED, low, min(_WINDOW, len(data) - low))
 
 
-def _walks(data: mmap.mmap, start: int) -> bool:
+def _can_be_traversed(data: mmap.mmap, start: int) -> bool:
     """True if the library gets through a heap: to its end, or to an object that the library itself refuses.
 
     The steps are those of the library: free space includes its own header, an object is padded to a multiple of 8

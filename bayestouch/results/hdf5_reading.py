@@ -78,14 +78,20 @@ def read_hdf5(
         declared = sum(_bytes(array) for group in arrays.values() for array in group.values())
         if declared > FREE_BYTES + LARGEST_RATIO * size:
             raise InputError(f"declares {declared:.3g} bytes of arrays, more than it can hold")
-        left = _left(arrays.get(large, {}), axes, largest)
-        if left is not None:
+        left_on_file = _shapes_left_on_file(arrays.get(large, {}), axes, largest)
+        if left_on_file is not None:
             del arrays[large]
         wanted = {name: group for name, group in arrays.items() if only in (None, name)}
-        return {name: {k: _read(a, k) for k, a in group.items()} for name, group in wanted.items()}, attributes, left
+        return (
+            {name: {k: _read(a, k) for k, a in group.items()} for name, group in wanted.items()},
+            attributes,
+            left_on_file,
+        )
 
 
-def _left(group: dict[str, h5py.Dataset], axes: tuple[str, ...], largest: int) -> dict[str, tuple[int, ...]] | None:
+def _shapes_left_on_file(
+    group: dict[str, h5py.Dataset], axes: tuple[str, ...], largest: int
+) -> dict[str, tuple[int, ...]] | None:
     draws = {name: array for name, array in group.items() if name not in axes}
     if sum(map(_bytes, draws.values())) <= largest:
         return None

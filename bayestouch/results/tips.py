@@ -43,10 +43,10 @@ class TipProbabilities(Summarised):
     @classmethod
     def of(cls, prior: RadiusOfTips, log_probability: FloatArray) -> TipProbabilities:
         """Probabilities from the prior of R and the log probabilities (k, t) of its alternatives."""
-        beside = prior.density is not None
+        has_round = prior.density is not None
         return cls(
-            radius_mm=np.array([*prior.indenter_radius_mm, *([np.nan] if beside else [])]),
-            prior=np.array([*prior.weights, *([prior.share] if beside else [])]),
+            radius_mm=np.array([*prior.indenter_radius_mm, *([np.nan] if has_round else [])]),
+            prior=np.array([*prior.weights, *([prior.share] if has_round else [])]),
             log_probability=np.ascontiguousarray(log_probability.T),
         )
 

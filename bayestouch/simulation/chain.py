@@ -54,13 +54,13 @@ def read(plan: Plan, built: Built, acting: Recording, effects: EffectValues, see
     readings = recording.signal
     for _ in range(len(plan.load)):
         history = History.of(plan.touch, plan.time_s, readings)
-        before, readings = readings, _through(replace(recording, history=history), steady, seed)
+        before, readings = readings, _with_effects(replace(recording, history=history), steady, seed)
         if np.all(np.abs(readings - before) <= SETTLED * recording.peak):
             break
-    return _through(replace(recording, signal=readings), noise, seed)
+    return _with_effects(replace(recording, signal=readings), noise, seed)
 
 
-def _through(recording: Recording, effects: EffectValues, seed: int) -> FloatArray:
+def _with_effects(recording: Recording, effects: EffectValues, seed: int) -> FloatArray:
     """Readings after the effects; each effect has its own random stream, so that effects do not change each other."""
     for effect, values in effects:
         rng = np.random.default_rng([seed, FIRST_EFFECT_STREAM, crc32(effect.name.encode())])

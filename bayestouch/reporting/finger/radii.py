@@ -63,9 +63,9 @@ def _told_from_ends(mean: FloatArray, radius: FloatArray) -> tuple[dict[float, f
     """Percentage of each tip's touches whose R is beyond that of 95 % of the edges (or flats)."""
     edge, flat = mean[radius == 0], mean[np.isinf(radius)]
     tips = [float(value) for value in known_indenters(radius) if 0 < value < np.inf]
-    told_edge = {} if not edge.size else {r: _share(mean[radius == r] > np.quantile(edge, 0.95)) for r in tips}
-    told_flat = {} if not flat.size else {r: _share(mean[radius == r] < np.quantile(flat, 0.05)) for r in tips}
-    return told_edge, told_flat
+    from_edge_percent = {} if not edge.size else {r: _share(mean[radius == r] > np.quantile(edge, 0.95)) for r in tips}
+    from_flat_percent = {} if not flat.size else {r: _share(mean[radius == r] < np.quantile(flat, 0.05)) for r in tips}
+    return from_edge_percent, from_flat_percent
 
 
 def _share(which: NDArray[np.bool_]) -> float:
