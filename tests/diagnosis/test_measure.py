@@ -91,14 +91,17 @@ def test_numbers_of_touches_in_time(monkeypatch: pytest.MonkeyPatch, square: flo
 
 def test_which_pair_is_undecided() -> None:
     near, second, sure = tried("near"), tried("second"), tried("sure", gain=50.0)
-    assert measure._undecided(one_round(sure, near, second)) == (near, second)
-    assert measure._undecided(one_round(sure, near)) is None
-    assert measure._undecided(one_round(near, tried("noise", noise=1), tried("unfitted", fitted=None))) is None
+    assert measure._indistinguishable_pair(one_round(sure, near, second)) == (near, second)
+    assert measure._indistinguishable_pair(one_round(sure, near)) is None
+    assert (
+        measure._indistinguishable_pair(one_round(near, tried("noise", noise=1), tried("unfitted", fitted=None)))
+        is None
+    )
     added = tried("added", gain=50.0, indistinguishable=("second", "third"))
-    assert measure._undecided(one_round(added, near, second, added=added)) == (added, second)
-    assert measure._undecided(one_round(added, near, added=added)) is None
+    assert measure._indistinguishable_pair(one_round(added, near, second, added=added)) == (added, second)
+    assert measure._indistinguishable_pair(one_round(added, near, added=added)) is None
     unfitted = tried("added", fitted=None, indistinguishable=("second",))
-    assert measure._undecided(one_round(second, added=unfitted)) is None
+    assert measure._indistinguishable_pair(one_round(second, added=unfitted)) is None
 
 
 def test_advice_of_the_first_round_that_is_undecided(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -159,4 +162,4 @@ def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
     pair = (SimpleNamespace(derivatives=lambda vector: (np.array([[[1.0]], [[10.0]]]), None)), None)
     left = SimpleNamespace(linear=SimpleNamespace(covariance=lambda: root @ root.T))
     white = SimpleNamespace(touches=lambda rows: rows)
-    np.testing.assert_allclose(measure._open(white, left, pair).ravel(), [2 + 10, 30.0])  # type: ignore[arg-type]
+    np.testing.assert_allclose(measure._uncertainty(white, left, pair).ravel(), [2 + 10, 30.0])  # type: ignore[arg-type]

@@ -47,18 +47,18 @@ def test_settings() -> None:
 def test_what_is_added_must_explain_three_quarters(of_means: list[float], stands: bool) -> None:
     """Of what could be explained in its own round, together with what came after."""
     rounds = tuple(one_round(tried(of_means=each), 100.0 if k == 0 else 1.0) for k, each in enumerate(of_means))
-    assert search._stands(rounds) == stands
+    assert search._is_retained(rounds) == stands
 
 
 @pytest.mark.parametrize(("of_means", "stands"), [(59.9, False), (60.0, True)])
 def test_less_is_asked_of_a_random_function(of_means: float, stands: bool) -> None:
-    assert search._stands((one_round(tried(of_means=of_means, effect=DRIFT)),)) == stands
+    assert search._is_retained((one_round(tried(of_means=of_means, effect=DRIFT)),)) == stands
 
 
 def test_what_shows_by_itself_stands_and_explains_nothing_for_others() -> None:
     alone = tried(of_means=0.0, by_itself=True)
-    assert search._stands((one_round(alone),))
-    assert not search._stands((one_round(tried(of_means=50)), one_round(replace_means(alone, 60.0))))
+    assert search._is_retained((one_round(alone),))
+    assert not search._is_retained((one_round(tried(of_means=50)), one_round(replace_means(alone, 60.0))))
 
 
 def replace_means(one: Tried, of_means: float) -> Tried:
@@ -125,7 +125,7 @@ def test_parts_of_the_progress() -> None:
 @pytest.mark.parametrize(("readings", "least"), [(1000, 5.0), (10_000, 50.0), (20_000, 50.0)])
 def test_least_gain(readings: int, least: float) -> None:
     """Half the squares of a tenth of the noise: n/200, and no more than 50."""
-    assert search._least(SimpleNamespace(n_readings=readings)) == pytest.approx(least)  # type: ignore[arg-type]
+    assert search._smallest_gain(SimpleNamespace(n_readings=readings)) == pytest.approx(least)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("trials", [1, 40])
@@ -212,20 +212,20 @@ def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
 
 
 def test_price_is_schwarz_criterion() -> None:
-    assert search._price(priced("a", 12.0, 3)) == pytest.approx(12 + 1.5 * np.log(100))
+    assert search._schwarz_criterion(priced("a", 12.0, 3)) == pytest.approx(12 + 1.5 * np.log(100))
 
 
 def test_the_plainest_of_those_as_good() -> None:
     """Two parameters more cost log 100 = 4.6."""
     best, plain = priced("best", 10.0, 3), priced("plain", 14.5, 1, sign=-1.0)
-    assert search._plainest([best, plain]) is plain
+    assert search._most_probable([best, plain]) is plain
     dear = priced("dear", 14.7, 1, sign=-1.0)
-    assert search._plainest([best, dear]) is best
+    assert search._most_probable([best, dear]) is best
     far = priced("far", 1.0, difference=np.zeros(9) - np.array([9.0, 8, 9, 8, 9, 8, 9, 8, 9]))
-    assert search._plainest([best, far]) is best
+    assert search._most_probable([best, far]) is best
     noise = tried("noise", noise=SimpleNamespace())
-    assert search._plainest([noise, plain]) is noise
-    assert search._plainest([best, noise]) is best
+    assert search._most_probable([noise, plain]) is noise
+    assert search._most_probable([best, noise]) is best
 
 
 @pytest.mark.parametrize(("of_means", "cause"), [(45.0, False), (45.1, True)])
@@ -234,8 +234,8 @@ def test_a_cause_goes_before_a_random_function(of_means: float, cause: bool) -> 
     drift = tried(effect=DRIFT, **paired(*np.full(9, 9.0)))
     far = tried("far", of_means=of_means, **paired(*np.arange(9.0) / 10))
     less = tried("less", of_means=20.0, **paired(*np.arange(9.0) / 10))
-    assert search._plainest([drift, less, far]) is (far if cause else drift)
-    assert search._plainest([drift]) is drift
+    assert search._most_probable([drift, less, far]) is (far if cause else drift)
+    assert search._most_probable([drift]) is drift
 
 
 def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
