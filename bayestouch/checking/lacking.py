@@ -1,4 +1,4 @@
-"""What a data set lacks for a report, and which touches would make up for it."""
+"""Advice on missing information: what a report needs, and the touches that would provide it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from bayestouch.model.body import body_of
 
 
 def baseline_corrected_means(touches: Touches) -> TouchMeans:
-    """Means of the touches, no-contact readings subtracted."""
+    """Return the means of the touches with the no-contact readings subtracted."""
     return touches.baseline_corrected().averaged()
 
 
 def lacking(dataset: DataSet) -> Iterator[str]:
-    """What a report cannot say of these data, or not well, and which touches would let it."""
+    """Yield one line for each result that a report cannot give, or not well, and the touches that would allow it."""
     if dataset.calibration is None:
         yield "no calibration table: touches.csv is split by location, one half to calibrate with"
     known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
