@@ -117,7 +117,7 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
     enough = (there.sum(axis=0) > rank) & (there & (np.abs(off) < REACH_DEG)).any(axis=0)
     if not enough.any():
         raise InputError(
-            f"no element has more than {rank} knife edges (the coefficients that they tell apart) and one of "
+            f"no element has more than {rank} knife edges (the number of coefficients that they determine) and one of "
             f"them within {REACH_DEG:g} degrees"
         )
     identified = np.full((finger.n_elements, 2 * n_c + 1), np.nan)
