@@ -103,7 +103,7 @@ class Baseline:
             given = np.asarray(rest, dtype=np.float64)
             if given.shape != tally.first.shape:
                 raise InputError(f"expected a rest reading of {len(tally.first)} elements, got shape {given.shape}")
-            return cls(given, False, "the rest reading given was subtracted" + _left(given))
+            return cls(given, False, "the rest reading given was subtracted" + _without_rest_reading(given))
         if general is None:
             return cls(None, False, "no reading without contact: readings are taken as they are")
         if tally.with_own == tally.touched:
@@ -115,7 +115,7 @@ class Baseline:
                 f"the mean no-contact reading was subtracted: its own in {tally.with_own} of {tally.touched} touches, "
                 "that of all no-contact rows in the others"
             )
-        return cls(general, True, note + _left(general))
+        return cls(general, True, note + _without_rest_reading(general))
 
     def subtracted(self, touches: Rows) -> Rows:
         """Return the table (or a piece of it with complete touches) with corrected readings and the note."""
@@ -169,7 +169,7 @@ def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
     return Baseline.of(RestTally.none(touches.n_elements).after(touches), rest).subtracted(touches)
 
 
-def _left(general: FloatArray) -> str:
+def _without_rest_reading(general: FloatArray) -> str:
     """Text that names the elements without a no-contact reading; empty if all have one."""
     names = ", ".join(f"e{k + 1:02d}" for k in np.flatnonzero(np.isnan(general)))
     return f" ({names}: no such reading, left as it is)" if names else ""

@@ -54,7 +54,7 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
         pa, pq = _pyarrow(file)
         if file.stat().st_size > MAX_BYTES:
             raise InputError(f"expected a table of at most {MAX_BYTES} bytes: split it", file=file)
-        with _understood(file), pq.ParquetFile(file) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file) as parquet:
             header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
             wanted = set(schema(header))
             _check_size(parquet, file)
@@ -63,7 +63,7 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
         # Texts are read as indices of their distinct values, because a small file can contain very many equal texts.
         texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
         reader, rows = NumberReader(file, decimal_comma=False), 0
-        with _understood(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
             for batch in parquet.iter_batches(batch_size=CHUNK):
                 if batch.num_rows:
                     line = np.arange(2 + rows, 2 + rows + batch.num_rows, dtype=np.int64)
@@ -75,7 +75,7 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
 
 
 @contextmanager
-def _understood(file: Path) -> Iterator[None]:
+def _parquet_errors(file: Path) -> Iterator[None]:
     try:
         yield
     except (InputError, GeneratorExit):

@@ -180,7 +180,7 @@ class OnFile:
     def _read(self) -> Iterator[Touches]:
         self._check()
         held: RawTable | None = None
-        seen = _Seen()
+        seen = _EarlierTouches()
         for piece in _raw_pieces(self.path, lambda _: self.columns.numeric):
             table = piece if held is None else joined([held, piece])
             ids = table.numbers["touch"]
@@ -196,7 +196,7 @@ class OnFile:
         if _state(self.path) != self.state:
             raise InputError("has changed while it was read", file=self.path)
 
-    def _touches(self, table: RawTable, seen: _Seen) -> Touches:
+    def _touches(self, table: RawTable, seen: _EarlierTouches) -> Touches:
         check_values(table.numbers, file=self.header.file, line=table.line)
         # columns without a meaning here are dropped
         known = RawTable(table.header, table.numbers, {}, table.line, table.notes)
@@ -205,7 +205,7 @@ class OnFile:
         return touches
 
 
-class _Seen:
+class _EarlierTouches:
     """Ids of the touches in earlier pieces, 8 bytes each."""
 
     def __init__(self) -> None:

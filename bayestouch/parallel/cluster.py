@@ -57,8 +57,8 @@ def on_cluster(
         other versions of the packages, or no worker computes the remaining pieces.
     """
     seconds = PATIENCE if patience is None else patience
-    with _client(address, seconds) as client, _told(address):
-        yield from _done(client, seconds, work, shared, iter(pieces))
+    with _client(address, seconds) as client, _errors_in_one_line(address):
+        yield from _results(client, seconds, work, shared, iter(pieces))
 
 
 def in_order(
@@ -87,7 +87,7 @@ def in_order(
     return [done[number] for number in sorted(done)]
 
 
-def _done(
+def _results(
     client: Any, patience: float, work: ClusterWork, shared: Any, pieces: Iterator[tuple[int, Any]]
 ) -> Iterator[tuple[int, Any]]:
     """Yield the results of the pieces, a few at a time on the cluster; Dask repeats a piece if its worker fails."""
@@ -104,7 +104,7 @@ def _done(
         """Submit pieces to free workers; not as pure functions, because hashing their arguments is slow."""
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(futures)
         more = {
-            client.submit(_one, work, there, piece, versions, pure=False): number
+            client.submit(_on_worker, work, there, piece, versions, pure=False): number
             for number, piece in islice(pieces, max(0, room))
         }
         futures.update(more)
@@ -131,7 +131,7 @@ def _done(
 
 
 @contextmanager
-def _told(address: str) -> Iterator[None]:
+def _errors_in_one_line(address: str) -> Iterator[None]:
     """Turn errors of a lost scheduler or worker into an `InputError` of one line."""
     killed = _distributed().scheduler.KilledWorker
     try:
@@ -140,7 +140,7 @@ def _told(address: str) -> Iterator[None]:
         raise InputError(f"the cluster at {address} does no work: {type(error).__name__}: {error}") from error
 
 
-def _one(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
+def _on_worker(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
     """Compute one piece on a worker, after a check of its package versions."""
     here = versions_here()
     if here != versions:

@@ -62,11 +62,11 @@ def spread_out(work: Work, workers: int) -> Iterator[Spread]:
         yield lambda pieces: map(work, pieces)
         return
     if not may_fork():
-        with ThreadPoolExecutor(workers) as threads, _given_up(threads):
+        with ThreadPoolExecutor(workers) as threads, _shut_down_after(threads):
             yield lambda pieces: threads.map(work, pieces)
         return
     fork = multiprocessing.get_context("fork")
-    with ProcessPoolExecutor(workers, fork, _begin, (work,)) as processes, _given_up(processes):
+    with ProcessPoolExecutor(workers, fork, _begin, (work,)) as processes, _shut_down_after(processes):
 
         def spread(pieces: Sequence[Any]) -> Iterator[Any]:
             done = 0
@@ -86,7 +86,7 @@ def spread_out(work: Work, workers: int) -> Iterator[Spread]:
 
 
 @contextmanager
-def _given_up(pool: Executor) -> Iterator[None]:
+def _shut_down_after(pool: Executor) -> Iterator[None]:
     try:
         yield
     finally:

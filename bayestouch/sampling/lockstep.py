@@ -23,7 +23,7 @@ LARGEST_RESHAPED = 8
 # Steps per kept draw of a block that is sampled again.
 THIN_AGAIN = 4
 # A proposal is good if the effective size of its points is at least this fraction of their number; points tried.
-SERVED, POINTS = 0.5, 1024
+GOOD_PROPOSAL, POINTS = 0.5, 1024
 # Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 7
 
@@ -84,19 +84,19 @@ def sample_blocks(
         raise ValueError(f"expected at least 2 walkers and 4 draws, got {walkers} and {draws}")
     run = Run(log_density, walkers, draws, seed, demands or Demands())
     if first_round > 1:
-        return _again(run, proposal, numbers, rounds)
+        return _further_rounds(run, proposal, numbers, rounds)
     result = independence_round(run, proposal, numbers, round_=1, thin=1, progress=progress)
     poor = np.flatnonzero(~result.grade)
     if rounds >= 2 and len(poor):
-        keep_better(result, _again(run, proposal.select(poor), numbers[poor], rounds), poor)
+        keep_better(result, _further_rounds(run, proposal.select(poor), numbers[poor], rounds), poor)
     return result
 
 
-def _again(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) -> BlockDraws:
+def _further_rounds(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) -> BlockDraws:
     """Draws of the second round, and of the third for blocks that are still poor."""
     small = proposal.dimension <= LARGEST_RESHAPED
     result = empty_draws(run.walkers, run.draws, proposal.n_blocks, proposal.dimension, 2)
-    served = _served(run, proposal, numbers) if small else np.ones(proposal.n_blocks, dtype=bool)
+    served = _with_good_proposal(run, proposal, numbers) if small else np.ones(proposal.n_blocks, dtype=bool)
     lucky, rest = np.flatnonzero(served), np.flatnonzero(~served)
     if len(lucky):
         longer = independence_round(run, proposal.select(lucky), numbers[lucky], round_=2, thin=THIN_AGAIN)
@@ -110,12 +110,12 @@ def _again(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) 
     return result
 
 
-def _served(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BoolArray:
+def _with_good_proposal(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BoolArray:
     """True for blocks with a good proposal, whose chains were only too short, (B,)."""
     served = np.empty(proposal.n_blocks, dtype=bool)
     streams = BlockStreams(run.seed, numbers, purpose=PURPOSE)
     for part, _, log_p, log_q in weighed(run.log_density, proposal, numbers, streams, POINTS):
         weights, shape = pareto_smooth(log_p - log_q)
-        enough = (weights * weights).sum(axis=1) * POINTS * SERVED <= 1
+        enough = (weights * weights).sum(axis=1) * POINTS * GOOD_PROPOSAL <= 1
         served[part] = enough & (shape <= run.demands.pareto_k) & (weights.sum(axis=1) > 0)
     return served
