@@ -1,4 +1,4 @@
-"""The one error a user causes: input or options that cannot be used."""
+"""The exception for input or options that cannot be used, and helpers for its messages."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from pathlib import Path
 
 
 class InputError(ValueError):
-    """Input or options that cannot be used, told in one line.
+    """Input or options cannot be used; the message is one line.
 
     Parameters
     ----------
     message : str
         What is wrong and what was expected.
     file : str or Path, optional
-        File at fault; only its name and folder as given are shown.
+        File with the error; the message shows the path as given.
     row : int, optional
         Line number in the file; the header is line 1.
     column : str, optional
-        Column or key at fault.
+        Column or key with the error.
     """
 
     def __init__(
@@ -47,8 +47,8 @@ class InputError(ValueError):
         super().__init__(" ".join(line.split()))
 
     def __reduce__(self) -> tuple[object, ...]:
-        # The default would call the class with the finished line as its message and forget the place,
-        # and errors cross from worker processes by pickling.
+        # Errors are pickled to return from worker processes. The default would use the complete line as the message
+        # and lose file, row and column.
         return (_rebuild, (self.message, self.file, self.row, self.column))
 
 
@@ -58,7 +58,7 @@ def _rebuild(message: str, file: str | None, row: int | None, column: str | None
 
 @contextmanager
 def about(file: str | Path | None) -> Iterator[None]:
-    """Errors that come from within and name no file name this one; the folder of a data set, say."""
+    """Add `file` to an `InputError` from the ``with`` block that names no file."""
     try:
         yield
     except InputError as error:
@@ -68,13 +68,13 @@ def about(file: str | Path | None) -> Iterator[None]:
 
 
 def shown(value: object, length: int = 40) -> str:
-    """Show what was found in place of what was expected: quoted, on one line, never longer than `length`."""
+    """Return a value as quoted text on one line, at most `length` characters, for an error message."""
     text = repr(value)
     return _cut(text, length)
 
 
 def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
-    """List the first names only, none of them long: a header may hold anything."""
+    """Return the first `count` names as text, each at most `length` characters, for a message."""
     return ", ".join(_cut(name, length) for name in names[:count]) + (" …" if len(names) > count else "")
 
 

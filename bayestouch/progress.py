@@ -1,20 +1,20 @@
-"""Progress on the terminal, for whatever takes longer than two seconds."""
+"""Progress bar on the terminal for tasks that take longer than two seconds."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-# Called with the fraction of the work that is done, between 0 and 1.
+# Function that is called with the fraction of the work that is done, between 0 and 1.
 Progress = Callable[[float], None]
 
 
 @contextmanager
 def progress_bar(label: str, quiet: bool) -> Iterator[Progress]:
-    """A bar with the time left on standard error, after two seconds; nothing where `quiet` or no terminal."""
+    """Yield a function that shows progress on standard error after two seconds; no bar if `quiet` or no terminal."""
     from tqdm import tqdm
 
-    # Without its watching thread, which would keep this process from being forked safely.
+    # Without the monitor thread of tqdm, because a process with threads cannot fork safely.
     tqdm.monitor_interval = 0
     layout = "{desc}: {percentage:3.0f}%|{bar}| {elapsed} so far, {remaining} left"
     with tqdm(total=1.0, desc=label, delay=2.0, disable=quiet or None, leave=False, bar_format=layout) as bar:

@@ -1,1 +1,1 @@
-"""Body stage: surface pressure to the strain or stress that an element sees (E maps)."""
+"""Body stage: strain or stress at each element from the surface pressure (E maps)."""

@@ -1,4 +1,4 @@
-"""Bonded elastic annulus: strain inside and displacement of the surface, one Fourier mode at a time.
+"""Bonded elastic annulus: strain inside and displacement of the surface for each Fourier mode.
 
 A rubber annulus ``r_a <= r <= r_b`` in plane strain is bonded to a rigid core (``u = 0`` at ``r_a``).
 A traction ``τ_rr = cos kθ`` (or ``τ_rθ = sin kθ``) acts on the outer surface, tension positive. With the
@@ -10,9 +10,9 @@ stresses in units of the traction,
     2μ u_r/r_b = [(κ-k-1) a ρ - c/ρ] ρ^k + [(κ+k-1) b ρ - d/ρ] (α/ρ)^k        (times cos kθ)
     2μ u_θ/r_b = [(κ+k+1) a ρ + c/ρ] ρ^k + [(k-1-κ) b ρ - d/ρ] (α/ρ)^k        (times sin kθ)
 
-Both powers are at most one inside the annulus, so nothing overflows at any ``k``. Bonding gives ``b`` and
+Both powers are at most one inside the annulus, so that nothing overflows at any ``k``. The bond gives ``b`` and
 ``d`` in terms of ``a`` and ``c``, and the two tractions give a 2 x 2 system, solved in closed form in
-`bayestouch.body.annulus_modes`. Mode 0 has two constants; mode 1 carries the net force and needs
+`bayestouch.body.annulus_modes`. Mode 0 has two constants; mode 1 contains the net force and needs
 ``φ = β ln z, ψ = -κ β ln z``, the only logarithm whose displacement is single-valued.
 
 Source: N. I. Muskhelishvili, Some Basic Problems of the Mathematical Theory of Elasticity, §32 and §59; the
@@ -69,7 +69,7 @@ class AnnulusModes:
         Parameters
         ----------
         radius_mm : array_like
-            Radii in mm between core and surface; broadcast against the batch of Poisson's ratios solved for.
+            Radii in mm between core and surface; they broadcast with `poisson_ratio`, the batch.
 
         Returns
         -------
@@ -82,7 +82,7 @@ class AnnulusModes:
             If a radius is not between core and outer radius.
         """
         radius = np.asarray(radius_mm, dtype=float)
-        # 1e-9 lets through a radius that was computed as r_a or r_b and came out a rounding error beyond.
+        # The tolerance of 1e-9 accepts a radius that differs from r_a or r_b by a rounding error.
         inside = (radius >= self.core_radius_mm * (1 - 1e-9)) & (radius <= self.outer_radius_mm * (1 + 1e-9))
         if not np.all(inside):
             bad = radius[~inside].flat[0]
@@ -108,7 +108,7 @@ def solve_annulus(
     poisson_ratio: ArrayLike,
     traction: Traction = "normal",
 ) -> AnnulusModes:
-    """Solve the bonded annulus for a set of Fourier modes (μ = 1 MPa, unit traction).
+    """Return the solution of the bonded annulus for a set of Fourier modes (μ = 1 MPa, unit traction).
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ def solve_annulus(
     core_radius_mm, outer_radius_mm : float
         Radius of the rigid core ``r_a`` and of the surface ``r_b``, mm.
     poisson_ratio : array_like
-        Poisson's ratio σ, above -1 and at most 0.5; any shape, which leads the shape of the results.
+        Poisson's ratio σ, above -1 and at most 0.5. Its shape gives the first axes of the results.
     traction : {"normal", "tangential"}
         ``τ_rr(r_b) = cos kθ`` or ``τ_rθ(r_b) = sin kθ``, with the other traction zero.
 
@@ -179,15 +179,15 @@ def radial_strain_response(
     modes : (n_modes,) array_like of int
         Fourier modes ``k``.
     radius_mm : array_like
-        Sensing radii in mm, core to surface. Its shape and that of `poisson_ratio` broadcast: equal shapes
-        pair them, ``poisson_ratio[:, None]`` against a vector of radii gives every combination.
+        Sensing radii in mm, core to surface. Its shape and that of `poisson_ratio` broadcast: with equal shapes
+        they are paired; ``poisson_ratio[:, None]`` and a vector of radii give every combination.
     core_radius_mm, outer_radius_mm, poisson_ratio, traction
         As in `solve_annulus`.
 
     Returns
     -------
     array of shape ``broadcast(poisson_ratio, radius_mm) + (n_modes,)``
-        Amplitude of ``e_rr`` (extension positive) over cos kθ; divide by μ in MPa. A pressure is a negative
+        Amplitude of ``e_rr`` (extension positive) as a multiple of cos kθ; divide by μ in MPa. A pressure is a negative
         traction.
     """
     return solve_annulus(
@@ -210,7 +210,7 @@ def surface_displacement_response(
     """Radial displacement ``u_r(r_b)`` in mm, outward, per unit traction ``τ_rr = cos kθ`` at μ = 1 MPa.
 
     Parameters are those of `solve_annulus`; the shape is ``poisson_ratio.shape + (n_modes,)``.
-    With ``traction="tangential"`` it is, by Betti's theorem, also ``u_θ(r_b)`` under the normal traction.
+    With ``traction="tangential"`` it equals, by Betti's theorem, ``u_θ(r_b)`` under the normal traction.
     """
     return solve_annulus(
         modes,

@@ -1,4 +1,4 @@
-"""Closed-form constants of the bonded annulus, mode by mode; symbols as in `bayestouch.body.annulus`.
+"""Closed-form constants of the bonded annulus for each mode; symbols as in `bayestouch.body.annulus`.
 
 Each function returns six arrays, all times 2μ (displacements also over r_b): the strain coefficients of
 ``ρ^k``, ``ρ^(k-2)``, ``(α/ρ)^k`` and ``(α/ρ)^k ρ^-2``, then ``u_r`` (cos kθ) and ``u_θ`` (sin kθ) at the
@@ -15,7 +15,7 @@ Terms = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatA
 
 
 def higher_modes(k: FloatArray, alpha: float, kappa: FloatArray, normal: float, shear: float) -> Terms:
-    """Modes from 2."""
+    """Constants of the modes k >= 2."""
     core_power = alpha**k  # decaying solutions at the surface, growing ones at the core
     square = core_power**2
     # Bonding: b = α^k [(k+1) a + c/α²]/κ, d = κ α² α^k a + (k-1) α² b; then τ_rr + τ_rθ and τ_rθ at ρ = 1.
@@ -41,7 +41,7 @@ def higher_modes(k: FloatArray, alpha: float, kappa: FloatArray, normal: float, 
 
 
 def mode_zero(alpha: float, kappa: FloatArray, normal: float, shear: float) -> Terms:
-    """Uniform traction: 2μ u_r/r_b = (κ-1) a (ρ - α²/ρ). Shear has no part in it (sin 0 = 0)."""
+    """Constants of mode 0, uniform traction: 2μ u_r/r_b = (κ-1) a (ρ - α²/ρ). Shear is zero (sin 0 = 0)."""
     a = normal / (2 + (kappa - 1) * alpha**2)
     strain = (kappa - 1) * a
     zero = np.zeros_like(strain)
@@ -49,12 +49,12 @@ def mode_zero(alpha: float, kappa: FloatArray, normal: float, shear: float) -> T
 
 
 def mode_one(alpha: float, kappa: FloatArray, normal: float, shear: float) -> Terms:
-    """Mode 1: 2μ u_r/r_b = (κ-2) a ρ² + β (2κ ln ρ - 1) - c - d/ρ²; β is the net force."""
+    """Constants of mode 1: 2μ u_r/r_b = (κ-2) a ρ² + β (2κ ln ρ - 1) - c - d/ρ²; β is the net force."""
     beta = (normal - shear) / (2 * (1 + kappa))
     a = (((kappa - 1) * beta + shear) / 2 + beta * alpha**2) / (1 + kappa * alpha**4)
     d = kappa * a * alpha**4 - beta * alpha**2
     c = 2 * kappa * beta * np.log(alpha) - 2 * a * alpha**2
-    # (α/ρ)^k is α/ρ here, hence the divisions by α.
+    # Here (α/ρ)^k is α/ρ; therefore the divisions by α.
     return (
         2 * (kappa - 2) * a,
         np.zeros_like(a),

@@ -1,6 +1,6 @@
-"""E map: from surface pressure coefficients to the strain at every element, modelled or identified.
+"""E map: strain at every element from the surface pressure coefficients, modelled or identified.
 
-Coefficients are those of the paper (equation 1), of the surface traction ``τ_rr`` (tension positive; a
+The coefficients are those of the paper (equation 1), of the surface traction ``τ_rr`` (tension positive; a
 pressure is a negative traction), in the order
 
     p_0, p_1^s, p_1^c, p_2^s, p_2^c, …, p_nc^s, p_nc^c        (2 n_c + 1 of them)
@@ -19,7 +19,7 @@ from bayestouch.errors import InputError
 
 
 def fourier_basis(angles_deg: ArrayLike, n_coefficients: int) -> FloatArray:
-    """Values of ``1, sin θ, cos θ, …, sin n_c θ, cos n_c θ`` at some angles.
+    """Values of ``1, sin θ, cos θ, …, sin n_c θ, cos n_c θ`` at the given angles.
 
     Parameters
     ----------
@@ -42,7 +42,7 @@ def fourier_basis(angles_deg: ArrayLike, n_coefficients: int) -> FloatArray:
 
 
 def per_coefficient(per_mode: ArrayLike) -> FloatArray:
-    """Values of modes ``0 … n_c`` (last axis) in the order of the coefficients: 0 once, the others twice."""
+    """Values of modes ``0 … n_c`` (last axis) in the order of the coefficients: mode 0 once, the others twice."""
     values = np.asarray(per_mode, dtype=float)
     return np.concatenate([values[..., :1], np.repeat(values[..., 1:], 2, axis=-1)], axis=-1)
 
@@ -59,7 +59,7 @@ def traction_coefficients(
     angles_deg : (n_touches,) array_like
         Contact locations θ_c, degrees.
     loads_N_per_mm : (n_touches,) array_like
-        Line loads, pressing positive.
+        Line loads, positive for a press.
     outer_radius_mm : float
         ``r_b``, mm.
 
@@ -128,22 +128,22 @@ def empirical_e_matrix(
 ) -> FloatArray:
     """E map identified directly from touches, equation (6), by least squares on an orthogonal factorisation.
 
-    Minimises ``‖E P - G D‖`` for each element by itself. It assumes that readings scaled by the gain are
-    linear in the pressure and superpose; that the pressure of every touch is known (by a contact model, and
-    the load measured); that nothing above ``n_c`` reaches the elements (what does is folded into lower
-    coefficients, as in any sampled spectrum); and that all errors are in the readings, equal and independent.
-    It assumes no elasticity, symmetry or sameness of elements, and works for any body whose pressure is a sum
-    of known shapes: P is then their coefficients.
+    The function minimises ``‖E P - G D‖`` for each element separately. It assumes that the readings scaled by the
+    gain are linear in the pressure; that the pressure of every touch is known (from a contact model and the measured
+    load); that no mode above ``n_c`` reaches the elements (otherwise it is aliased to lower coefficients, as in any
+    sampled spectrum); and that all errors are in the readings, equal and independent. It does not assume
+    elasticity, symmetry or equal elements. It works for any body whose pressure is a sum of known shapes: P then
+    contains their coefficients.
 
     Parameters
     ----------
     coefficients : (n_coefficients, n_touches) array_like
-        **P**: a column of pressure coefficients per touch, for instance of `traction_coefficients`.
+        **P**: one column of pressure coefficients per touch, for example from `traction_coefficients`.
     scaled_readings : (n_elements, n_touches) array_like
-        **G D**: readings times gain. NaN where a reading is missing; that touch is left out for that element.
+        **G D**: readings times gain. NaN where a reading is missing; that touch is not used for that element.
     largest_condition : float
-        P counts as rank-deficient where its condition number exceeds this: beyond it noise of one part in a
-        hundred million would decide the answer.
+        P is treated as rank-deficient if its condition number exceeds this. At this limit, relative noise of
+        1e-8 would determine the result.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def empirical_e_matrix(
         raise InputError("pressure coefficients must be finite")
     present = np.isfinite(d)
     matrix = np.empty((d.shape[0], p.shape[0]))
-    # Elements that miss the same readings share one factorisation.
+    # Elements with the same missing readings use the same factorisation.
     patterns, which = np.unique(present, axis=0, return_inverse=True)
     for i, pattern in enumerate(patterns):
         rows = np.ravel(which) == i
@@ -172,7 +172,7 @@ def empirical_e_matrix(
 
 def _solve(design: FloatArray, readings: FloatArray, largest_condition: float) -> FloatArray:
     needed, touches = design.shape[1], design.shape[0]
-    # Columns scaled to equal length: a weak high coefficient is no sign of missing touches.
+    # Columns are scaled to equal length: a small high coefficient does not mean that touches are missing.
     length = np.linalg.norm(design, axis=0)
     length = np.where(length > 0, length, 1.0)
     solution, _, rank, _ = np.linalg.lstsq(design / length, readings, rcond=1 / largest_condition)
@@ -192,9 +192,9 @@ def singular_values(matrix: ArrayLike) -> FloatArray:
 def condition_number(matrix: ArrayLike) -> float:
     """Largest over smallest of the ``min(n_elements, n_coefficients)`` singular values of an E map.
 
-    Where there are more coefficients than elements it is the conditioning of the readings (of ``E Eᵀ``): how
-    unequally strain patterns are excited, not whether every coefficient can be found, which it then cannot.
-    ``inf`` where E is singular.
+    With more coefficients than elements it is the conditioning of the readings (of ``E Eᵀ``): how unequally strain
+    patterns are excited. The coefficients are then not all determined, whatever this number is. ``inf`` if E is
+    singular.
     """
     values = singular_values(matrix)
     return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")

@@ -1,19 +1,19 @@
-"""What large strain adds to the response of the paper's finger: a finite-element table.
+"""Nonlinear part of the response of the paper's finger at large strain, from a finite-element table.
 
-At the paper's load its soft rubber is strained by a tenth and more, and everything linear is a first term. The table
-holds the difference between a neo-Hookean annulus (``W = μ/2 (F:F - 3) - μ ln J + λ/2 (ln J)²``, σ = 0.46, plane
-strain, bonded core, no friction, true circles) and the linear chain (parabola on the layer) at the same load and
-radius. All depends on ``P/μ``, R and r_s alone. `studies/finite_strain_table.py` makes it and says how well it has
-converged.
+At the paper's load the strain of its soft rubber is 10 % and more, so that a linear model is a first approximation.
+The table contains the difference between a neo-Hookean annulus (``W = μ/2 (F:F - 3) - μ ln J + λ/2 (ln J)²``, σ = 0.46,
+plane strain, bonded core, no friction, true circles) and the linear chain (parabola on the layer) at the same load
+and radius. It depends only on ``P/μ``, R and r_s. `studies/finite_strain_table.py` computes it and describes its
+convergence.
 
-The indenter is a right-angled wedge with a round nose: for blunt tips the nose alone touches; the paper's edge, a 90°
-corner, is the wedge with the least nose that was solved (0.1 mm), and stands for R = 0. An ideal line load has no
-finite displacement, and none at finite strain to compare with.
+The indenter is a right-angled wedge with a round nose; with blunt tips only the nose touches. The paper's edge, a 90°
+corner, is the wedge with the smallest nose that was solved (0.1 mm), and is used for R = 0. Under an ideal line load
+the displacement is not finite, so that it cannot be compared.
 
-An element can read one of two strains: ``projected``, ``e_r·F e_r - 1`` (the change of distance from the core along the
-radius it was built on, what the plates of a capacitor over a rigid core measure), or ``stretch``, ``|F e_r| - 1`` (the
-change of length of a radial line). They differ by half the square of the shear, which is large near the bond. The third
-table, ``stuck``, is of projected strains under a tip to which rubber sticks where it first touches it.
+An element can measure one of two strains: ``projected``, ``e_r·F e_r - 1`` (the change of distance from the core along
+the original radius, as a capacitor over a rigid core measures it), or ``stretch``, ``|F e_r| - 1`` (the change of
+length of a radial line). They differ by half the square of the shear, which is large near the bond. The third table,
+``stuck``, contains projected strains under a tip to which the rubber sticks at the point of first contact.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ Measure = Literal["projected", "stretch", "stuck"]
 MEASURES: tuple[Measure, ...] = ("projected", "stretch", "stuck")
 DATA = Path(__file__).parent / "data" / "finite_strain.npz"
 CORE_RADIUS_MM, OUTER_RADIUS_MM, POISSON_RATIO = 9.4, 12.7, 0.46
-# Interpolation is linear between these: together off by 3e-4 of the peak from splines and cosines.
+# Numbers of knots and angles for linear interpolation: its error is 3e-4 of the peak.
 KNOTS, ANGLES = 48, 1024
 LOAD_SCALE_MM, RADIUS_SCALE_MM = 1.0, 1.0
 
 
 @dataclass(frozen=True, eq=False)
 class FiniteStrainTable:
-    """The added response as a short sum of shapes over angle and depth, ``D = Σ_j a_j(P/μ, R) D_j(r_s, φ)``.
+    """Nonlinear part of the response as a sum of shapes over angle and depth, ``D = Σ_j a_j(P/μ, R) D_j(r_s, φ)``.
 
     Attributes
     ----------
     load_over_modulus_mm : (p,) array
         P/μ, from 0.
     radius_mm : (q,) array
-        Composite radii R; the first is the paper's edge.
+        Composite radii R; the first is for the paper's edge.
     sensing_radius_mm : (s,) array
         Sensing radii r_s, core first.
     amplitudes : (p, q, n) array
-        ``a_j``; zero at no load.
+        ``a_j``; zero at zero load.
     shapes : (n, s, k) array
-        Cosine coefficients of ``D_j(φ) = c_0 + 2 Σ c_k cos kφ``. D is the response at φ from the touch that finite
-        strain adds, over the linear peak response to a knife edge of the same load.
+        Cosine coefficients of ``D_j(φ) = c_0 + 2 Σ c_k cos kφ``. D is the nonlinear part of the
+        response at angle φ from the touch, divided by the linear peak response to a knife edge of the same load.
     """
 
     load_over_modulus_mm: FloatArray
@@ -66,19 +66,19 @@ class FiniteStrainTable:
 
     @classmethod
     def load(cls, measure: Measure = "projected") -> FiniteStrainTable:
-        """The shipped table, for what the elements read."""
+        """Return the table of the package for the strain that the elements measure."""
         if measure not in MEASURES:
             raise InputError(f"unknown measure of strain {measure!r}; expected one of {', '.join(MEASURES)}")
         return _loaded(measure)
 
     @property
     def coefficients(self) -> FloatArray:
-        """Cosine coefficients of the added response, (p, q, s, k)."""
+        """Cosine coefficients of the nonlinear part, (p, q, s, k)."""
         return np.tensordot(self.amplitudes, self.shapes, 1)
 
     @cached_property
     def knots(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Knots in ``log(1 + P/μ)`` and ``log(1 + R)``, and amplitudes there by cubic splines."""
+        """Knots in ``log(1 + P/μ)`` and in ``log(1 + R)``, and the amplitudes at them from cubic splines."""
         from scipy.interpolate import CubicSpline
 
         load, radius = _knots(self.load_over_modulus_mm, LOAD_SCALE_MM), _knots(self.radius_mm, RADIUS_SCALE_MM)
@@ -86,12 +86,12 @@ class FiniteStrainTable:
         return load, radius, CubicSpline(self.radius_mm, at, axis=1)(np.expm1(radius) * RADIUS_SCALE_MM)
 
     def for_elements(self, sensing_radius_mm: ArrayLike) -> FiniteStrainResponse:
-        """Interpolator for elements at `sensing_radius_mm` (m,).
+        """Return the interpolator for elements at `sensing_radius_mm` (m,).
 
         Raises
         ------
         InputError
-            If an element lies outside the tabulated radii.
+            If an element is outside the tabulated radii.
         """
         from scipy.interpolate import CubicSpline
 
@@ -106,7 +106,7 @@ class FiniteStrainTable:
 
 @dataclass(frozen=True, eq=False)
 class FiniteStrainResponse:
-    """Added response of every element: linear between knots of load, radius and angle.
+    """Nonlinear part of the response of every element, interpolated linearly in load, radius and angle.
 
     Attributes
     ----------
@@ -115,7 +115,7 @@ class FiniteStrainResponse:
     amplitudes : (a, b, n) array
         Amplitudes of the shapes.
     shapes : (m, n_angles, n) array
-        Shapes around each element.
+        Shapes over the angle for each element.
     """
 
     loads: FloatArray
@@ -124,12 +124,12 @@ class FiniteStrainResponse:
     shapes: FloatArray
 
     def __call__(self, load_over_modulus_mm: ArrayLike, radius_mm: ArrayLike, angle: ArrayLike) -> FloatArray:
-        """Added response over the linear peak response to a knife edge of the same load.
+        """Return the nonlinear part divided by the linear peak response to a knife edge of the same load.
 
         Parameters
         ----------
         load_over_modulus_mm, radius_mm : (...,) array_like
-            P/μ and R in mm; beyond an end of the table the end is used.
+            P/μ and R in mm; values beyond the table are replaced by its limits.
         angle : (..., m) array_like
             Angle of each element from the touch, rad.
 
@@ -160,12 +160,12 @@ class FiniteStrainResponse:
 
 
 def is_tabulated(core_radius_mm: float, outer_radius_mm: float) -> bool:
-    """Whether this is the finger of the table, to 0.02 mm."""
+    """Return True if both radii are those of the tabulated finger, to 0.02 mm."""
     return max(abs(core_radius_mm - CORE_RADIUS_MM), abs(outer_radius_mm - OUTER_RADIUS_MM)) <= 0.02
 
 
 def check_tabulated_finger(core_radius_mm: float, outer_radius_mm: float) -> None:
-    """Raise `InputError` unless this is the finger of the table."""
+    """Raise `InputError` if the radii are not those of the tabulated finger."""
     if not is_tabulated(core_radius_mm, outer_radius_mm):
         raise InputError(
             f"finite strain is tabulated for r_a {CORE_RADIUS_MM:g} mm and r_b {OUTER_RADIUS_MM:g} mm alone; "
@@ -190,7 +190,7 @@ def _knots(solved: FloatArray, scale: float) -> FloatArray:
 
 
 def _place(value: ArrayLike, scale: float, knots: FloatArray) -> tuple[NDArray[np.int64], FloatArray]:
-    """Knot below and the share of the way to the next."""
+    """Index of the knot below each value, and the fraction of the interval to the next knot."""
     place = (np.log1p(np.maximum(value, 0.0) / scale) - knots[0]) / (knots[1] - knots[0])
     place = np.clip(place, 0.0, len(knots) - 1 - 1e-9)
     row = place.astype(np.int64)

@@ -18,7 +18,7 @@ def frequency_response_db(
     poisson_ratio: float,
     sensing_radius_mm: float | None = None,
 ) -> FloatArray:
-    """Response to a line load, in decibels below the response's own maximum.
+    """Response to a line load, in decibels relative to its maximum.
 
     Parameters
     ----------
@@ -29,12 +29,13 @@ def frequency_response_db(
     poisson_ratio : float
         σ.
     sensing_radius_mm : float, optional
-        Radius at which radial strain is sensed, mm; without it, the normal displacement of the surface.
+        Radius at which radial strain is sensed, mm. By default the response is the normal displacement of the
+        surface.
 
     Returns
     -------
     (n_modes,) array
-        ``20 log10(|response| / max_k |response|)``. The maximum is over integer modes.
+        ``20 log10(|response| / max_k |response|)``. The maximum is taken over integer modes.
     """
     k = np.atleast_1d(np.asarray(modes, dtype=float))
 
@@ -49,12 +50,12 @@ def frequency_response_db(
             return np.abs(solution.surface_displacement_mm)
         return np.abs(solution.radial_strain(sensing_radius_mm))
 
-    # The response peaks where a wave is about as long as the layer is thick: k of order r_b/(r_b - r_a).
+    # The response is largest at a wavelength of about the layer thickness: k of order r_b/(r_b - r_a).
     reach = 20 + int(20 * outer_radius_mm / (outer_radius_mm - core_radius_mm))
     largest = response(np.arange(reach, dtype=float)).max()
     if largest < 1e-12:
         raise InputError("there is no strain to sense at the core of an incompressible rubber")
-    with np.errstate(divide="ignore"):  # at high k the strain underflows: minus infinity decibels
+    with np.errstate(divide="ignore"):  # at high k the strain underflows and the level is minus infinity
         return np.asarray(20 * np.log10(response(k) / largest))
 
 
@@ -73,7 +74,7 @@ def cut_off(
     Raises
     ------
     InputError
-        If the level is not below zero, or not reached by mode 100,000 (strain at the very surface).
+        If the level is not below zero, or the response is above it up to mode 100,000 (strain at the surface).
     """
     from scipy.optimize import brentq
 
@@ -111,15 +112,15 @@ def sensing_radius_for_cut_off(
     poisson_ratio: float,
     level_db: float = -40.0,
 ) -> float:
-    """Sensing radius in mm at which radial strain has a stated cut-off (cycles per radian at `level_db`).
+    """Sensing radius in mm at which radial strain has a given cut-off (cycles per radian at `level_db`).
 
-    The shallowest one, where there are several. The paper's 4.5 and 25 cycles/radian, for α = 0.70 and 0.90, come
-    out 0.056 and 0.054 r_b above the core (σ = 0.46).
+    If there are several, the result is the one closest to the surface. For the paper's 4.5 and 25 cycles/radian, with
+    α = 0.70 and 0.90, the result is 0.056 and 0.054 r_b above the core (σ = 0.46).
 
     Raises
     ------
     InputError
-        If no radius in the rubber has that cut-off; the message says which are possible.
+        If no radius in the rubber has this cut-off; the message gives the possible range.
     """
     from scipy.optimize import brentq
 
@@ -133,7 +134,7 @@ def sensing_radius_for_cut_off(
         )
         return found - cycles_per_radian
 
-    # The cut-off falls with depth, though near the core of a nearly incompressible rubber it turns up again.
+    # The cut-off falls with depth, but rises again near the core if the rubber is almost incompressible.
     fractions = np.linspace(0.98, 0.001, 50)
     radii = core_radius_mm + (outer_radius_mm - core_radius_mm) * fractions
     misses = [miss(radius) for radius in radii]

@@ -1,11 +1,11 @@
 """Half-space under a unit load with Hertz pressure: closed forms for a disc and for a strip.
 
-The stress is made of two transforms: ``G`` of ``exp(-ξz)``, the harmonic function whose surface value is the
+The stress is a combination of two transforms: ``G`` of ``exp(-ξz)``, the harmonic function whose surface value is the
 pressure, and ``S = G - z ∂G/∂z`` of ``(1 + ξz) exp(-ξz)``, the normal stress. ``G`` is ``P1 Q1`` in oblate
 spheroidal coordinates for a disc and the real part of a complex square root for a strip.
 
 Source: K. L. Johnson, Contact Mechanics (1985), chapters 2 to 4 (Flamant, Boussinesq, McEwen), and M. T.
-Huber, Annalen der Physik 14 (1904) 153. Written so that no digits are lost as the width goes to zero.
+Huber, Annalen der Physik 14 (1904) 153. The formulas are written so that no digits are lost as the width goes to zero.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def half_space_kernel_2d(
     rho = np.asarray(rho_mm, dtype=float)
     base = rho**2 + z**2 - a**2
     root = np.hypot(base, 2 * a * z)
-    # u from the sum or from the product of the two roots of u² - base u - a² z² = 0, whichever keeps its
+    # u from the sum or from the product of the two roots of u² - base u - a² z² = 0, whichever loses no
     # digits.
     u = np.where(base >= 0, 0.5 * (root + base), 2 * a**2 * z**2 / (root + np.abs(base)))
     stress = 1.5 / np.pi * z**3 / (np.sqrt(u) * (u**2 + a**2 * z**2))
@@ -63,7 +63,7 @@ def half_space_kernel_2d(
         return np.asarray(stress)
     ratio = np.sqrt(a**2 / u)
     safe = np.where(ratio < 0.02, 1.0, ratio)
-    # (1 - atan(y)/y)/y², by its series where y is small (next term y^6/9, 1e-11).
+    # (1 - atan(y)/y)/y²; its series is used for small y (next term y^6/9, 1e-11).
     flattening = np.where(ratio < 0.02, 1 / 3 - ratio**2 / 5 + ratio**4 / 7, (1 - np.arctan(safe) / safe) / safe**2)
     return _quantity(stress, 1.5 / np.pi * z * u**-1.5 * flattening, poisson_ratio, quantity)
 
@@ -85,7 +85,7 @@ def half_space_kernel_1d(
     x = np.asarray(x_mm, dtype=float)
     base = a**2 - x**2 + z**2
     root = np.hypot(base, 2 * x * z)
-    # Johnson's m²; where base < 0 from m n = |x| z, so that no digits cancel far from the load.
+    # m² of Johnson; for base < 0 from m n = |x| z, to avoid cancellation far from the load.
     m_squared = np.where(base >= 0, 0.5 * (root + base), 2 * x**2 * z**2 / (root + np.abs(base)))
     m = np.sqrt(m_squared)
     stress = 2 / np.pi * m * m_squared / ((m_squared + x**2) * root)

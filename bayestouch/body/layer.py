@@ -1,13 +1,14 @@
 """Bonded flat layer (a pad): stress or strain under an elastic layer on a rigid base, away from a touch.
 
 The response at a distance is the Fourier (line load, plane strain) or Hankel (load on a disc) transform of
-one transfer function, `bayestouch.body.layer_transfer`. Its half-space part has a closed form; what the base
-adds is smooth over a thickness, so that it is tabulated once and interpolated. Compression is positive.
+one transfer function, `bayestouch.body.layer_transfer`. Its half-space part has a closed form; the contribution of
+the base is smooth on the scale of the thickness, so that it is tabulated once and interpolated. Compression is
+positive.
 
-What to expect: at the base of a thick enough pad the normal stress has no negative ring to speak of (none at
-σ = 0.46, 4e-4 of the peak at σ = 0.5). Above the base the normal *strain* of a nearly incompressible layer
-has one of 3 to 7 % of the peak, a little over a thickness from the load, because the rubber beside a touch
-bulges.
+Typical results: at the base of a pad that is thick enough, the normal stress has almost no negative ring around the
+touch (none at σ = 0.46, 4e-4 of the peak at σ = 0.5). Above the base, the normal *strain* of an almost
+incompressible layer has a negative ring of 3 to 7 % of the peak, at a little more than one thickness from the load,
+because the rubber beside a touch bulges.
 
 Source: K. L. Johnson, Contact Mechanics (1985), chapters 2 to 4 (Flamant, Boussinesq, McEwen), and M. T.
 Huber, Annalen der Physik 14 (1904) 153, for the half-space.
@@ -49,7 +50,7 @@ __all__ = [
 ]
 
 EXTENT = 32.0
-"""Kernels end this many thicknesses from the load, having decayed by exp(-0.74 * 32), 1e-10."""
+"""Kernels are zero beyond this many thicknesses from the load; there they have decayed by exp(-0.74 * 32), 1e-10."""
 
 
 def layer_kernel_2d(
@@ -60,23 +61,23 @@ def layer_kernel_2d(
     depth_mm: float | None = None,
     quantity: Quantity = "normal_stress",
 ) -> FloatArray:
-    """Response of a bonded layer at a distance from a unit load (1 N): the pad's answer to a touch.
+    """Response of a bonded layer (a pad) at a distance from a unit load (1 N).
 
     Parameters
     ----------
     rho_mm : array_like
-        Distance between element and load in the plane, mm. A line of elements touched by a ball is one too.
+        Distance between element and load in the plane, mm; also for a line of elements touched by a ball.
     thickness_mm : float
         Layer thickness h, mm; ``inf`` is the half-space, which needs a depth.
     poisson_ratio : float
         σ, above -1 and at most 0.5.
     indenter_radius_mm : float
-        Radius of the disc over which the load is spread with Hertz pressure, mm; 0 is a point load. It is the
-        radius of contact, not of the ball; well below the depth it hardly matters at the base.
+        Radius of the disc that the Hertz pressure acts on, mm; 0 is a point load. It is the radius of the contact,
+        not of the ball. If it is much smaller than the depth, it has almost no influence at the base.
     depth_mm : float, optional
         Depth of the elements below the surface, mm; the base by default.
     quantity : {"normal_stress", "mean_stress", "normal_strain"}
-        What an element reads, as in `layer_transfer`; the three are proportional at the base.
+        Quantity that an element measures, as in `layer_transfer`; the three are proportional at the base.
 
     Returns
     -------
@@ -129,7 +130,7 @@ def _kernel(
 
 @dataclass(frozen=True)
 class _Reflection:
-    """What the base adds to the half-space, tabulated against distance over thickness."""
+    """Contribution of the base to the half-space response, tabulated over distance divided by thickness."""
 
     dimensions: int
     spline: CubicSpline
@@ -137,7 +138,7 @@ class _Reflection:
     def added_to(self, direct: FloatArray, distance_mm: ArrayLike, thickness_mm: float) -> FloatArray:
         distance = np.abs(np.asarray(distance_mm, dtype=float)) / thickness_mm
         added = self.spline(np.arcsinh(distance / 2)) / thickness_mm**self.dimensions
-        # The base cancels the half-space's power-law tail: beyond the table nothing is left of the two.
+        # The base cancels the power-law tail of the half-space: beyond the table their sum is zero.
         return np.asarray(np.where(distance > EXTENT, 0.0, direct + added))
 
 
@@ -155,11 +156,11 @@ def _reflection(
 
 @lru_cache(maxsize=2)
 def _quadrature(dimensions: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights in ξh, the grid arcsinh(ρ/2h), and cos ξx or J0(ξρ) of grid by nodes.
+    """Gauss-Legendre nodes and weights in ξh, the grid arcsinh(ρ/2h), and cos ξx or J0(ξρ) on grid and nodes.
 
     The reflected part decays as ξ² exp(-ξ(2h - z)), at least as fast as ξ² exp(-ξh): at 45 it is below 1e-15.
-    1,200 nodes resolve the 45 * 32 rad of the waves (Gauss needs π nodes a cycle, 720) and those of a wide
-    load.
+    1,200 nodes resolve the phase of 45 * 32 rad (Gauss needs π nodes per cycle, 720) and the oscillations of a
+    wide load.
     """
     nodes, weights = np.polynomial.legendre.leggauss(1200)
     xi, weights = 22.5 * (nodes + 1), 22.5 * weights

@@ -1,4 +1,4 @@
-"""Transfer functions of a bonded flat layer: from surface pressure to stress, strain and displacement.
+"""Transfer functions of a bonded flat layer: stress, strain and displacement per unit surface pressure.
 
 A layer ``0 <= z <= h`` (depth z from the free surface) is bonded to a rigid base at ``z = h`` and pressed by
 a normal pressure without shear. For one spatial frequency ξ let ``s = ξ z``, ``H = ξ h``, ``D = d/ds`` and
@@ -11,8 +11,8 @@ the Airy stress function be ``f(s) cos(ξx)/ξ²``. Per unit surface pressure
 
     f = (1 + s) e^-s + A s sinh s + B (s cosh s - sinh s),
 
-the half-space plus what the base reflects. A pressure that varies in the plane is a sum of such waves in
-every direction; each is in plane strain along its own wave vector, so that **the transfer functions of a line
+the half-space plus the reflection at the base. A pressure that varies in the plane is a sum of such waves in
+all directions; each is in plane strain along its own wave vector, so that **the transfer functions of a line
 of elements (Fourier) and of elements in the plane (Hankel) are the same function of ξ**.
 
 Compression is positive throughout. Derived here; the half-space part is in I. N. Sneddon, Fourier Transforms
@@ -54,7 +54,7 @@ def layer_transfer(
     depth_mm : float, optional
         Depth below the free surface, mm; the bonded base by default.
     quantity : {"normal_stress", "mean_stress", "normal_strain"}
-        ``-σ_zz``; ``-(σ_xx + σ_yy + σ_zz)/3``, which a pressure sensor potted in rubber reads; or ``-e_zz``
+        ``-σ_zz``; ``-(σ_xx + σ_yy + σ_zz)/3``, which a pressure sensor embedded in rubber measures; or ``-e_zz``
         at μ = 1 MPa. At the base ``e_xx = e_yy = 0``, so that the three are proportional there: mean stress
         is ``(1+σ)/(3(1-σ))`` and strain ``(1-2σ)/(2(1-σ))`` of the normal stress. Above the base they differ.
 
@@ -88,15 +88,15 @@ def layer_surface_compliance(frequency: ArrayLike, *, thickness_mm: float, poiss
     kappa, n = 3 - 4 * poisson_ratio, 1 - 2 * poisson_ratio
     if np.isinf(thickness_mm):
         return np.asarray((1 - poisson_ratio) / xi)
-    tiny = xi * thickness_mm < 1e-8  # the fraction has lost its digits, and compression is exact to 1e-16
-    h = np.where(tiny, 1.0, np.minimum(xi * thickness_mm, 300.0))  # e^600 still fits; the fraction is 1 long before
+    tiny = xi * thickness_mm < 1e-8  # the fraction loses all digits; the limit is exact to 1e-16
+    h = np.where(tiny, 1.0, np.minimum(xi * thickness_mm, 300.0))  # e^600 does not overflow
     fraction = (kappa * np.sinh(h) * np.cosh(h) - h) / (kappa * np.cosh(h) ** 2 + n**2 + h**2)
     wave = (1 - poisson_ratio) * fraction / np.where(tiny, 1.0, xi)
     return np.asarray(np.where(tiny, thickness_mm * n / (2 * (1 - poisson_ratio)), wave))
 
 
 def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: float, quantity: Quantity) -> FloatArray:
-    """Quantity that an element reads, from the stress function ``f`` and its second derivative ``D²f``."""
+    """Quantity that an element measures, from the stress function ``f`` and its second derivative ``D²f``."""
     if quantity == "normal_stress":
         return np.asarray(f)
     if quantity == "mean_stress":
@@ -107,16 +107,16 @@ def combine(f: FloatArray, curvature: FloatArray, poisson_ratio: float, quantity
 def reflected_stress(
     frequency: FloatArray, thickness_mm: float, depth_mm: float, poisson_ratio: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Part of ``f`` and ``D²f`` that the base adds to the half-space; zero without a base."""
+    """Contribution of the base to ``f`` and ``D²f``; zero without a base."""
     if np.isinf(thickness_mm):
         return np.zeros_like(frequency), np.zeros_like(frequency)
     s, base = frequency * depth_mm, frequency * thickness_mm
     m, n = 2 * (1 - poisson_ratio), 1 - 2 * poisson_ratio
-    # Hyperbolic functions over e^H at the base and over e^s at depth, so that no exponent is positive below.
+    # Hyperbolic functions divided by e^H at the base and by e^s at depth, so that no exponent below is positive.
     cosh_base, sinh_base = _scaled_hyperbolic(base)
     cosh_s, sinh_s = _scaled_hyperbolic(s)
     determinant = (m * cosh_base) ** 2 - (n * sinh_base) ** 2 + (base * np.exp(-base)) ** 2
-    # Minus the displacement that the half-space would have at the base, along and across, over e^-H.
+    # Minus the displacement of the half-space at the base, along and across, divided by e^-H.
     along, across = n - base, -(m + base)
     a = along * (m * cosh_base - base * sinh_base) - across * (base * cosh_base + n * sinh_base)
     b = across * (m * cosh_base + base * sinh_base) - along * (n * sinh_base - base * cosh_base)
@@ -144,13 +144,13 @@ def hertz_spectrum(argument: ArrayLike, dimensions: int) -> FloatArray:
 
 
 def check_layer(thickness_mm: float, poisson_ratio: float, depth_mm: float | None) -> float:
-    """Depth to use (the base where none is given), after checking all three; raises InputError."""
+    """Return the depth (by default that of the base) after a check of all three values; raises `InputError`."""
     if not thickness_mm > 0:
         raise InputError(f"layer thickness must be above zero, got {thickness_mm:g} mm")
     if not -1 < poisson_ratio <= 0.5:
         raise InputError(f"Poisson's ratio must be above -1 and at most 0.5, got {poisson_ratio:g}")
     depth = thickness_mm if depth_mm is None else depth_mm
-    # 1e-9 lets through a depth that was computed as the thickness and came out a rounding error beyond.
+    # The tolerance of 1e-9 accepts a depth that exceeds the thickness by a rounding error.
     if not 0 < depth <= thickness_mm * (1 + 1e-9) or np.isinf(depth):
         raise InputError(f"depth must lie in the layer, above 0 and up to {thickness_mm:g} mm; got {depth:g} mm")
     return min(depth, thickness_mm)

@@ -1,1 +1,1 @@
-"""The chain of a touch: from pose and load through contact and body to the readings of each element."""
+"""The measuring chain: readings of each element from pose and load of a touch, through contact and body."""

@@ -1,8 +1,9 @@
-"""The chain of a finger whose E map is identified, not modelled: touches to readings.
+"""The measuring chain of a finger with an identified E map: readings from touches.
 
-Only contact is elastic here. The map from pressure to readings is a matrix E, a row of ``2 n_c + 1`` numbers per
-element, in the order and units of `bayestouch.body.emap`: readings per MPa of the traction coefficients
-``p_0, p_1^s, p_1^c, …`` (tension positive), equations (1) and (2) of Nicolson and Fearing (1995) with the gain in E.
+Only the contact is computed from elasticity. The map from pressure to readings is a matrix E with one row of
+``2 n_c + 1`` numbers per element, in the order and units of `bayestouch.body.emap`: readings per MPa of the traction
+coefficients ``p_0, p_1^s, p_1^c, …`` (tension positive), equations (1) and (2) of Nicolson and Fearing (1995) with the
+gain in E.
 """
 
 from __future__ import annotations
@@ -21,19 +22,19 @@ from bayestouch.errors import InputError
 
 
 def modes_of(chain: FingerChain) -> int:
-    """Highest Fourier mode n_c that an elastic finger sums."""
+    """Highest Fourier mode n_c in the sums of an elastic finger."""
     return int(chain.spectra.body.modes[-1])
 
 
 def elastic_amplitudes(chain: FingerChain, n_coefficients: int) -> FloatArray:
     """Response of each element to the modes ``0 … n_c`` of the traction, readings per MPa, shape (m, n_c + 1).
 
-    Negative where a squeezed element reads positive: traction is tension positive.
+    Negative if a compressed element reads positive, because traction is tension positive.
     """
     strain = chain.spectra.body.radial_strain(chain.sensing_radius_mm)
     if n_coefficients >= strain.shape[1]:
         raise InputError(f"this finger sums Fourier modes up to {strain.shape[1] - 1}, got n_c = {n_coefficients}")
-    # The response is the reading per N/m of a knife edge above the element: 1 N/m is all modes at once.
+    # The response is the reading per N/m of a knife edge above the element; a line load excites all modes equally.
     peak = strain[:, :1] + 2 * strain[:, 1:].sum(axis=1, keepdims=True)
     line = 2 * np.pi * chain.outer_radius_mm * 1000
     return np.asarray(-line * chain.response[:, None] / peak * strain[:, : n_coefficients + 1])
@@ -53,7 +54,7 @@ def pressure_matrix(
     Parameters
     ----------
     chain : FingerChain
-        Its contact model, σ and μ are used.
+        Finger of which the contact model, σ and μ are used.
     radius_mm, angle, load : (t,) array_like
         Composite radius R (mm), location (rad), line load (N/m).
     n_coefficients : int
@@ -67,7 +68,7 @@ def pressure_matrix(
     load, radius = np.asarray(load, dtype=float), np.asarray(radius_mm, dtype=float)
     spectra = chain.spectra
     kappa = np.maximum(load / 1000 * radius / chain.shear_modulus_MPa, 0.0)
-    # Between knots as `ResponseTable` does, so that both predict the same.
+    # Interpolated as in `ResponseTable`, so that both give the same prediction.
     first, step = spectra.coordinates[0], spectra.coordinates[1] - spectra.coordinates[0]
     place = np.clip((np.log1p(kappa / spectra.kappa_scale) - first) / step, 0.0, len(spectra.coordinates) - 1 - 1e-9)
     row = place.astype(np.int64)
@@ -79,12 +80,12 @@ def pressure_matrix(
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalFingerChain:
-    """A finger with an identified E map. Predicts and is read as `bayestouch.chain.finger.FingerChain` is.
+    """A finger with an identified E map; it has the same methods as `bayestouch.chain.finger.FingerChain`.
 
     Attributes
     ----------
     elastic : FingerChain
-        The elastic finger whose geometry and contact (model, σ, μ) are used; its E is not.
+        The elastic finger of which geometry and contact (model, σ, μ) are used, but not its E.
     e_matrix : (m, 2 n_c + 1) array
         E, readings per MPa of the traction coefficients.
     """
@@ -124,12 +125,12 @@ class EmpiricalFingerChain:
 
     @property
     def contact(self) -> str:
-        """Contact model."""
+        """Name of the contact model."""
         return self.elastic.contact
 
     @property
     def angle(self) -> FloatArray:
-        """``θ_s`` of the elastic fit, rad, (m,): where an element reads most, roughly; predictions do not use it."""
+        """``θ_s`` of the elastic fit, rad, (m,): angle of the largest reading, roughly; not used in predictions."""
         return self.elastic.angle
 
     @property
@@ -139,17 +140,17 @@ class EmpiricalFingerChain:
 
     @property
     def largest_load(self) -> float:
-        """Largest load that is tabulated, N/m."""
+        """Largest tabulated load, N/m."""
         return self.elastic.largest_load
 
     @property
     def spectra(self) -> ContactSpectra:
-        """Contact."""
+        """Pressure spectra of the contact."""
         return self.elastic.spectra
 
     @cached_property
     def response(self) -> FloatArray:
-        """Reading per N/m of a knife edge at the element's angle, (m,)."""
+        """Reading per N/m of a knife edge at the angle of the element, (m,)."""
         unit = pressure_matrix(
             self.elastic, np.zeros(self.n_elements), self.angle, np.ones(self.n_elements), self.n_coefficients
         )
@@ -157,14 +158,14 @@ class EmpiricalFingerChain:
 
     @property
     def gain(self) -> FloatArray:
-        """Reading per relative strain, that under a knife edge at the element's angle being one: the response."""
+        """Reading per unit of relative strain (1 under a knife edge at the angle of the element): equals `response`."""
         return self.response
 
     @cached_property
     def mode_weights(self) -> NDArray[np.complex128]:
         """``w_k``, (m, n_c + 1): reading under 1 N/m at θ_c is ``Re Σ_k d_k q_k w_k exp(-i k θ_c)``.
 
-        ``d_0 = 1`` and ``d_k = 2``: what a real inverse Fourier transform over ``-θ_c`` sums.
+        ``d_0 = 1`` and ``d_k = 2``, as in a real inverse Fourier transform over ``-θ_c``.
         """
         e = self.e_matrix
         cosine = np.concatenate([e[:, :1], e[:, 2::2]], axis=1)
@@ -173,10 +174,10 @@ class EmpiricalFingerChain:
 
     @cached_property
     def table(self) -> ResponseTable:
-        """Reading over `response`, over κ and the angle from touch to element."""
+        """Table of the reading divided by `response`, over κ and the angle from touch to element."""
         modes = np.arange(self.n_coefficients + 1)
         turned = self.mode_weights * np.exp(-1j * modes * self.angle[:, None]) / self.response[:, None]
-        # As fine as the table of an elastic finger.
+        # The same resolution as in the table of an elastic finger.
         n_angles = 1 << int(np.ceil(np.log2(max(512, 4 * modes[-1]))))
         weights = turned[:, None, :] * self.spectra.spectra[:, : len(modes)]
         values = np.fft.irfft(weights, n=n_angles) * n_angles
@@ -186,7 +187,7 @@ class EmpiricalFingerChain:
         )
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
+        """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with load P (N/m)."""
         load = np.asarray(load, dtype=float)
         kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
         shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])

@@ -1,4 +1,4 @@
-"""The chain of a cylindrical finger: touches to readings."""
+"""The measuring chain of a cylindrical finger: readings from touches."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 
 @dataclass(frozen=True, eq=False)
 class FingerChain:
-    """A finger with every calibration parameter given a value.
+    """A finger with a value for every calibration parameter.
 
     Attributes
     ----------
     core_radius_mm, outer_radius_mm : float
         ``r_a`` and ``r_b``.
     response : (n_elements,) array
-        Reading per N/m of a knife edge right above the element: what data fix, in place of the gain.
+        Reading per N/m of a knife edge directly above the element. The data determine it better than the gain.
     sensing_radius_mm : (n_elements,) array
         ``r_s``.
     angle : (n_elements,) array
@@ -32,15 +32,15 @@ class FingerChain:
     poisson_ratio, shear_modulus_MPa : float
         σ and μ of the rubber.
     largest_load : float
-        Largest line load in N/m that the table must hold.
+        Largest line load of the table, N/m.
     contact : str
-        Contact model.
+        Name of the contact model.
     layer_share : float
-        Share of the exact contact on the bonded layer in the pressure spectrum; the rest is that of `contact`.
+        Fraction of the exact contact on the bonded layer in the pressure spectrum; the rest is from `contact`.
     aperture_mm, friction : float
-        Width of the elements and friction under the probe, see `bayestouch.chain.response.mode_strain`.
+        Width of the elements and friction under the indenter, see `bayestouch.chain.response.mode_strain`.
     finite_strain : float
-        Share of `bayestouch.body.finite_strain` that `predict` adds: 0 linear, 1 neo-Hookean with projected strains.
+        Fraction of `bayestouch.body.finite_strain` in `predict`: 0 linear, 1 neo-Hookean with projected strains.
     """
 
     core_radius_mm: float
@@ -59,7 +59,7 @@ class FingerChain:
     finite_strain: float = 0.0
 
     def __getstate__(self) -> dict[str, object]:
-        """What is sent to a worker: not the tables, 13 MB that it makes for itself in some hundredths of a second."""
+        """State for a worker process, without the tables: 13 MB that it computes in some hundredths of a second."""
         return {each.name: getattr(self, each.name) for each in fields(self)}
 
     @property
@@ -69,7 +69,7 @@ class FingerChain:
 
     @cached_property
     def spectra(self) -> ContactSpectra:
-        """Contact and body at this Poisson's ratio."""
+        """Pressure spectra and body solution at this Poisson's ratio."""
 
         def of(contact: str) -> ContactSpectra:
             return ContactSpectra.of(
@@ -88,7 +88,7 @@ class FingerChain:
 
     @cached_property
     def table(self) -> ResponseTable:
-        """Response of the elements over κ and angle."""
+        """Table of the response of the elements over κ and angle."""
         return ResponseTable.of(
             self.spectra, self.sensing_radius_mm, aperture_mm=self.aperture_mm, friction=self.friction
         )
@@ -102,7 +102,7 @@ class FingerChain:
 
     @cached_property
     def added_by_finite_strain(self) -> FiniteStrainResponse:
-        """What large strain adds to `table` at full share; elements beyond its depths count as at its ends."""
+        """Nonlinear part of the response at ``finite_strain`` = 1; depths beyond the table use its limits."""
         check_tabulated_finger(self.core_radius_mm, self.outer_radius_mm)
         table = FiniteStrainTable.load()
         ends = table.sensing_radius_mm[[0, -1]]
@@ -114,7 +114,7 @@ class FingerChain:
         return self.response * 1000 * self.shear_modulus_MPa / self.table.peak_strain
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings under touches.
+        """Return the expected readings under touches.
 
         Parameters
         ----------
@@ -137,15 +137,15 @@ class FingerChain:
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
 
     def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings that finite strain adds to touches as those of `predict`, (..., n_elements)."""
+        """Return the part of the readings due to finite strain, (..., n_elements); parameters as in `predict`."""
         load = np.asarray(load, dtype=float)
         turn = self.angle - np.asarray(angle)[..., None]
         added = self.added_by_finite_strain(load / 1000 / self.shear_modulus_MPa, radius_mm, turn)
         return np.asarray(self.finite_strain * self.response * load[..., None] * added)
 
     def with_(self, **changes: object) -> FingerChain:
-        """The same finger with some values changed; keeps the solved contact where it is not concerned."""
-        new = replace(self, **changes)  # type: ignore[arg-type]  # a wrong name fails when it is made
+        """Return the finger with some values changed; keeps the solved contact if the change does not affect it."""
+        new = replace(self, **changes)  # type: ignore[arg-type]  # a wrong name raises an error in `replace`
         keep = {"response", "angle", "offset"}
         of_the_body = {"sensing_radius_mm", "aperture_mm", "friction", "finite_strain"}
         if set(changes) <= keep | of_the_body and "spectra" in self.__dict__:

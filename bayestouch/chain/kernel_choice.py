@@ -1,4 +1,4 @@
-"""Kernels by name, with priors from what is stated of a pad."""
+"""Kernels of a pad by name, with priors from the stated dimensions."""
 
 from __future__ import annotations
 
@@ -18,35 +18,35 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
-# Rubber of which nothing is stated, as on a finger.
+# Prior if the rubber is not stated, as for a finger.
 _UNSTATED_POISSON = Normal(0.47, 0.03, 0.0, 0.4999)
 
-# Sensors lie on the base, or their housings reach some way into the layer.
+# The elements are on the base, or their housings extend into the layer.
 _UNSTATED_DEPTH = Uniform(0.3, 1.0)
 
 
 def kernel_names(dimensions: int) -> tuple[str, ...]:
-    """Kernels that a pad of 1 or 2 dimensions may have."""
+    """Names of the kernels for a pad of 1 or 2 dimensions."""
     line = ("layer-line", "half-space-line") if dimensions == 1 else ()
     return ("layer", "half-space", *line, "gaussian", "constant")
 
 
 def kernel_for(name: str, sensor: Sensor, pitch_mm: float) -> Kernel:
-    """Kernel by name with priors from what is stated of the sensor.
+    """Return the kernel with the given name, with priors from the stated dimensions of the sensor.
 
     Parameters
     ----------
     name : str
         One of `kernel_names`.
     sensor : Sensor
-        A pad, with thickness, depth and Poisson's ratio where they are known.
+        A pad, with thickness, depth and Poisson's ratio if known.
     pitch_mm : float
         Distance between neighbouring elements.
 
     Raises
     ------
     InputError
-        There is no such kernel.
+        No kernel has this name.
     """
     thickness = getattr(sensor.body, "thickness_mm", None)
     depth = getattr(sensor.body, "depth_mm", None)

@@ -1,4 +1,4 @@
-"""How the response of a pad's element falls off with the distance of the touch: kernels, 1 at zero distance."""
+"""Kernels: response of a pad's element over the distance of the touch, 1 at zero distance."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from bayestouch.body.layer import (
 )
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior
 
-# Central difference of a kernel over distance, mm: kernels vary over millimetres, so that the error is 1e-8.
+# Step of the central difference over distance, mm. Kernels vary over millimetres, so that the error is 1e-8.
 _STEP_MM = 1e-4
 
-# A contact is smaller than the pitch it is to be located within; the prior's scale in mm where nothing is known.
+# Scale of the prior of the contact half-width, mm: a contact is usually smaller than the pitch.
 _CONTACT_MM = 2.0
 
 
 class Kernel(Protocol):
-    """Shape of an element's response; ``values`` are its parameters in the order of `parameters`."""
+    """Protocol of the shape of an element's response; ``values`` are in the order of `parameters`."""
 
     @property
     def name(self) -> str:
-        """Name in settings."""
+        """Name of the kernel in settings."""
         ...
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Its unknowns, shared by all elements."""
+        """Parameters of the kernel, the same for all elements."""
         ...
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        """Values from which a fit may start."""
+        """Starting values for a fit."""
         ...
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
-        """Response over that at zero distance, shape of `distance_mm`."""
+        """Return the response relative to that at zero distance, shape of `distance_mm`."""
         ...
 
 
@@ -54,12 +54,12 @@ def slope(kernel: Kernel, distance_mm: FloatArray, values: FloatArray) -> FloatA
 
 @dataclass(frozen=True)
 class GaussianKernel:
-    """``exp(-ρ²/2w²)``: no physics, nothing negative.
+    """Gaussian kernel ``exp(-ρ²/2w²)``: no physical model, never negative.
 
     Attributes
     ----------
     pitch_mm : float
-        Distance between neighbouring elements; centres the prior of w.
+        Distance between neighbouring elements; determines the median of the prior of w.
     """
 
     pitch_mm: float
@@ -79,12 +79,12 @@ class GaussianKernel:
 
 @dataclass(frozen=True)
 class HalfSpaceKernel:
-    """Normal stress at depth z in a half-space under a Hertz pressure of half-width a.
+    """Kernel of the normal stress at depth z in a half-space under a Hertz pressure of half-width a.
 
     Attributes
     ----------
     pitch_mm : float
-        Distance between neighbouring elements; centres the prior of z where no depth is stated.
+        Distance between neighbouring elements; determines the starting values.
     depth : Prior
         Prior of z, mm.
     line : bool
@@ -108,7 +108,7 @@ class HalfSpaceKernel:
 
     @property
     def starts(self) -> tuple[tuple[float, ...], ...]:
-        # a = z would start where z and a can hardly be distinguished; a small contact can still grow.
+        # At a = z a fit can hardly distinguish z from a; therefore it starts at a small contact, which can grow.
         return tuple((share * self.pitch_mm, 0.2 * share * self.pitch_mm) for share in (0.4, 0.8, 1.6))
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
@@ -119,10 +119,10 @@ class HalfSpaceKernel:
 
 @dataclass(frozen=True)
 class LayerKernel:
-    """Normal stress in a bonded elastic layer, at its base or somewhat above it.
+    """Kernel of the normal stress in a bonded elastic layer, at its base or a little above it.
 
-    At the base the stress falls to zero without changing sign; above it (a sensor on a board has a height) a shallow
-    negative ring surrounds the touch, deeper the more nearly the rubber is incompressible.
+    At the base the stress falls to zero without a change of sign. Above the base (a sensor on a board has a height) a
+    weak negative ring surrounds the touch; it is stronger if the rubber is almost incompressible.
 
     Attributes
     ----------
@@ -166,14 +166,14 @@ class LayerKernel:
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
         thickness, share, sigma, contact = (float(value) for value in values)
         kernel = layer_kernel_1d if self.line else layer_kernel_2d
-        # One call for both: the layer's table is made once for its parameters.
+        # One call for both, so that the table of the layer is computed once.
         stress = kernel(np.append(distance_mm.ravel(), 0.0), thickness, sigma, contact, share * thickness)
         return np.asarray(stress[:-1].reshape(distance_mm.shape) / stress[-1])
 
 
 @dataclass(frozen=True)
 class ConstantKernel:
-    """1 everywhere: no model of location, for bodies whose response an empirical map must find."""
+    """Kernel that is 1 everywhere, for bodies whose response over location an empirical map must describe."""
 
     name: ClassVar[str] = "constant"
     parameters: ClassVar[tuple[Parameter, ...]] = ()
@@ -184,13 +184,13 @@ class ConstantKernel:
 
 
 def _inside(prior: Prior, wanted: float) -> float:
-    """The value wanted, moved off the ends of a prior, where a fit could not start."""
+    """The wanted value, moved away from the ends of a prior, where a fit could not start."""
     low, high = prior.support
     return float(np.clip(wanted, low + 0.05 * (high - low), high - 0.02 * (high - low)))
 
 
 def length_prior(median_mm: float) -> LogNormal:
-    """Prior of a length of which only the scale is known: within a factor of two, two times out of three."""
+    """Return the prior of a length with a known scale only: within a factor of 2 with a probability of 68 %."""
     return LogNormal(median_mm, float(np.log(2)))
 
 

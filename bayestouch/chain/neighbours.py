@@ -1,4 +1,4 @@
-"""Derivatives of a finger's readings over its calibration parameters."""
+"""Derivatives of a finger's readings with respect to its calibration parameters."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 
-# Central differences; the chain is smooth on these scales.
+# Steps of the central differences; the chain is smooth on these scales.
 STEP_RADIUS_MM, STEP_ANGLE, STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 1e-4, 1e-4, 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class Neighbours:
-    """A finger and its like, one step of a calibration parameter away: solved once for many touches.
+    """A finger and its copies with one calibration parameter changed by a step; solved once for many touches.
 
     Attributes
     ----------
     unit : FingerChain
-        With responses of 1.
+        The finger with responses of 1.
     moved : tuple of (FingerChain, FingerChain, float)
-        A step up, a step down and the distance between them: of the depths, the angles, σ, log μ.
+        One step up, one step down and the distance between them, for the depths, the angles, σ and log μ.
     """
 
     unit: FingerChain
@@ -30,7 +30,7 @@ class Neighbours:
 
     @classmethod
     def of(cls, chain: FingerChain) -> Neighbours:
-        """Solve them."""
+        """Return the solved fingers."""
 
         def moved(name: str, step: float, distance: float) -> tuple[FingerChain, FingerChain, float]:
             value = getattr(chain, name)
@@ -38,7 +38,7 @@ class Neighbours:
 
         mu = chain.shear_modulus_MPa
         return cls(
-            # not reading / response: the response of a dead element is zero
+            # not reading / response, because the response of a dead element is zero
             unit=chain.with_(response=np.ones(chain.n_elements)),
             moved=(
                 moved("sensing_radius_mm", STEP_RADIUS_MM, 2 * STEP_RADIUS_MM),
@@ -49,7 +49,7 @@ class Neighbours:
         )
 
     def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """As `calibration_jacobian`."""
+        """Return the derivatives of `calibration_jacobian`."""
         touch = (radius_mm, angle, load)
         return np.stack(
             [

@@ -1,4 +1,4 @@
-"""Noise of readings and of the force sensor, and how averaging lowers it."""
+"""Noise of the readings and of the force sensor, with the effect of averaging."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from bayestouch.output.summary import Summarised
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Noise(Summarised):
-    """Standard deviations around the chain's prediction.
+    """Standard deviations of the readings and of the load around the prediction.
 
     Attributes
     ----------
     tactile_sd : (n_elements,) array
-        One raw reading, in the sensor's unit.
+        Noise of one raw reading, in the sensor's unit.
     discrepancy_sd : (n_elements,) array
-        What the model misses, in the sensor's unit: does not shrink by averaging. Zero where the fit is within noise.
+        Discrepancy of the model, in the sensor's unit; averaging does not reduce it. Zero if the fit is within noise.
     signal_share : float
-        Further error as a share of the signal (reading minus offset); does not shrink by averaging.
+        Further error as a fraction of the signal (reading minus offset); averaging does not reduce it.
     force_sd : float
-        One reading of the force sensor, N/m on a finger, N on a pad; NaN without a force sensor.
+        Noise of one reading of the force sensor, N/m on a finger, N on a pad; NaN without a force sensor.
     """
 
     tactile_sd: FloatArray
@@ -37,12 +37,12 @@ class Noise(Summarised):
         return np.asarray(self.force_sd / np.sqrt(np.asarray(reads)))
 
     def mean_sd(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
-        """Standard deviation of a mean of `counts` readings of which the expected signal is `signal`.
+        """Standard deviation of a mean of `counts` readings with the expected signal `signal`.
 
         Parameters
         ----------
         counts : (..., n_elements) array_like
-            Raw readings behind each mean; 0 gives ``inf``.
+            Number of raw readings of each mean; 0 gives ``inf``.
         signal : (..., n_elements) array_like
             Expected reading minus offset.
         """

@@ -1,8 +1,8 @@
-"""The chain of a flat pad: touches to readings.
+"""The measuring chain of a flat pad: readings from touches.
 
     reading_e = offset_e + P gain_e K(|location - position_e|)
 
-P is the load in N where it is measured; where it is not, it is relative to the load of the calibration (unit 1).
+P is the load in N if it is measured; otherwise it is relative to the load of the calibration (unit 1).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.kernels import Kernel, slope
 
-# Central difference over a kernel's parameters, as a share of each: its error is a millionth of the derivative.
+# Relative step of the central difference over a kernel's parameters; the error is 1e-6 of the derivative.
 _RELATIVE_STEP = 1e-4
 
 #: Names of the coordinates of a location.
@@ -25,20 +25,20 @@ COORDINATES = ("x", "y")
 
 @dataclass(frozen=True, eq=False)
 class PadChain:
-    """A pad with every calibration parameter given a value; m elements, D coordinates.
+    """A pad with a value for every calibration parameter; m elements, D coordinates.
 
     Attributes
     ----------
     kernel : Kernel
-        How the response falls off with distance.
+        Response over distance.
     values : (k,) array
-        Parameters of the kernel, shared by all elements.
+        Parameters of the kernel, the same for all elements.
     gain : (m,) array
-        Reading per unit load right above the element.
+        Reading per unit load directly above the element.
     offset : (m,) array
         Reading without touch.
     position : (m, D) array
-        Where the elements are, mm, in the coordinates of the touches.
+        Positions of the elements, mm, in the coordinates of the touches.
     """
 
     kernel: Kernel
@@ -65,18 +65,18 @@ class PadChain:
         return (*by_element, *(parameter.name for parameter in self.kernel.parameters))
 
     def with_flat(self, flat: FloatArray) -> PadChain:
-        """The same pad with other values."""
+        """Return the pad with other values, in the order of `layout`."""
         m, dimensions = self.position.shape
         gain, offset, position, values = np.split(flat, [m, 2 * m, (2 + dimensions) * m])
         return PadChain(self.kernel, values, gain, offset, position.reshape(dimensions, m).T)
 
     def sensitivity(self, location: ArrayLike) -> FloatArray:
-        """Reading per unit load, offset left out.
+        """Return the reading per unit load, without the offset.
 
         Parameters
         ----------
         location : (..., D) array_like
-            Where the pad is touched, mm.
+            Location of the touch, mm.
 
         Returns
         -------
@@ -85,11 +85,11 @@ class PadChain:
         return np.asarray(self.gain * self.kernel(self._separation(location)[1], self.values))
 
     def predict(self, location: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings under touches at `location` (..., D) with `load` (...,); shape (..., m)."""
+        """Return the readings under touches at `location` (..., D) with `load` (...,); shape (..., m)."""
         return np.asarray(self.offset + np.asarray(load)[..., None] * self.sensitivity(location))
 
     def sensitivity_derivatives(self, location: ArrayLike) -> FloatArray:
-        """Derivative of `sensitivity` over `flat`, shape (..., m, d); zero for the offsets."""
+        """Derivative of `sensitivity` with respect to `flat`, shape (..., m, d); zero for the offsets."""
         difference, distance = self._separation(location)
         m, dimensions = self.position.shape
         out = np.zeros((*distance.shape, len(self.flat)))
@@ -102,7 +102,7 @@ class PadChain:
                 out[..., own, (2 + axis) * m + own] = -fall * direction[..., axis]
         first = (2 + dimensions) * m
         for k, value in enumerate(self.values):
-            # A parameter at zero (a point contact) has a derivative too.
+            # The minimum step is for parameters at zero (a point contact).
             step = _RELATIVE_STEP * max(abs(value), 0.1)
             up, down = self.values.copy(), self.values.copy()
             up[k], down[k] = _within(self.kernel, k, value + step), _within(self.kernel, k, value - step)
@@ -111,7 +111,7 @@ class PadChain:
         return out
 
     def _separation(self, location: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Touch minus element (..., m, D) and its length (..., m), mm."""
+        """Vector from element to touch (..., m, D) and its length (..., m), mm."""
         difference = np.asarray(location, dtype=float)[..., None, :] - self.position
         return difference, np.sqrt((difference**2).sum(axis=-1))
 

@@ -1,4 +1,4 @@
-"""A calibrated pad as tables over location: what each element reads per unit load, and how well that is known."""
+"""A calibrated pad as tables over location: sensitivity of each element, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 
-# Locations interpolated at once: 2^15 of them with three tables of eight elements are 6 MB, which stays in cache.
+# Number of locations interpolated at a time: 2^15 with three tables of eight elements take 6 MB, which fits the cache.
 _CHUNK = 1 << 15
 
 
@@ -20,16 +20,16 @@ _CHUNK = 1 << 15
 class PadMap:
     """Tables of a pad on a regular grid, interpolated by cubic splines; m elements, D coordinates.
 
-    reading_e = offset_e + P sensitivity_e(location). What the calibration leaves open of it has the variance
-    ``offset_variance + 2 P covariance + P² variance``; elements are taken as independent (only the few shared
-    parameters of the kernel tie them).
+    reading_e = offset_e + P sensitivity_e(location). Its variance due to the uncertainty of the calibration is
+    ``offset_variance + 2 P covariance + P² variance``. Elements are assumed independent (only the few common
+    parameters of the kernel correlate them).
 
     Attributes
     ----------
     origin, step : (D,) arrays
         First grid point and spacing, mm.
     low, high : (D,) arrays
-        Region that was calibrated, mm; the grid goes beyond it by some steps.
+        Calibrated region, mm; the grid extends some steps beyond it.
     offset, offset_variance : (m,) arrays
         Reading without touch, and its variance.
     sensitivity : (*grid, m) array
@@ -59,12 +59,12 @@ class PadMap:
         return len(self.origin)
 
     def exact(self) -> PadMap:
-        """The same map as if it were known without error (plug-in)."""
+        """Return the same map without uncertainty (plug-in)."""
         none = np.zeros_like(self.variance)
         return replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
-        """Whether locations (..., D) are in the region that was calibrated, (...)."""
+        """Return True for locations (..., D) in the calibrated region, (...)."""
         place = np.asarray(location)
         return np.asarray(((place >= self.low) & (place <= self.high)).all(axis=-1))
 
@@ -75,33 +75,33 @@ class PadMap:
         return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
 
     def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Sensitivity (..., m) and its derivative over location (..., D, m), per mm, at locations (..., D)."""
+        """Sensitivity (..., m) and its derivative along each coordinate (..., D, m), per mm, at locations (..., D)."""
         m, axes = self.n_elements, range(self.dimensions)
         parts = _interpolate(self._coefficients[..., :m], self._index(location), (None, *axes))
         return parts[0], np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
 
     def reading_variance(self, variance: FloatArray, covariance: FloatArray, load: FloatArray) -> FloatArray:
-        """Variance that the calibration leaves to readings (..., m) under `load` (...), of tables from `at`."""
+        """Variance of readings (..., m) under `load` (...) due to the calibration, from the results of `at`."""
         p = load[..., None]
         return np.asarray(np.maximum(self.offset_variance + p * (2 * covariance + p * variance), 0.0))
 
     def arrays(self) -> dict[str, FloatArray]:
-        """Everything by name, for a file."""
+        """Return all arrays by name, for a file."""
         return {f"map_{name}": np.asarray(getattr(self, name)) for name in _NAMES}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
-        """Map from what `arrays` gave."""
+        """Return the map from the result of `arrays`."""
         return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in _NAMES})
 
     def _index(self, location: FloatArray) -> FloatArray:
-        # Beyond the grid the last value holds: such locations are outside the prior, but must not fail.
+        # Beyond the grid the last value is used: such locations are outside the prior, but must not raise an error.
         last = np.array(self.sensitivity.shape[:-1]) - 1
         return np.clip((np.asarray(location) - self.origin) / self.step, 0.0, last)
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Spline coefficients of the three tables side by side, one more than the grid on every side."""
+        """Spline coefficients of the three tables side by side, with one more than the grid on every side."""
         from scipy.ndimage import spline_filter1d
 
         table = np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1)
@@ -125,7 +125,7 @@ _NAMES = (
 
 
 def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:
-    """Cubic B-spline sums at grid positions (..., D), or their derivative over one coordinate; (..., f) arrays."""
+    """Cubic B-spline sums at grid positions (..., D), or their derivatives along one coordinate; (..., f) arrays."""
     shape, dimensions = index.shape[:-1], index.shape[-1]
     flat = index.reshape(-1, dimensions)
     table = coefficients.reshape(-1, coefficients.shape[-1])
@@ -137,7 +137,7 @@ def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple
         weights = _weights(flat[part] - cell)
         corner = cell @ strides
         for taps in product(range(4), repeat=dimensions):
-            # The pad of one coefficient in front makes tap 0 the one before the cell.
+            # With one extra coefficient in front, tap 0 is the coefficient before the cell.
             values = table[corner + int(np.dot(taps, strides))]
             for total, over in zip(out, derivatives, strict=True):
                 weight = np.ones(len(cell))
@@ -148,7 +148,7 @@ def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple
 
 
 def _weights(t: FloatArray) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    """Weights of the four cubic B-splines at a share t of a cell, and their derivatives."""
+    """Weights of the four cubic B-splines at the fraction t of a cell, and their derivatives."""
     s = 1 - t
     values = (s**3 / 6, (4 - 3 * t * t * (2 - t)) / 6, (4 - 3 * s * s * (2 - s)) / 6, t**3 / 6)
     slopes = (-s * s / 2, t * (1.5 * t - 2), s * (2 - 1.5 * s), t * t / 2)

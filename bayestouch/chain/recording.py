@@ -1,4 +1,4 @@
-"""A recording on its way through the chain: what the effects see and pass on."""
+"""Recordings: the rows of touches or samples to which the effects are applied."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from bayestouch.array_types import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class History:
-    """What was read before: one entry a touch, in the order of time; h touches, m elements.
+    """Earlier touches in the order of time, one entry per touch; h touches, m elements.
 
     Attributes
     ----------
     start_s, end_s : (h,) arrays
-        First and last sample of the touch.
+        Times of the first and the last sample of the touch.
     readings : (h, m) array
         Mean reading of the touch; zero where missing.
     """
@@ -27,14 +27,14 @@ class History:
 
     @classmethod
     def of(cls, touch: IntArray, time_s: FloatArray, readings: FloatArray) -> History:
-        """Mean reading of every touch, in the order of time.
+        """Return the mean reading of every touch, in the order of time.
 
         Parameters
         ----------
         touch : (n,) int array
             Touch of each row, counted from 0.
         time_s : (n,) array
-            When the row was taken.
+            Time of the row.
         readings : (n, m) array
             Readings; NaN missing.
         """
@@ -50,14 +50,14 @@ class History:
         return cls(start[order], end[order], mean[order])
 
     def leftover(self, start_s: FloatArray, fade_s: FloatArray) -> FloatArray:
-        """Sum of the earlier touches' readings, faded from their end to the start of others.
+        """Return the sum of the readings of the earlier touches, after decay from their end to the given times.
 
         Parameters
         ----------
         start_s : (n,) array
-            Beginnings of touches.
+            Start times of touches.
         fade_s : (f,) array
-            Times in which what is left falls to 1/e.
+            Time constants: the remainder decays to 1/e in this time.
 
         Returns
         -------
@@ -78,7 +78,7 @@ class History:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """Rows (touches or samples) with what is known of each; n rows, m elements.
+    """Rows (touches or samples) with location, load, time and signal; n rows, m elements.
 
     Attributes
     ----------
@@ -89,17 +89,17 @@ class Recording:
     load : (n,) array
         Load, N/m or N.
     time_s, held_s : (n,) arrays
-        When taken, and how long after the first sample of the touch.
+        Time of the row, and time since the first sample of the touch.
     element_place : tuple of (m,) arrays
-        Places of the elements, as `place`.
+        Locations of the elements, in the unit of `place`.
     peak : (m,) array
-        Size of each element's reading right under the reference load: the unit of shares.
+        Size of each element's reading directly under the reference load; fractions refer to it.
     reference_load : float
-        The load that goes with `peak`.
+        Load for which `peak` is given.
     signal : (n, m) array
-        Readings so far; zero before the body stage.
+        Readings after the stages applied so far; zero before the body stage.
     history : History or None
-        What was read before.
+        Earlier touches.
     """
 
     indenter_radius_mm: FloatArray

@@ -1,7 +1,8 @@
 """Response of each element of a finger over contact width and angle, tabulated.
 
-Contact and body together: for one body the strain under a touch of load P depends on ``κ = P R/μ`` and on the
-angle between element and touch alone, so one table serves calibration (known touches) and inference (unknown ones).
+The table combines contact and body: for one body the strain under a touch of load P depends only on ``κ = P R/μ``
+and on the angle between element and touch. One table is used for calibration (known touches) and inference (unknown
+touches).
 """
 
 from __future__ import annotations
@@ -16,15 +17,15 @@ from bayestouch.body.annulus import AnnulusModes, solve_annulus
 from bayestouch.contact import contact_model
 from bayestouch.errors import InputError
 
-# Strain decays as (r_s/r_b)^k: modes below this share of the surface are not summed.
+# Strain decays as (r_s/r_b)^k: modes below this fraction of the surface value are omitted.
 MODE_TOLERANCE = 1e-7
-# Knots in log(1 + κ/κ_s): linear interpolation between them is off by less than 1e-4 of the peak on the paper's
-# finger up to P/μ = 5 mm, and by up to 5e-4 for a thin layer (r_a/r_b = 0.9) sensed near its surface.
+# Number of knots in log(1 + κ/κ_s): the error of linear interpolation is below 1e-4 of the peak on the paper's
+# finger up to P/μ = 5 mm, and up to 5e-4 for a thin layer (r_a/r_b = 0.9) with elements near the surface.
 KAPPA_KNOTS = 96
 
 
 def modes_needed(sensing_radius_mm: float, outer_radius_mm: float) -> int:
-    """Highest Fourier mode that still reaches the element, from ``(r_s/r_b)^k``."""
+    """Highest Fourier mode that is not negligible at the element, from ``(r_s/r_b)^k``."""
     if not 0 < sensing_radius_mm < outer_radius_mm:
         raise InputError("sensing radius must be inside the finger")
     return int(np.ceil(np.log(MODE_TOLERANCE) / np.log(sensing_radius_mm / outer_radius_mm)))
@@ -32,7 +33,7 @@ def modes_needed(sensing_radius_mm: float, outer_radius_mm: float) -> int:
 
 @dataclass(frozen=True, eq=False)
 class ContactSpectra:
-    """Pressure spectra and solved body for one Poisson's ratio: what a table is made of, whatever the elements.
+    """Pressure spectra and solved body for one Poisson's ratio: the part of a table that does not depend on elements.
 
     Attributes
     ----------
@@ -63,7 +64,7 @@ class ContactSpectra:
         contact: str = "layer",
         knots: int = KAPPA_KNOTS,
     ) -> ContactSpectra:
-        """Solve contact and body.
+        """Return the solved contact and body.
 
         Parameters
         ----------
@@ -72,13 +73,13 @@ class ContactSpectra:
         poisson_ratio : float
             σ.
         largest_kappa, smallest_kappa : float
-            Ends of the table, mm²; it begins at the knife edge unless told otherwise.
+            Ends of the table, mm²; by default it begins at the knife edge.
         largest_sensing_radius_mm : float
-            Shallowest element: fixes the number of modes.
+            Radius of the element closest to the surface; determines the number of modes.
         contact : str
             Name of the contact model, see `bayestouch.contact.contact_model`.
         knots : int
-            Knots in κ.
+            Number of knots in κ.
         """
         core, outer = finger_radii
         modes = np.arange(modes_needed(largest_sensing_radius_mm, outer) + 1)
@@ -93,19 +94,19 @@ class ContactSpectra:
 def mode_strain(
     body: AnnulusModes, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
 ) -> NDArray[np.complex128]:
-    """Radial strain of each element per unit of each mode of the pressure.
+    """Return the radial strain of each element per unit of each mode of the pressure.
 
     Parameters
     ----------
     body : AnnulusModes
         The solved annulus.
     sensing_radius_mm : (m,) array_like
-        Depths ``r_s``.
+        Sensing radii ``r_s``.
     aperture_mm : float
         Width over which an element averages along the arc: the mean of ``cos kθ`` over a width w is
         ``cos kθ sin(u)/u`` with ``u = k w/(2 r_s)``.
     friction : float
-        Shear traction towards larger θ, as a share of the pressure.
+        Shear traction towards larger θ, as a fraction of the pressure.
 
     Returns
     -------
@@ -122,7 +123,7 @@ def mode_strain(
             poisson_ratio=body.poisson_ratio,
             traction="tangential",
         )
-        # τ_rθ = sin kφ strains by s_k cos kφ; turned by a quarter of a wave, cos kφ strains by -s_k sin kφ.
+        # τ_rθ = sin kφ causes the strain s_k cos kφ; shifted by a quarter wave, cos kφ causes -s_k sin kφ.
         strain -= 1j * friction * sheared.radial_strain(radii)
     if aperture_mm:
         strain *= np.sinc(body.modes * (aperture_mm / radii[:, None]) / (2 * np.pi))
@@ -131,7 +132,7 @@ def mode_strain(
 
 @dataclass(frozen=True, eq=False)
 class ResponseTable:
-    """Strain of each element relative to a knife edge right above it, over (κ, angle).
+    """Strain of each element relative to that under a knife edge directly above it, over (κ, angle).
 
     Attributes
     ----------
@@ -140,8 +141,8 @@ class ResponseTable:
     values, slopes : (n_elements, n, n_angles) arrays
         Relative response, and its derivative times the spacing of the angles.
     peak_strain : (n_elements,) array
-        Compressive strain under a knife edge of 1 N/mm right above the element at μ = 1 MPa (positive where
-        the element is squeezed).
+        Compressive strain under a knife edge of 1 N/mm directly above the element at μ = 1 MPa (positive if the
+        element is compressed).
     """
 
     kappa_scale: float
@@ -154,11 +155,11 @@ class ResponseTable:
     def of(
         cls, spectra: ContactSpectra, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
     ) -> ResponseTable:
-        """Tabulate for elements at `sensing_radius_mm` (n_elements,); `aperture_mm` and `friction` as `mode_strain`."""
+        """Return the table for elements at `sensing_radius_mm` (n_elements,); other parameters as in `mode_strain`."""
         strain = mode_strain(spectra.body, sensing_radius_mm, aperture_mm=aperture_mm, friction=friction)
         modes = spectra.body.modes
-        # Cubic interpolation in angle, four angles a wave of the highest mode and 512 at least: off by less than
-        # 1e-5 of the peak on the paper's finger, 3e-5 at worst (129 modes).
+        # Cubic interpolation in angle, four angles per wave of the highest mode and at least 512: the error is below
+        # 1e-5 of the peak on the paper's finger, and at most 3e-5 (129 modes).
         n_angles = 1 << int(np.ceil(np.log2(max(512, 4 * modes[-1]))))
         load = -1 / (2 * np.pi * spectra.body.outer_radius_mm)
         peak = load * (strain[:, 0].real + 2 * strain[:, 1:].real.sum(axis=-1))
@@ -168,19 +169,19 @@ class ResponseTable:
         return cls(spectra.kappa_scale, spectra.coordinates, values, slopes, -peak)
 
     def __call__(self, kappa: ArrayLike, angle: ArrayLike) -> FloatArray:
-        """Relative response of every element.
+        """Return the relative response of every element.
 
         Parameters
         ----------
         kappa : (...,) array_like
-            ``P R/μ`` in mm²; 0 is a knife edge. Beyond an end of the table the end is used.
+            ``P R/μ`` in mm²; 0 is a knife edge. Values beyond the table are replaced by its limits.
         angle : (..., n_elements) array_like
             Angle of the element from the touch, rad.
 
         Returns
         -------
         (..., n_elements) array
-            Response over the peak response to a knife edge of the same load.
+            Response divided by the peak response to a knife edge of the same load.
         """
         n_elements, n_kappa, n_angles = self.values.shape
         first, second = self.coordinates[0], self.coordinates[1]

@@ -1,4 +1,4 @@
-"""Smooth random functions of one variable, as a few weights of known prior."""
+"""Smooth random functions (Gaussian processes) as a sum of basis functions with standard normal weights."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 
-# Knots a length: halfway between two of them a Matérn function of this smoothness is left open by 16 % of its sd,
-# and by 6 % where knots are twice as dense.
+# Knots per correlation length: halfway between two knots the conditional sd of this Matérn process is 16 % of its sd,
+# and 6 % with twice as many knots.
 KNOTS_A_LENGTH = 2.0
 DENSE = 4.0
 
 
 @dataclass(frozen=True, eq=False)
 class SmoothBasis:
-    """A Gaussian process of sd 1 with the Matérn 3/2 correlation, held at equally spaced knots.
+    """A Gaussian process of sd 1 with Matérn 3/2 correlation, defined by its values at equally spaced knots.
 
-    ``f(x) = basis(x) @ w`` with independent standard normal weights w (the process given its values at the knots).
+    ``f(x) = basis(x) @ w`` with independent standard normal weights w (the conditional mean given the knot values).
 
     Attributes
     ----------
     knots : (k,) array
-        Where it is held.
+        Positions of the knots.
     length : float
         Correlation length, in the unit of the variable.
     root : (k, k) array
@@ -39,9 +39,9 @@ class SmoothBasis:
     def of(
         cls, low: float, high: float, length: float, *, knots: float = KNOTS_A_LENGTH, most: int = 60
     ) -> SmoothBasis:
-        """Process on the interval from `low` to `high`, with so many `knots` a length, but not more than `most`.
+        """Return the process on `low` to `high` with `knots` knots per length, but not more than `most` in all.
 
-        A length that would need more than `most` knots at `KNOTS_A_LENGTH` is raised.
+        The length is increased if it would need more than `most` knots at `KNOTS_A_LENGTH`.
         """
         span = max(high - low, 1e-12)
         length = max(length, span * KNOTS_A_LENGTH / (most - 1))
@@ -54,30 +54,30 @@ class SmoothBasis:
         return cls(places, float(length), np.asarray(root))
 
     def __call__(self, x: ArrayLike) -> FloatArray:
-        """Values of the basis functions, shape ``x.shape + (k,)``; zero where x is NaN."""
+        """Return the values of the basis functions, shape ``x.shape + (k,)``; zero where x is NaN."""
         x = np.asarray(x, dtype=float)
         distance = np.abs(np.where(np.isnan(x), np.inf, x)[..., None] - self.knots) / self.length
         return np.asarray(matern_3_2(distance) @ self.root)
 
 
 def matern_3_2(distance: FloatArray) -> FloatArray:
-    """Matérn correlation of smoothness 3/2 at a distance in lengths."""
+    """Matérn correlation of smoothness 3/2; distance in units of the correlation length."""
     scaled = np.sqrt(3.0) * np.minimum(distance, 400.0)
     return np.asarray((1 + scaled) * np.exp(-scaled))
 
 
 @dataclass(frozen=True, eq=False)
 class PlaceBasis:
-    """The same process over places of one or two coordinates, held at the nodes of a grid; D coordinates.
+    """The process of `SmoothBasis` over locations of one or two coordinates, with knots on a grid; D coordinates.
 
     Attributes
     ----------
     knots : (k, D) array
-        Where it is held; it goes back to zero within some lengths of them.
+        Positions of the knots; at some lengths from all knots the process goes to zero.
     length : float
         Correlation length, in the unit of the coordinates.
     root : (k, k) array
-        As of `SmoothBasis`.
+        As in `SmoothBasis`.
     """
 
     knots: FloatArray
@@ -86,7 +86,7 @@ class PlaceBasis:
 
     @classmethod
     def grid(cls, low: ArrayLike, high: ArrayLike, length: float, *, most: int = 200) -> FloatArray:
-        """Nodes (k, D) of a grid over a box; the grid is coarser than the length asks for where that takes too many."""
+        """Return the nodes (k, D) of a grid over a box; the spacing is increased to keep at most `most` nodes."""
         low, high = np.asarray(low, dtype=float), np.asarray(high, dtype=float)
         step = length / KNOTS_A_LENGTH
         while np.prod(np.ceil((high - low) / step) + 1) > most:
@@ -96,15 +96,15 @@ class PlaceBasis:
 
     @classmethod
     def at(cls, knots: FloatArray, length: float) -> PlaceBasis:
-        """Process held at knots (k, D)."""
-        correlation = matern_3_2(_apart(knots, knots) / length) + 1e-9 * np.eye(len(knots))
+        """Return the process with the given knots (k, D)."""
+        correlation = matern_3_2(_distances(knots, knots) / length) + 1e-9 * np.eye(len(knots))
         return cls(knots, length, np.asarray(np.linalg.inv(np.linalg.cholesky(correlation)).T))
 
     def __call__(self, place: FloatArray) -> FloatArray:
-        """Values of the basis functions at places (n, D), shape (n, k)."""
-        return np.asarray(matern_3_2(_apart(place, self.knots) / self.length) @ self.root)
+        """Return the values of the basis functions at locations (n, D), shape (n, k)."""
+        return np.asarray(matern_3_2(_distances(place, self.knots) / self.length) @ self.root)
 
 
-def _apart(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Distances between places (n, D) and (k, D), shape (n, k)."""
+def _distances(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Distances between locations (n, D) and (k, D), shape (n, k)."""
     return np.asarray(np.sqrt(sum((a[:, None] - b) ** 2 for a, b in zip(first.T, second.T, strict=True))))

@@ -1,4 +1,4 @@
-"""Check a data set before anything is computed with it: what it holds, what is odd, what it lacks."""
+"""Check of a data set before any computation: contents, unusual features and missing information."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ __all__ = ["DataCheck", "check"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DataCheck(Summarised):
-    """What a data set holds.
+    """Contents of a data set, unusual features and missing information.
 
     Attributes
     ----------
     dataset : DataSet
     facts : mapping
-        Everything the check found, as `bayestouch check --json` prints it: ``sensor``, ``tables``, ``indenters``,
-        ``elements`` (one a row: peak and noise of its readings), ``advice``.
+        All results of the check, as `bayestouch check --json` prints them: ``sensor``, ``tables``, ``indenters``,
+        ``elements`` (one row each: peak and noise of its readings), ``advice``.
     notes : tuple of str
-        What was handled in reading.
+        Irregularities that were corrected while reading.
     """
 
     dataset: DataSet
@@ -45,7 +45,7 @@ class DataCheck(Summarised):
 
     @property
     def text(self) -> str:
-        """Tables, a bar for each element, and advice, for a terminal."""
+        """Text for a terminal: tables, a bar for each element, and advice."""
         from bayestouch.checking.text import body
 
         return body(self.facts)
@@ -59,30 +59,30 @@ class DataCheck(Summarised):
         return html(self.facts)
 
     def to_dataframe(self) -> DataFrame:
-        """Peak and noise of every element's readings, a row each."""
+        """Return a data frame with peak and noise of the readings, one row per element."""
         import pandas as pd
 
         return pd.DataFrame(self.facts["elements"])
 
     def plot_touches(self, axes: Axes | None = None) -> Axes:
-        """Where the sensor was touched; load over location, or places on a plane pad."""
+        """Plot the touches: load over location, or the locations on a plane pad."""
         from bayestouch.checking.plots import plot_touches
 
         return plot_touches(self.dataset, axes)
 
     def plot_readings(self, axes: Axes | None = None) -> Axes:
-        """Mean reading of every element over location (over the number of the touch where none is known)."""
+        """Plot the mean reading of every element over location (over the touch number if no location is known)."""
         from bayestouch.checking.plots import plot_readings
 
         return plot_readings(self.dataset, axes)
 
     def save_plot(self, path: str | Path) -> None:
-        """Write both plots into one picture, of the kind that the file's name says.
+        """Write both plots to one image file; its suffix determines the format.
 
         Raises
         ------
         InputError
-            The picture cannot be written.
+            The image cannot be written.
         """
         from matplotlib.figure import Figure
 
@@ -107,12 +107,12 @@ class DataCheck(Summarised):
 
 
 def check(dataset: DataSet) -> DataCheck:
-    """Look at a data set: what it holds, what is odd about it, and what it lacks for a calibration or a report.
+    """Return the contents of a data set, unusual features, and what is missing for a calibration or a report.
 
     Parameters
     ----------
     dataset : DataSet
-        As `bayestouch.load_dataset` reads it, which raises where a file is wrong.
+        Data set from `bayestouch.load_dataset`, which raises an error if a file is wrong.
     """
     from bayestouch.checking.facts import dataset_facts
 

@@ -1,4 +1,4 @@
-"""Facts of a data set, and advice from them."""
+"""Properties of a data set, and advice based on them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bayestouch.data.touches import Touches
 
 
 def dataset_facts(dataset: DataSet) -> dict[str, Any]:
-    """Everything that `bayestouch check` shows."""
+    """Return all results that `bayestouch check` shows."""
     sensor, body = dataset.sensor, dataset.sensor.body
     tables = {"calibration": dataset.calibration, "touches": dataset.touches}
     means = {name: baseline_corrected_means(table) for name, table in tables.items() if table is not None}
@@ -46,11 +46,11 @@ def _table(name: str, touches: Touches) -> dict[str, Any]:
 
 
 def _elements(means: dict[str, TouchMeans]) -> list[dict[str, Any]]:
-    """Peak (largest size of a mean reading, no-contact reading subtracted) and noise of one reading, by element."""
+    """Peak (largest absolute mean reading without the no-contact reading) and noise of one reading, by element."""
     readings = np.concatenate([table.readings for table in means.values()])
     some = np.isfinite(readings)
     peak = np.where(some.any(axis=0), np.max(np.where(some, np.abs(readings), -np.inf), axis=0), np.nan)
-    # of the table with most repeats
+    # noise from the table with the most repeated readings
     noisiest = max(means.values(), key=lambda table: float(np.sum(table.pure_error_dof)))
     noise = np.sqrt(noisiest.pure_error_variance)
     return [

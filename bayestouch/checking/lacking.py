@@ -1,4 +1,4 @@
-"""What a data set lacks for a report, and which touches would make up for it."""
+"""Advice on missing information: what a report needs, and the touches that would provide it."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from bayestouch.model.body import body_of
 
 
 def baseline_corrected_means(touches: Touches) -> TouchMeans:
-    """Means of the touches, no-contact readings subtracted."""
+    """Return the means of the touches with the no-contact readings subtracted."""
     return touches.baseline_corrected().averaged()
 
 
 def lacking(dataset: DataSet) -> Iterator[str]:
-    """What a report cannot say of these data, or not well, and which touches would let it."""
+    """Yield one line for each result that a report cannot give, or not well, and the touches that would allow it."""
     if dataset.calibration is None:
-        yield "no calibration table: touches.csv is split by location, one half to calibrate with"
+        yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
     known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
     yield from body_of(dataset.sensor).lacking(dataset, known)
     if not np.nansum(known.pure_error_dof) > 0:
-        yield "no touch is repeated: noise cannot be told from what the model misses; take 3 to 5 samples of each touch"
+        yield "no touch is repeated: noise cannot be distinguished from model error; take 3 to 5 samples of each touch"
     tables = [table for table in (dataset.calibration, dataset.touches) if table is not None]
     if all(table.in_contact.all() for table in tables):
-        yield "no reading without contact (depth, load or contact 0): an offset of the readings cannot be taken away"
+        yield "no reading without contact (depth, load or contact 0): an offset of the readings cannot be subtracted"
     yield from _references(dataset)
 
 

@@ -1,4 +1,4 @@
-"""Quick plots of a data set, before anything is computed."""
+"""Plots of a data set for the check."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def plot_touches(dataset: DataSet, axes: Axes | None = None) -> Axes:
-    """Load over location, or places on a plane pad; hollow to calibrate with, filled to be read."""
+    """Plot load over location, or the locations on a plane pad: calibration hollow, touches to be read filled."""
     axes = new_axes(axes)
     tables = [(dataset.touches, True), (dataset.calibration, False)]
     means = [(table.averaged(), filled) for table, filled in tables if table is not None]
@@ -43,7 +43,7 @@ def plot_touches(dataset: DataSet, axes: Axes | None = None) -> Axes:
 
 
 def plot_readings(dataset: DataSet, axes: Axes | None = None) -> Axes:
-    """Mean readings of every element over location."""
+    """Plot the mean readings of every element over location."""
     axes = new_axes(axes)
     table = (dataset.calibration or dataset.touches).baseline_corrected().averaged()
     x, _ = _places(table)
@@ -66,7 +66,7 @@ def plot_readings(dataset: DataSet, axes: Axes | None = None) -> Axes:
 
 
 def _places(table: TouchMeans) -> tuple[np.ndarray, np.ndarray]:
-    """Where to put a touch: location and load, or x and y."""
+    """Plot coordinates of the touches: location and load, or x and y."""
     first = table.angle_deg if table.angle_deg is not None else table.x_mm
     x = np.arange(table.n_touches, dtype=float) if first is None else first
     if table.y_mm is not None:

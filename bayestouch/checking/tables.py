@@ -1,4 +1,4 @@
-"""What touch tables hold: touches, ranges, and indenters by name."""
+"""Contents of touch tables: numbers of touches, ranges, and indenters by name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bayestouch.data.touches import Touches
 
 
 def table_facts(use: str, touches: Touches) -> dict[str, Any]:
-    """What a touch table holds: numbers of touches, rows and gaps, and ranges of location, load and depth."""
+    """Return numbers of touches, rows and missing readings of a table, and ranges of location, load and depth."""
     contact = touches.in_contact
     load = touches.load[contact]
     return {
@@ -42,7 +42,7 @@ def _range(values: Any) -> dict[str, Any]:
 
 
 def touches_by_indenter(calibration: Touches | None, touches: Touches) -> list[dict[str, Any]]:
-    """Number of touches with each indenter, in the calibration table and in that to be read."""
+    """Return the number of touches with each indenter, in the calibration table and in the touches to be read."""
     counts: dict[float, list[int]] = {}
     unknown = [0, 0]
     for column, table in enumerate((calibration, touches)):
@@ -62,7 +62,7 @@ def touches_by_indenter(calibration: Touches | None, touches: Touches) -> list[d
 
 
 def indenter_name(radius_mm: float) -> str:
-    """Name of an indenter by its radius r_c in mm."""
+    """Return the name of an indenter from its radius r_c in mm."""
     if np.isnan(radius_mm):
         return "unknown"
     if radius_mm == 0:
@@ -71,5 +71,5 @@ def indenter_name(radius_mm: float) -> str:
 
 
 def known_indenters(radius_mm: FloatArray) -> FloatArray:
-    """Distinct reference radii, ascending: 0 a knife edge, inf a flat."""
+    """Return the distinct reference radii, ascending: 0 a knife edge, inf a flat."""
     return np.unique(radius_mm[~np.isnan(radius_mm)])

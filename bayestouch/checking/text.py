@@ -1,4 +1,4 @@
-"""A check in words: for a terminal, and for a notebook."""
+"""Text of a check, for a terminal and for a notebook."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from typing import Any
 
 from bayestouch.output.text import number
 
-_BAR = 32  # characters of the longest bar
+_BAR = 32  # length of the longest bar in characters
 
 
 def title(facts: Mapping[str, Any]) -> str:
-    """Name and kind of the sensor."""
+    """Return the name and kind of the sensor."""
     sensor = facts["sensor"]
     count = sensor["elements"]
     return f"{sensor['name']}: a {sensor['body']} of {count} element{'' if count == 1 else 's'}"
 
 
 def body(facts: Mapping[str, Any]) -> str:
-    """Tables, bars and advice; begins with a line break."""
+    """Return tables, bars and advice as text that begins with a line break."""
     return "\n".join(["", "", *_aligned(_rows(facts)), "", *_indenters(facts), "", *_bars(facts), "", *_advice(facts)])
 
 
@@ -87,7 +87,7 @@ def _advice(facts: Mapping[str, Any]) -> Iterator[str]:
 
 
 def html(facts: Mapping[str, Any]) -> str:
-    """The same for a notebook."""
+    """Return the check as HTML for a notebook."""
     head, *rows = _rows(facts)
     cells = "".join(f"<th>{escape(cell)}</th>" for cell in head)
     lines = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)

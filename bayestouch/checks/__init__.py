@@ -1,1 +1,1 @@
-"""Are the posteriors what they claim to be? Simulation-based calibration and ranks."""
+"""Validation of posteriors by simulation-based calibration and ranks."""

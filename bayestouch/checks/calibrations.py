@@ -1,8 +1,8 @@
 """Simulation-based calibration of the calibration posterior of a finger.
 
-Draw all parameters from their priors, simulate the calibration touches, calibrate, and rank the truth among the draws
-that a user gets. Truth, noise and readings are made here from the public parameters: nothing of the likelihood's noise,
-layout or prior densities is used for them.
+Each simulation draws all parameters from their priors, simulates the calibration touches, calibrates, and computes the
+rank of the truth among the posterior draws. Truth, noise and readings are computed here from the public parameters,
+independently of the noise, layout and prior densities of the likelihood.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from bayestouch.parallel.cluster import on_cluster
 from bayestouch.priors.parameters import LogNormal, Prior
 from bayestouch.progress import Progress
 
-# Fingers like the one at hand, where the user states no prior: responses and noise within these factors of its own.
+# If the user states no prior, responses and noise are within these factors of those of the data set.
 RESPONSE_FACTOR, NOISE_FACTOR = 1.3, 1.5
-# Fewer simulations than this are done sooner than other processes have started.
+# Fewer simulations than this finish before other processes have started.
 WORTH_PROCESSES = 16
 
 Ranked = dict[str, tuple[int, bool]]
@@ -42,24 +42,24 @@ Ranked = dict[str, tuple[int, bool]]
 
 @dataclass(frozen=True, eq=False)
 class CalibrationDesign:
-    """Calibration touches to be simulated, and what their parameters are drawn from.
+    """Calibration touches to be simulated, and the priors of their parameters.
 
     Attributes
     ----------
     sensor : Sensor
         The finger as built.
     drawn_from : mapping of str to Prior
-        Priors that the truth is drawn from, by the names of `bayestouch.calibrate`: all of them.
+        Priors of the simulated truth, for all parameters, by the names of `bayestouch.calibrate`.
     assumed : mapping of str to Prior
-        Priors that the calibration is told.
+        Priors that the calibration uses.
     touches : Touches
-        Samples whose places, indenters and mean loads are kept.
+        Samples of which locations, indenters and mean loads are used.
     contact : str
         Contact model.
     draws : int
-        Posterior draws of each simulation.
+        Number of posterior draws of each simulation.
     seed : int
-        Seed of everything.
+        Seed of all random numbers.
     """
 
     sensor: Sensor
@@ -74,7 +74,7 @@ class CalibrationDesign:
     def of(
         cls, dataset: DataSet, stated: Mapping[str, Prior], contact: str, draws: int, seed: int
     ) -> CalibrationDesign:
-        """Design of a data set's calibration; priors that are not stated follow from its sensor and readings."""
+        """Return the design for a data set; priors that are not stated follow from its sensor and readings."""
         finger, table = finger_of(dataset.sensor, "simulation-based calibration"), dataset.calibration
         if table is None:
             raise InputError("simulation-based calibration needs a data set with calibration touches")
@@ -102,10 +102,10 @@ class CalibrationDesign:
 def check_calibration(
     design: CalibrationDesign, simulations: int, progress: Progress | None, scheduler: str | None = None
 ) -> RankStatistics:
-    """Ranks of every parameter, of the first and the last touch's true load, and of the log density.
+    """Return the ranks of all parameters, of the true loads of the first and last touch, and of the log density.
 
-    The log density of the posterior is a function of parameters and data: its rank finds what marginal ranks may
-    hide (Modrák et al. 2023, doi:10.1214/23-BA1404).
+    The log density of the posterior is a function of parameters and data: its rank reveals errors that marginal ranks
+    may not show (Modrák et al. 2023, doi:10.1214/23-BA1404).
     """
     found: dict[int, Ranked] = {}
     for number, piece in _numbered(design, range(simulations), scheduler):
@@ -118,7 +118,7 @@ def check_calibration(
 
 
 def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
-    """Results of all simulations: of a cluster, or of all cores where there are enough simulations for them."""
+    """Yield the number and result of each simulation, from a cluster, or from all cores if there are enough of them."""
     from concurrent.futures import ProcessPoolExecutor
 
     workers = os.cpu_count() or 1
@@ -132,7 +132,7 @@ def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) 
 
 
 def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
-    """Rank of the truth of one simulated calibration, and whether the 90 % interval holds it, by name."""
+    """Return by name the rank of the truth in one simulated calibration, and if the 90 % interval contains it."""
     rng = np.random.default_rng([design.seed, number])
     true, loads, touches = simulate_calibration(design, rng)
     calibration = calibrate(
@@ -164,7 +164,7 @@ def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
 
 
 def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Parameters (n,), and those by element (n, m) as m of ``"r_s e03"`` (n,)."""
+    """Return the parameters with those by element (n, m) split into m arrays (n,), named such as ``"r_s e03"``."""
     out = {}
     for name, each in values.items():
         if each.ndim == 1:
@@ -175,7 +175,7 @@ def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray:
-    """Vectors (n, d) at which the log density of a fit is evaluated, from parameters in public units (n[, m])."""
+    """Return the vectors (n, d) for the log density of a fit, from parameters in public units (n[, m])."""
     at = fit.likelihood.layout
     out = np.empty((len(public["sigma"]), at.size))
     out[:, at.response], out[:, at.depth] = np.log(np.abs(public["response"])), public["r_s"]
@@ -191,10 +191,10 @@ def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray
 def simulate_calibration(
     design: CalibrationDesign, rng: np.random.Generator
 ) -> tuple[dict[str, FloatArray], FloatArray, Touches]:
-    """Parameters from their priors, true loads (t,) and samples of the design's touches.
+    """Return parameters drawn from their priors, true loads (t,) and simulated samples of the design's touches.
 
-    The posterior takes every load as equally likely before it is measured. That is the same as to keep the measured
-    mean and let the true load scatter about it, which is how loads are drawn here.
+    In the posterior the prior of each load is uniform. This is equivalent to a fixed measured mean with the true load
+    scattered about it, as loads are drawn here.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ def simulate_calibration(
     Returns
     -------
     dict of arrays
-        Parameters by public name and in public units, () or (m,) each.
+        Parameters by public name and in public units, shape () or (m,).
     (t,) array
         True loads, N/m.
     Touches
@@ -247,10 +247,10 @@ def simulate_calibration(
 
 
 def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Generator) -> dict[str, FloatArray]:
-    """One draw of every parameter from its prior, for touches of so many readings: of a rubber that carries the loads.
+    """Return one draw of every parameter from its prior, for a rubber that can carry the loads.
 
-    As documented: angles are departures from those as built, and the discrepancy is in units of the noise of a touch's
-    mean.
+    As documented, priors of angles are for deviations from the design, and the prior of the discrepancy is in units of
+    the noise of the mean of a touch with `reads` readings.
     """
     finger, m = design.finger, design.finger.n_elements
     shapes = {name: () if name in ("sigma", "mu", "force_noise_sd") else (m,) for name in FIELDS}

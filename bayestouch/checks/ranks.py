@@ -1,4 +1,4 @@
-"""Ranks of known truth among posterior draws, and whether they are uniform."""
+"""Ranks of the truth among posterior draws, and tests of their uniformity."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ if TYPE_CHECKING:
 
 
 BINS = 20
-# Draws a rank is taken among: few enough to be independent when thinned from some hundred.
+# Number of draws for a rank: few enough that draws thinned from several hundred are independent.
 RANKED = 99
 COLUMNS = 5
-# of a label, as many as fit below a narrow panel
+# Maximum number of characters of a label below a narrow panel.
 LETTERS = 24
 
 
@@ -33,17 +33,17 @@ LETTERS = 24
 class PooledSpread:
     """Mean square of the normal scores of all quantities together.
 
-    Quantities of one simulation are correlated: the mean square is worth fewer independent scores than there are. How
-    many follows from the correlations of the squared scores over the simulations.
+    Quantities of one simulation are correlated, so that the effective number of independent scores is smaller than
+    their number. It follows from the correlations of the squared scores over the simulations.
 
     Attributes
     ----------
     mean_square : float
-        1 if the posteriors are right, above it if they are too narrow.
+        1 if the posteriors are correct, larger if they are too narrow.
     scores : float
-        Number of independent scores whose mean square scatters as much as this one.
+        Effective number of independent scores.
     p_value : float
-        Two-sided probability of a mean square at least as far from 1 if the posteriors are right.
+        Two-sided probability of a mean square at least as far from 1 if the posteriors are correct.
     """
 
     mean_square: float
@@ -53,7 +53,7 @@ class PooledSpread:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class RankStatistics(Summarised):
-    """Ranks of the truth among posterior draws.
+    """Ranks of the truth among posterior draws, with tests of their uniformity.
 
     Attributes
     ----------
@@ -62,16 +62,15 @@ class RankStatistics(Summarised):
     ranked : int
         Number of draws.
     p_value : mapping of float
-        By parameter: three times the least of the p-values of three statistics (at most 1), so that it is below any
-        level at most that often if the posterior is right. They are the chi-square statistic of the ranks in 20 equal
-        bins, and the mean (is the posterior biased?) and the mean square (is it too narrow or too wide?) of the normal
-        scores of the ranks.
+        By parameter: three times the smallest p-value of three statistics, at most 1 (Bonferroni correction). The
+        statistics are chi-square of the ranks in 20 equal bins, the mean of the normal scores of the ranks (tests for
+        bias), and their mean square (tests whether the posterior is too narrow or too wide).
     mean_square : mapping of float
-        That mean square: 1 if the posterior is right, above it if it is too narrow; scatters by ``sqrt(1.83/n)``.
+        This mean square: 1 if the posterior is correct, larger if it is too narrow; its sd is ``sqrt(1.83/n)``.
     coverage_90 : mapping of float
-        Share of the simulations whose central 90 % interval holds the truth.
+        Fraction of the simulations in which the central 90 % interval contains the truth.
     pooled : PooledSpread
-        Mean square of the scores of all quantities: notices what makes all of them a little too narrow.
+        Mean square of the scores of all quantities: sensitive to posteriors that are all a little too narrow.
     """
 
     ranks: Mapping[str, IntArray]
@@ -82,24 +81,24 @@ class RankStatistics(Summarised):
     pooled: PooledSpread
 
     def passes(self, level: float = 0.01) -> bool:
-        """Whether the pooled p-value and the p-value of every parameter reach their thresholds.
+        """Return True if the pooled p-value and the p-value of every parameter reach their thresholds.
 
-        Half of the level goes to the pooled statistic, the other half is divided among the parameters (Bonferroni): a
-        right posterior fails with a probability of at most `level`, however the parameters depend on each other.
+        Half of the level is for the pooled statistic; the other half is divided among the parameters (Bonferroni). A
+        correct posterior fails with a probability of at most `level`, for any dependence between the parameters.
         """
         each = min(self.p_value.values()) >= self.threshold(level)
         return each and self.pooled.p_value >= self.pooled_threshold(level)
 
     def threshold(self, level: float = 0.01) -> float:
-        """Least p-value of a parameter with which the whole passes."""
+        """Return the minimum p-value of a parameter for passing."""
         return level / 2 / len(self.p_value)
 
     def pooled_threshold(self, level: float = 0.01) -> float:
-        """Least pooled p-value with which the whole passes."""
+        """Return the minimum pooled p-value for passing."""
         return level / 2
 
     def table(self) -> str:
-        """One line a parameter: p-value, mean square of the normal scores, coverage of 90 % intervals; then pooled."""
+        """Return a text table of p-value, mean square of the normal scores and coverage by parameter, then pooled."""
         width = max(map(len, self.ranks))
         lines = [f"{'':{width}}  p-value  mean square  coverage of 90 %"]
         for name in self.ranks:
@@ -113,7 +112,7 @@ class RankStatistics(Summarised):
         return "\n".join(lines)
 
     def to_dataframe(self) -> DataFrame:
-        """The same as a table, a row each parameter."""
+        """Return a data frame with one row per parameter."""
         import pandas as pd
 
         columns = {"p_value": self.p_value, "mean_square": self.mean_square, "coverage_90": self.coverage_90}
@@ -126,12 +125,12 @@ class RankStatistics(Summarised):
         return summary_html(self) + table
 
     def plot_ranks(self, name: str, axes: Axes | None = None) -> Axes:
-        """Histogram of one parameter's ranks, with the band in which 99 % of a uniform histogram's bars lie.
+        """Plot the histogram of one parameter's ranks, with the band of 99 % of the bars of a uniform histogram.
 
         Raises
         ------
         InputError
-            There is no such parameter.
+            No parameter has this name.
         """
         from scipy.stats import binom
 
@@ -147,7 +146,7 @@ class RankStatistics(Summarised):
         return axes
 
     def plot(self) -> Figure:
-        """Histograms of all ranks, see `plot_ranks`."""
+        """Plot the histograms of all ranks, see `plot_ranks`."""
         from matplotlib.figure import Figure
 
         columns = min(COLUMNS, len(self.ranks))
@@ -175,7 +174,7 @@ class RankStatistics(Summarised):
 
 
 def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> RankStatistics:
-    """Ranks of known truth (n,) among draws (chain, draw, n), thinned to `RANKED` spread over the chains."""
+    """Return the ranks of the truth (n,) among draws (chain, draw, n), thinned to `RANKED` over all chains."""
     ranks: dict[str, IntArray] = {}
     coverage: dict[str, float] = {}
     for name, true in truth.items():
@@ -187,13 +186,13 @@ def rank_statistics(draws: Mapping[str, FloatArray], truth: Mapping[str, FloatAr
 
 
 def rank(draws: FloatArray, true: FloatArray) -> IntArray:
-    """Rank of each truth (n,) among `RANKED` of the draws (draw, n); draws that are NaN count as above it."""
+    """Return the rank of each truth (n,) among `RANKED` of the draws (draw, n); NaN draws count as larger."""
     thinned = draws[np.linspace(0, len(draws) - 1, RANKED).round().astype(np.int64)]
     return np.asarray((thinned < true).sum(axis=0))
 
 
 def of_ranks(ranks: Mapping[str, IntArray], coverage_90: Mapping[str, float]) -> RankStatistics:
-    """Statistics of ranks that are there."""
+    """Return the statistics of given ranks."""
     scores = {name: normal_scores(each) for name, each in ranks.items()}
     return RankStatistics(
         ranks=ranks,
@@ -206,27 +205,27 @@ def of_ranks(ranks: Mapping[str, IntArray], coverage_90: Mapping[str, float]) ->
 
 
 def normal_scores(ranks: IntArray) -> FloatArray:
-    """Normal scores of ranks among `RANKED` draws: of mean square 1 if all ranks are equally likely."""
+    """Return normal scores of ranks among `RANKED` draws; their mean square is 1 if all ranks are equally likely."""
     return np.asarray(ndtri((np.asarray(ranks) + 0.5) / (RANKED + 1)) / _SCALE)
 
 
-# Scores of so many ranks end at ±2.6: their mean square is a little less than 1 (so they are scaled), and their square
-# has a variance a little below 2.
+# With this number of ranks the scores are between ±2.6: their mean square is a little less than 1 (therefore they are
+# scaled), and the variance of their square is a little below 2.
 _SCALE = float(np.sqrt(np.mean(ndtri((np.arange(RANKED + 1) + 0.5) / (RANKED + 1)) ** 2)))
 VARIANCE_OF_SQUARE = float(np.var(normal_scores(np.arange(RANKED + 1)) ** 2))
 
 
 def pooled_spread(scores: FloatArray) -> PooledSpread:
-    """Mean square of normal scores (quantity, simulation), and how probable it is if the posteriors are right.
+    """Return the mean square of normal scores (quantity, simulation), and its p-value.
 
-    The simulations are independent, the quantities of one are not. A sum of squares over q quantities of correlations
-    c has the variance ``sum(c)`` times that of one square: as if there were ``q²/sum(c)`` quantities.
+    The simulations are independent, but the quantities of one simulation are not. The variance of a sum of squares over
+    q quantities with correlations c is ``sum(c)`` times that of one square: the effective number is ``q²/sum(c)``.
     """
     squares = np.asarray(scores) ** 2
     q, n = squares.shape
     varied = squares.std(axis=1) > 0
     standard = (squares[varied] - squares[varied].mean(axis=1, keepdims=True)) / squares[varied].std(axis=1)[:, None]
-    # sum of the correlations; ranks that never vary have none with others
+    # sum of the correlations; constant ranks have no correlation with others
     total = float(standard.sum(axis=0).var()) + float((~varied).sum())
     independent = n * q**2 / total
     mean_square = float(squares.mean())
@@ -234,9 +233,9 @@ def pooled_spread(scores: FloatArray) -> PooledSpread:
 
 
 def spread_p_value(mean_square: float, scores: float) -> float:
-    """Two-sided p-value of the mean square of so many independent normal scores.
+    """Return the two-sided p-value of the mean square of `scores` independent normal scores.
 
-    By the chi-square distribution of the same mean and variance.
+    It is computed from the chi-square distribution with the same mean and variance.
     """
     from scipy.stats import chi2
 
@@ -246,11 +245,11 @@ def spread_p_value(mean_square: float, scores: float) -> float:
 
 
 def _p_value(ranks: IntArray, scores: FloatArray) -> float:
-    """Three times the least p-value of chi-square over bins, mean and mean square of the normal scores."""
+    """Three times the smallest p-value of chi-square over bins, mean and mean square of the normal scores."""
     from scipy.stats import chisquare
 
     n = len(ranks)
-    # RANKED + 1 possible ranks fall into BINS equal bins
+    # the RANKED + 1 possible ranks are divided into BINS equal bins
     bins = float(chisquare(np.bincount(ranks * BINS // (RANKED + 1), minlength=BINS)).pvalue)
     bias = 2 * float(ndtr(-abs(scores.mean()) * np.sqrt(n)))
     return min(1.0, 3 * min(bins, bias, spread_p_value(float(np.mean(scores**2)), n)))

@@ -1,11 +1,11 @@
 """Simulation-based calibration: ranks of the truth of simulated touches among the draws of their posteriors.
 
-Draw a calibration from its posterior and a touch from its prior, simulate readings, infer, and rank the truth among
-the draws: the ranks are uniform if the posterior is right (Talts et al. 2018, arXiv:1804.06788). Calibrations are
-checked the same way in `bayestouch.checks.calibrations`.
+Each simulation draws a calibration from its posterior and a touch from its prior, simulates readings, runs the
+inference, and computes the rank of the truth among the draws. The ranks are uniform if the posterior is correct (Talts
+et al. 2018, arXiv:1804.06788). `bayestouch.checks.calibrations` validates calibrations in the same way.
 
-The simulation takes the draws of the calibration as they are saved, and makes its own noise from them; `infer` reads
-with the calibration's mode, covariance and noise. So the check notices if these do not belong together.
+The simulation uses the saved draws of the calibration and computes its noise from them; `infer` uses mode, covariance
+and noise of the calibration. The check therefore detects any disagreement between them.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
-# The prior of a touch as docs/statistics.md states it: locations as far beyond the outermost elements, degree, and
-# loads up to so many mean calibration loads. Written here again, so that the check does not share it with `infer`.
+# Prior of a touch as in docs/statistics.md: margin of the location beyond the outermost elements, degree, and largest
+# load in mean calibration loads. Repeated here, so that the check is independent of `infer`.
 MARGIN_DEG, LARGEST_LOAD = 20.0, 3.0
 
 
@@ -45,48 +45,48 @@ def sbc(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> RankStatistics:
-    """Simulation-based calibration of the posteriors on a finger: of touches, or of the calibration itself.
+    """Return the ranks of a simulation-based calibration on a finger: of touches, or of the calibration itself.
 
     Parameters
     ----------
     of : Calibration or DataSet
-        A calibrated finger checks the posteriors of touches: each touch is drawn from the prior and simulated with one
-        of the calibration's draws (with fewer draws than simulations they are used again), then read by
-        `bayestouch.infer`. A data set checks the posterior of its calibration: all parameters are drawn from their
-        priors, and the calibration touches simulated and calibrated with.
+        With a calibration, the posteriors of touches are tested: each touch is drawn from the prior, simulated with one
+        of the draws of the calibration (reused if there are fewer draws than simulations), then read by
+        `bayestouch.infer`. With a data set, the posterior of its calibration is tested: all parameters are drawn from
+        their priors, the calibration touches are simulated, and the sensor is calibrated with them.
     simulations : int
-        Touches, or calibrations, to simulate.
+        Number of simulated touches, or calibrations.
     samples : int
-        Readings averaged in each touch (touches only; calibrations have the data set's samples).
+        Readings averaged in each touch (touches only; calibrations have the samples of the data set).
     plug_in : bool
-        Read the touches as if the calibration were exact: its ranks then show what that costs (touches only).
+        Take the calibration as exact; the ranks then show the resulting error (touches only).
     method : {"emcee", "importance"}
-        How to draw (touches only).
+        Sampling method (touches only).
     priors : mapping of str to Prior, optional
-        As in `bayestouch.calibrate` (calibrations only). Where none is stated of responses or noise, they follow the
-        data set's own within a factor of 1.3 and 1.5, since a prior that is taken from data cannot be drawn from.
+        As in `bayestouch.calibrate` (calibrations only). Without a stated prior, responses and noise are
+        within a factor of 1.3 and 1.5 of those of the data set, because a prior taken from data cannot be sampled.
     contact : str
         Contact model (calibrations only; a calibration has its own).
     draws : int, optional
-        Posterior draws of each simulation: 1024 of a touch, 400 of a calibration.
+        Posterior draws of each simulation: by default 1024 of a touch, 400 of a calibration.
     seed : int
-        Seed of everything.
+        Seed of all random numbers.
     scheduler : str, optional
-        Address of the scheduler of a Dask cluster that does the simulations (calibrations only).
+        Address of the scheduler of a Dask cluster that computes the simulations (calibrations only).
     progress : callable, optional
-        Called with the fraction done.
+        Called with the fraction of the work that is done.
 
     Returns
     -------
     RankStatistics
-        By parameter, and of a calibration by parameter and element (``"r_s e03"``), with two true loads and the log
-        density. `RankStatistics.passes` says whether all are uniform at a level.
+        Ranks by parameter. For a calibration, by parameter and element (``"r_s e03"``), with two true loads and the
+        log density. `RankStatistics.passes` tests whether all are uniform.
 
     Raises
     ------
     InputError
         If the sensor is not a finger, its calibration has effects or an identified E map (which the simulation does
-        not know), too few simulations are asked for or an option does not fit.
+        not include), the number of simulations is too small, or an option does not apply.
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
@@ -136,23 +136,23 @@ def _check_touches(
 def simulate_touches(
     calibration: Calibration, simulations: int, samples: int, rng: np.random.Generator
 ) -> tuple[dict[str, FloatArray], Touches]:
-    """Touches from the prior, each read by a calibration of its own.
+    """Return touches drawn from the prior, each simulated with another draw of the calibration.
 
-    Touches that share a calibration share its error: their ranks would not be independent.
+    Touches with the same draw would have the same calibration error, and their ranks would not be independent.
 
     Parameters
     ----------
     calibration : Calibration
-        Its draws are the calibrations.
+        Calibration with draws, one for each touch.
     simulations, samples : int
-        Touches, and readings of each.
+        Number of touches, and of readings of each.
     rng : numpy Generator
         Source of all random numbers.
 
     Returns
     -------
     dict of (simulations,) arrays
-        The truth: ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m).
+        True values: ``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m).
     Touches
         ``simulations * samples`` rows.
     """
@@ -186,7 +186,7 @@ def simulate_touches(
 
 
 def _chain(calibration: Calibration, drawn: Mapping[str, FloatArray]) -> FingerChain:
-    """The finger with the parameters of one draw."""
+    """Finger with the parameters of one draw."""
     finger = finger_of(calibration.sensor)
     return FingerChain(
         core_radius_mm=finger.core_radius_mm,

@@ -1,1 +1,1 @@
-"""The verbs of the command line, a file each; what they do is in the package, here is what they take and print."""
+"""The commands of the command line, one file each: their options, and the printing of results."""

@@ -13,7 +13,7 @@ from bayestouch.progress import progress_bar
 
 @click.command(short_help="Calibrate a sensor from known touches.")
 @click.argument("dataset", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration to write (.nc).")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration file to write (.nc).")
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
 @click.option(
     "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
@@ -24,16 +24,16 @@ from bayestouch.progress import progress_bar
     "priors",
     multiple=True,
     metavar="NAME=KIND:A,B",
-    help="Prior of a finger's parameter, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
+    help="Prior of a parameter of a finger, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
     "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
 )
 @click.option(
     "--model",
     type=click.Path(path_type=Path),
     default=None,
-    help="Effects of the sensor: the model.toml of `bayestouch diagnose`.",
+    help="Effects of the sensor: model.toml from `bayestouch diagnose`.",
 )
-@click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws kept.")
+@click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws to save.")
 @seeded
 @spoken
 def calibrate(

@@ -10,12 +10,12 @@ from bayestouch.commands.options import spoken
 from bayestouch.commands.output import check_output, say
 
 
-@click.command(short_help="Show what a data set holds and what it lacks.")
+@click.command(short_help="Show the contents of a data set and what is missing.")
 @click.argument("dataset", type=click.Path(path_type=Path))
-@click.option("--plot", type=click.Path(path_type=Path), default=None, help="Picture to write (.png, .svg, .pdf).")
+@click.option("--plot", type=click.Path(path_type=Path), default=None, help="Image file to write (.png, .svg, .pdf).")
 @spoken
 def check(dataset: Path, plot: Path | None, quiet: bool, as_json: bool) -> None:
-    """Validate a data set and show what it holds, what is odd about it and what it lacks.
+    """Validate a data set and show its contents, unusual features and missing information.
 
     \b
     Example: bayestouch check my-finger --plot my-finger.png

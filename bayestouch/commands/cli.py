@@ -1,4 +1,4 @@
-"""The command line: a command in each file beside this one, errors in one line, exit status 0, 1, 2 or 130."""
+"""The command line: all commands, errors in one line, exit status 0, 1, 2 or 130."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from bayestouch.commands.simulate import simulate
 from bayestouch.errors import InputError
 from bayestouch.version import __version__
 
-STOPPED = 130  # what a shell gives for a command that Ctrl-C ended
+STOPPED = 130  # exit status of a shell for a command ended by Ctrl-C
 
 
 class Verbs(click.Group):
-    """Verbs in the order in which they are used; Ctrl-C ends any of them in one line."""
+    """Group of commands, listed in the order of their use; Ctrl-C ends each with a message of one line."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(self.commands)
@@ -40,12 +40,12 @@ class Verbs(click.Group):
 @click.version_option(__version__, prog_name="bayestouch")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
-    """How far a tactile sensor's readings can be trusted.
+    """Reliability of the readings of a tactile sensor, by Bayesian calibration.
 
     \b
-    A sensor of your own:      bayestouch init my-finger
-    A first look at its data:  bayestouch check my-finger
-    How far to trust it:       bayestouch report my-finger -o my-report
+    Start a data set:     bayestouch init my-finger
+    Check its data:       bayestouch check my-finger
+    Report reliability:   bayestouch report my-finger -o my-report
     """
     ctx.color = _colour()
 
@@ -55,12 +55,12 @@ for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate)
 
 
 def _colour() -> bool | None:
-    """None where click decides: colours on a terminal, none in a file; never with NO_COLOR (https://no-color.org)."""
+    """False (no colours) with NO_COLOR (https://no-color.org); otherwise None: click uses colours on a terminal."""
     return False if os.environ.get("NO_COLOR") else None
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the command line; returns the exit status: 0 done, 2 wrong input or options, 130 Ctrl-C, 1 anything else."""
+    """Run the command line and return its exit status: 0 done, 2 wrong input or options, 130 Ctrl-C, 1 other errors."""
     try:
         cli.main(args=arguments, prog_name="bayestouch", standalone_mode=False)
     except InputError as error:

@@ -11,7 +11,7 @@ from bayestouch.commands.output import check_folder, say
 from bayestouch.progress import progress_bar
 
 
-@click.command(short_help="Trace what the model misses to an effect, and add it.")
+@click.command(short_help="Find the effects that explain the model error, and add them.")
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
@@ -29,10 +29,10 @@ def diagnose(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Find what the model misses, trace it to an effect, add that, and report before and after.
+    """Find the effects that explain the model error, add them to the model, and compare before and after.
 
     Writes diagnosis.json, calibration_before.nc, calibration_after.nc, model.toml, figures and a script that
-    repeats it. With --json what is printed is diagnosis.json.
+    repeats the diagnosis. With --json the output is diagnosis.json.
 
     \b
     Example: bayestouch diagnose my-finger -o diagnosis

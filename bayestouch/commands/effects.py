@@ -10,11 +10,11 @@ from bayestouch.commands.options import spoken
 from bayestouch.commands.output import say
 
 
-@click.command(short_help="List the effects that diagnose knows.")
+@click.command(short_help="List the effects that diagnose can find.")
 @click.argument("name", required=False)
 @spoken
 def effects(name: str | None, quiet: bool, as_json: bool) -> None:
-    """List the effects that diagnose knows, by stage of the chain; with NAME say all about one.
+    """List the effects that diagnose can find, by stage of the chain; with NAME describe one effect.
 
     \b
     Example: bayestouch effects crosstalk

@@ -14,9 +14,12 @@ from bayestouch.progress import progress_bar
 @click.command(short_help="Read touches: location, load and radius.")
 @click.argument("touches", type=click.Path(path_type=Path))
 @click.option(
-    "--calibration", type=click.Path(path_type=Path), required=True, help="What `bayestouch calibrate` wrote."
+    "--calibration",
+    type=click.Path(path_type=Path),
+    required=True,
+    help="Calibration from `bayestouch calibrate`.",
 )
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Posterior to write (.nc).")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Posterior file to write (.nc).")
 @click.option(
     "--indenter",
     metavar="PRIOR",
@@ -27,12 +30,12 @@ from bayestouch.progress import progress_bar
 )
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
-@click.option("--no-check", is_flag=True, help="Do not look for faulty elements and a faulty force sensor.")
-@click.option("--each-sample", is_flag=True, help="A posterior for each sample, not for each touch's mean.")
+@click.option("--no-check", is_flag=True, help="Do not check for faulty elements and a faulty force sensor.")
+@click.option("--each-sample", is_flag=True, help="Compute a posterior for each sample instead of each touch's mean.")
 @click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
-@click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
-@click.option("--thin", type=click.IntRange(min=1), default=1, help="Save every so many-th draw. [default: all]")
-@click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, no draws.")
+@click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
+@click.option("--thin", type=click.IntRange(min=1), default=1, help="Save one draw out of this many. [default: all]")
+@click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, but no draws.")
 @clustered
 @seeded
 @spoken
@@ -54,10 +57,10 @@ def infer(
     quiet: bool,
     as_json: bool,
 ) -> None:
-    """Read touches: posterior of location, load and radius for each.
+    """Read touches: compute the posterior of location, load and radius of each touch.
 
-    The file is written block by block, however many touches there are. A run that was interrupted goes on where it
-    stopped when the same command is given again.
+    The file is written block by block, so that the number of touches is not limited by memory. To continue an
+    interrupted run, repeat the same command.
 
     \b
     Example: bayestouch infer touches.csv --calibration calibration.nc -o posterior.nc
@@ -82,7 +85,7 @@ def infer(
         with progress_bar("infer", quiet) as advance:
             infer_to_file(touches, calibrated, output, options, scheduler=scheduler, progress=advance)
     except KeyboardInterrupt:
-        raise Interrupted("the same command goes on from here") from None
+        raise Interrupted("repeat the same command to continue") from None
     stats, notes = load_grades(output)
     missed, count = int((stats["grade"] == 0).sum()), len(stats["grade"])
     facts = {

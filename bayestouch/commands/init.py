@@ -10,13 +10,13 @@ from bayestouch.commands.options import spoken
 from bayestouch.commands.output import say
 
 
-@click.command(short_help="Start a data set to fill in.")
+@click.command(short_help="Write a template of a data set.")
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
 @click.option("--elements", type=click.IntRange(min=1), default=8, show_default=True, help="Number of elements.")
 @spoken
 def init(folder: Path, body: str, elements: int, quiet: bool, as_json: bool) -> None:
-    """Start a data set: a sensor.toml with comments and empty tables to fill in.
+    """Write a template of a data set: a sensor.toml with comments and empty tables to fill in.
 
     \b
     Example: bayestouch init my-finger --elements 16

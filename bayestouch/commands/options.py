@@ -1,4 +1,4 @@
-"""Options that verbs share."""
+"""Options that several commands have."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ KERNELS = click.Choice(["auto", "layer", "layer-line", "half-space", "half-space
 
 
 def seeded(command: Command) -> Command:
-    """`--seed`, for verbs that draw random numbers."""
-    return click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all draws.")(
-        command
-    )
+    """Add `--seed` to a command that draws random numbers."""
+    return click.option(
+        "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of random numbers."
+    )(command)
 
 
 def clustered(command: Command) -> Command:
-    """`--scheduler`, for verbs whose work can be shared out."""
+    """Add `--scheduler` to a command that can compute on a cluster."""
     return click.option(
         "--scheduler",
         metavar="ADDRESS",
         default=None,
-        help="Scheduler of a Dask cluster that does the work, such as tcp://10.0.0.5:8786. [default: this machine]",
+        help="Scheduler of a Dask cluster for the computation, such as tcp://10.0.0.5:8786. [default: this machine]",
     )(command)
 
 
 def spoken(command: Command) -> Command:
-    """`--quiet` and `--json`, for every verb."""
+    """Add `--quiet` and `--json` to a command."""
     quiet = click.option("--quiet", is_flag=True, help="No progress and no summary.")
     as_json = click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON.")
     return quiet(as_json(command))

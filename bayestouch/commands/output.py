@@ -1,4 +1,4 @@
-"""What every verb prints, and how it ends."""
+"""Printed summary of a command, checks of its output path, and interruption."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from bayestouch.errors import InputError
 
 
 class Interrupted(Exception):
-    """Ctrl-C; the text says what to do about it."""
+    """The user pressed Ctrl-C; `hint` says what to do next."""
 
     def __init__(self, hint: str = "") -> None:
         super().__init__(f"stopped; {hint}" if hint else "stopped, nothing was written")
 
 
 def check_output(path: Path) -> None:
-    """Fail before the work, not after it."""
+    """Raise an error if a file cannot be written at this path, before the computation starts."""
     if not path.parent.is_dir():
         raise InputError("the folder to write into does not exist", file=path.parent)
     if path.is_dir():
@@ -28,7 +28,7 @@ def check_output(path: Path) -> None:
 
 
 def check_folder(path: Path) -> None:
-    """The same for a folder."""
+    """Raise an error if a folder cannot be written at this path, before the computation starts."""
     if path.exists() and not path.is_dir():
         raise InputError("expected the name of a folder to write, this is a file", file=path)
 
@@ -36,20 +36,20 @@ def check_folder(path: Path) -> None:
 def say(
     text: str, facts: Mapping[str, Any], *, quiet: bool, as_json: bool, notes: Sequence[str] = (), head: str = ""
 ) -> None:
-    """Print a summary: for people, or with `--json` the same facts (and notes) as one JSON object.
+    """Print a summary as text or, with `--json`, as one JSON object with facts and notes.
 
     Parameters
     ----------
     text : str
-        What people read; `head`, in bold, comes before it.
+        Text of the summary; `head` is printed before it in bold.
     facts : mapping
-        What programs read; numbers that are not finite become null.
+        Content of the JSON object; numbers that are not finite become null.
     quiet : bool
-        Print nothing, unless JSON is asked for.
+        Print nothing, except JSON with `as_json`.
     as_json : bool
         Print the facts instead of the text.
     notes : sequence of str
-        Printed on standard error, so that they do not disturb what a pipe reads.
+        Notes, printed on standard error to keep standard output clean for pipes.
     """
     if as_json:
         from bayestouch.data.json_values import strict

@@ -18,10 +18,10 @@ from bayestouch.progress import progress_bar
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write.")
 @click.option("--plug-in", is_flag=True, help="Take the calibration as exact.")
 @click.option(
-    "--diagnosis", type=click.Path(path_type=Path), default=None, help="Folder of a saved diagnosis to tell of."
+    "--diagnosis", type=click.Path(path_type=Path), default=None, help="Folder of a saved diagnosis to include."
 )
-@click.option("--no-diagnosis", is_flag=True, help="Do not search for effects that the model misses.")
-@click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws a touch.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not search for effects that are not in the model.")
+@click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
 @seeded
 @spoken
 def report(
@@ -37,8 +37,8 @@ def report(
 ) -> None:
     """Calibrate, read all touches, and write a reliability report (index.html, report.json, figures).
 
-    Without DATASET, the embedded simulated finger and the paper's tables are reported. With two data sets, or two
-    calibrations (.nc), they are put side by side.
+    Without DATASET, the report is on the embedded simulated finger and the tables of the paper. With two data sets,
+    or two calibrations (.nc), the report compares them.
 
     \b
     Example: bayestouch report my-finger -o report
@@ -49,7 +49,7 @@ def report(
     if no_diagnosis and diagnosis is not None:
         raise InputError("--diagnosis and --no-diagnosis exclude each other")
     if len(datasets) > 2:
-        raise InputError(f"expected at most two data sets or calibrations to put side by side, got {len(datasets)}")
+        raise InputError(f"expected at most two data sets or calibrations to compare, got {len(datasets)}")
     if len(datasets) == 2:
         if plug_in or diagnosis is not None:
             raise InputError("--plug-in and --diagnosis are options of a report on one data set")
@@ -76,7 +76,7 @@ def report(
 
 
 def _side(path: Path) -> Any:
-    """A data set, or a calibration where a file is named."""
+    """Load a data set, or a calibration if the path is a .nc file."""
     import bayestouch
     from bayestouch.results.reading import load_calibration
 

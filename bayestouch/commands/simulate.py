@@ -19,13 +19,13 @@ from bayestouch.progress import progress_bar
     "effects",
     multiple=True,
     metavar="NAME=VALUE",
-    help="An effect and its first parameter, or NAME.PARAMETER=VALUE; repeatable.",
+    help="Value of an effect's first parameter, or NAME.PARAMETER=VALUE; repeatable.",
 )
 @click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
 @seeded
 @spoken
 def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet: bool, as_json: bool) -> None:
-    """Simulate a data set with known truth (written beside it as truth.json).
+    """Simulate a data set with known truth, which is written to truth.json.
 
     \b
     Example: bayestouch simulate -o simulated-finger --effect crosstalk=0.04 --seed 3

@@ -1,9 +1,9 @@
-"""Contact stage: load, indenter and pose to surface pressure (the C and S maps).
+"""Contact stage: surface pressure from load, indenter and pose (the C and S maps).
 
-Round indenters, from knife edge to flat, are one family: everything is a function of ``κ = P R/μ`` in mm²,
-with P the load in N/mm, R the composite radius in mm and μ the shear modulus in MPa. A `ContactModel` turns κ
-into a half-width and a normalised pressure spectrum. Corners are in `bayestouch.contact.corner`, any other
-shape goes through `bayestouch.contact.slope_map`.
+Round indenters, from knife edge to flat, are one family: the contact is a function of ``κ = P R/μ`` in mm²
+alone, with P the load in N/mm, R the composite radius in mm and μ the shear modulus in MPa. A `ContactModel`
+computes a half-width and a normalised pressure spectrum from κ. See `bayestouch.contact.corner` for corners and
+`bayestouch.contact.slope_map` for any other shape.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ __all__ = [
 
 
 def contact_model(name: str, finger_radii: tuple[float, float], poisson_ratio: float) -> ContactModel:
-    """Contact model by name.
+    """Return the contact model with the given name.
 
     Parameters
     ----------
     name : {"hertz", "approximate frictionless", "layer"}
-        Half-plane; ellipse on the layer's contact width (the paper's Table 3); exact frictionless contact on
-        the layer.
+        Half-plane; elliptic pressure on the contact width of the layer (used for Table 3 of the paper); exact
+        frictionless contact on the layer.
     finger_radii : (float, float)
         Core radius ``r_a`` and outer radius ``r_b``, mm.
     poisson_ratio : float
@@ -50,7 +50,7 @@ def contact_model(name: str, finger_radii: tuple[float, float], poisson_ratio: f
     Raises
     ------
     InputError
-        If the name is unknown or the body impossible.
+        If the name is unknown or the dimensions of the body are impossible.
     """
     core_radius, outer_radius = finger_radii
     if name == "hertz":
@@ -63,5 +63,5 @@ def contact_model(name: str, finger_radii: tuple[float, float], poisson_ratio: f
 
 @lru_cache(maxsize=16)
 def _solved_layer(core_radius: float, outer_radius: float, poisson_ratio: float) -> LayerContact:
-    """Fits ask for the same bodies again and again: of all their parameters only σ changes the contact."""
+    """Cached layer contact: during a fit the same bodies repeat, because only σ changes the contact."""
     return LayerContact.for_body(core_radius, outer_radius, poisson_ratio)

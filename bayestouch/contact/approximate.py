@@ -2,9 +2,9 @@
 
 Nicolson and Fearing (1995), section 4, "approximated it by squeezing and stretching a Hertz model" and made
 Table 3 and all later results with it. Squeezed: the ellipse gets the half-width that the bonded layer gives.
-Stretched: its height is raised to carry the same load. On the paper's finger the spectrum is within 0.3 %
+Stretched: its height is increased so that it carries the same load. On the paper's finger the spectrum is within 0.3 %
 of the exact one for any round indenter at P/μ = 2/3 mm, and within 2.2 % at 4 mm (where Hertz is 25 % off).
-How they did it exactly is not printed; this is the only ellipse with both the width and the load.
+The paper does not print the details; this is the only ellipse with the given width and load.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class ApproximateFrictionless:
     Attributes
     ----------
     layer : LayerContact
-        The exact contact, which gives the half-width.
+        The exact contact, which determines the half-width.
     """
 
     layer: LayerContact

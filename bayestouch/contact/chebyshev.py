@@ -1,9 +1,9 @@
 """Pressures ``√(1-t²) U_2m(t)`` on a contact ``|t| <= 1`` and their Fourier transforms.
 
-These are the shapes that an elastic half-plane turns into polynomials: the Hilbert transform of ``√(1-t²)
-U_n(t)`` is ``π T_(n+1)(t)``. They vanish at the edges of the contact like the square root, as a smooth rigid
-indenter demands, so a handful of them is a whole contact pressure. All shapes here carry the factor ``2/π``:
-shape 0 then has load 1.
+On an elastic half-plane the slope under these pressures is a polynomial: the Hilbert transform of ``√(1-t²)
+U_n(t)`` is ``π T_(n+1)(t)``. At the edges of the contact they go to zero like the square root, as under a smooth
+rigid indenter, so that a few of them represent a contact pressure. All shapes here have the factor ``2/π``, so that
+shape 0 has load 1.
 
 Source: T_n, U_n and the transform ``∫ √(1-t²) U_n(t) e^(izt) dt = π iⁿ (n+1) J_(n+1)(z)/z``: DLMF §18.17.
 """
@@ -23,7 +23,7 @@ def pressure_shapes(t: ArrayLike, terms: int) -> FloatArray:
     Parameters
     ----------
     t : array_like
-        Place in the contact, -1 to 1 (angle divided by half-angle).
+        Position in the contact, -1 to 1 (angle divided by half-angle).
     terms : int
         Number of shapes.
 
@@ -60,8 +60,8 @@ def shape_transforms(z: ArrayLike, terms: int) -> FloatArray:
 def bessel_over_argument(z: ArrayLike, highest: int) -> FloatArray:
     """``J_n(z)/z`` for n = 1 … highest, to about 1e-14 and forty times faster than `scipy.special.jv`.
 
-    Recurrence upwards while ``n < z``, where it is stable; beyond, ratios ``J_(n+1)/J_n`` from the continued
-    fraction (DLMF 10.10.1), which never overflow and are exact for ``z → 0``.
+    The upward recurrence is used for ``n < z``, where it is stable. For higher orders the ratios ``J_(n+1)/J_n``
+    come from the continued fraction (DLMF 10.10.1); they never overflow and are exact for ``z → 0``.
 
     Parameters
     ----------
@@ -76,8 +76,7 @@ def bessel_over_argument(z: ArrayLike, highest: int) -> FloatArray:
     """
     x = np.asarray(z, dtype=float)
     values = np.empty((highest, *x.shape))
-    # Only ratios of orders above z are used; capping z there keeps the others out of the poles of the
-    # fraction.
+    # Only ratios of orders above z are used; limiting z for the other orders avoids the poles of the fraction.
     ratio = np.zeros_like(x)
     for order in range(highest + 30, 1, -1):
         capped = np.minimum(x, order)

@@ -4,14 +4,14 @@ Along the ray at angle θ the indenter's circle rises from the finger's circle w
 
     du_r/ds = sin θ g (g+1)/(w (g cos θ + w)),    w = √(1 - g² sin² θ),    g = r_b/R = 1 + r_b/r_c,
 
-which is ``g θ`` for small angles: the parabola. The slope grows without bound towards the indenter's own
-quarter circle, ``sin θ = 1/g``, so the contact never gets past it, however soft the rubber. Strain stays
-small and radial here; only the profile is exact.
+which is ``g θ`` for small angles: the parabola. The slope becomes infinite at the indenter's quarter circle,
+``sin θ = 1/g``, so that the contact never extends beyond it, however soft the rubber is. Strain is assumed small
+and radial; only the profile is exact.
 
-The slope operator does not depend on the profile. Its inverse is tabulated over the half-angle once; any load
-and radius is then a root of one increasing function.
+The slope operator does not depend on the profile. Its inverse is tabulated over the half-angle once; the
+half-angle for any load and radius is then the root of one increasing function.
 
-A parabola stands in well if its κ is chosen by the second moment of the pressure
+A parabola is a good replacement if its κ gives the same second moment of the pressure
 (`LayerContact.equivalent_kappa`). Largest error of ``q_k`` on the paper's finger, for k <= 30 (nearly all
 that reaches an element) and for k <= 150:
 
@@ -45,12 +45,12 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
-# The last part of the way to the indenter's quarter circle, where its slope is infinite, is left out.
+# Largest value of g sin θ. At 1, the indenter's quarter circle, the slope is infinite.
 LARGEST_PART_OF_CIRCLE = 0.99
 
 
 def circle_slope(theta: ArrayLike, radius_ratio: ArrayLike) -> FloatArray:
-    """Slope ``du_r/ds`` that a circular indenter imposes at angle θ (rad) from the contact's centre.
+    """Slope ``du_r/ds`` under a circular indenter at angle θ (rad) from the contact's centre.
 
     `radius_ratio` is ``g = r_b/R``, 1 for a flat. Arguments broadcast; ``g |sin θ|`` must be below 1.
     """
@@ -62,7 +62,7 @@ def circle_slope(theta: ArrayLike, radius_ratio: ArrayLike) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class CircleContact:
-    """Tabulated contact of true circles on one bonded annulus; made by `for_body` or `LayerContact.circle`.
+    """Tabulated contact of true circles on one bonded annulus; build it with `for_body` or `LayerContact.circle`.
 
     Attributes
     ----------
@@ -71,7 +71,7 @@ class CircleContact:
     half_angles : (n,) array
         Half-angles β of the table in rad, from 0.
     inverses : (n, terms, terms) array
-        Inverse of the slope operator at the collocation places, times ``2A/β``.
+        Inverse of the slope operator at the collocation points, times ``2A/β``.
     """
 
     outer_radius_mm: float
@@ -90,10 +90,10 @@ class CircleContact:
         largest_half_angle: float = 1.0,
         knots: int = 96,
     ) -> CircleContact:
-        """Invert and tabulate the slope operator for one body.
+        """Return the table of the inverse slope operator for one body.
 
-        Parameters are those of `LayerContact.for_body`. More terms than for the parabola, because the slope
-        of a circle is nearly singular where the contact nears the quarter circle.
+        Parameters are those of `LayerContact.for_body`. The default has more terms than for the parabola, because
+        the slope of a circle is nearly singular if the contact reaches almost to the quarter circle.
         """
         checked_body(core_radius_mm, outer_radius_mm, poisson_ratio)
         compliance = SurfaceCompliance.for_body(core_radius_mm, outer_radius_mm, poisson_ratio)
@@ -118,7 +118,7 @@ class CircleContact:
         Returns
         -------
         array of the broadcast shape
-            Contacts that would reach 0.99 of the indenter's quarter circle stay there.
+            Limited to ``sin β = 0.99/g``, close to the indenter's quarter circle.
 
         Raises
         ------
@@ -153,13 +153,13 @@ class CircleContact:
         return np.asarray(beta**2 * (1 + shape[..., 1]) / 4)
 
     def _checked(self, load: ArrayLike, radius: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Loads P/μ and ratios ``g = r_b/R``, broadcast."""
+        """Loads P/μ and ratios ``g = r_b/R``, checked and broadcast."""
         loads, composite = np.broadcast_arrays(
             np.asarray(load, dtype=float), composite_radius(radius, self.outer_radius_mm)
         )
         if not np.all((loads >= 0) & (loads < np.inf)):
             raise InputError("load over shear modulus must be finite and not negative")
-        # A knife edge is a circle too small to matter.
+        # A knife edge is a circle of negligible radius.
         return loads, self.outer_radius_mm / np.maximum(composite, 1e-9 * self.outer_radius_mm)
 
     def _slopes(self, beta: FloatArray, ratio: FloatArray) -> FloatArray:
@@ -176,7 +176,7 @@ class CircleContact:
         """Half-angle, and pressure coefficients with ``c_0 = 1``."""
         beta = self.half_angle(load, radius)
         ratio = np.broadcast_to(self._checked(load, radius)[1], beta.shape)
-        # At zero load the limit is a Hertz pressure; any small half-angle has its shape.
+        # At zero load the limit is a Hertz pressure; every small half-angle has the same shape.
         safe = np.maximum(beta, 1e-12 / ratio)
         inverse = self._spline(table_coordinate(safe))
         coefficients = (inverse @ self._slopes(safe, ratio)[..., np.newaxis])[..., 0]

@@ -4,14 +4,14 @@ A pressure with normalised spectrum ``q_k`` and load P on the bonded annulus giv
 
     du_r/ds = P/(π r_b² μ) Σ k U_k q_k sin kθ,                       s = r_b θ,
 
-with ``U_k = u_r(r_b)`` under ``τ_rr = cos kθ`` at μ = 1 MPa. The series converges badly, because the pressure
+with ``U_k = u_r(r_b)`` under ``τ_rr = cos kθ`` at μ = 1 MPa. The series converges slowly, because the pressure
 ends in square roots and ``k U_k → A + B/k + O(1/k²)`` with
 
-    A = (1-σ) r_b,    B = -(1-2σ) r_b/2                              (those of the elastic disc).
+    A = (1-σ) r_b,    B = -(1-2σ) r_b/2                              (the values of the elastic disc).
 
 So A and B are summed in closed form, ``Σ sin kx = ½ cot(x/2)`` and ``Σ sin(kx)/k = (π sign x - x)/2``, and
-only the quickly falling remainder is summed mode by mode. The half-plane is the part ``1/x`` of ``½
-cot(x/2)``; what is left of it is smooth.
+only the remainder, which decreases fast, is summed mode by mode. The half-plane is the part ``1/x`` of ``½
+cot(x/2)``; the rest is smooth.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import surface_displacement_response
 from bayestouch.contact.chebyshev import pressure_shapes, shape_transforms
 
-# Numbers of which tables that serve many bodies are kept.
+# Largest size (numbers) of a table that is cached for use with many bodies.
 LARGEST_KEPT = 2_000_000
 
 
@@ -40,7 +40,7 @@ class SurfaceCompliance:
     outer_radius_mm : float
         Surface radius ``r_b``, mm.
     half_plane_mm, curvature_mm : float
-        A and B of the module's text, mm.
+        A and B of the module description, mm.
     remainder_mm : (n_modes,) array
         ``k U_k - A - B/k`` for k = 1 … n_modes, mm.
     """
@@ -56,7 +56,7 @@ class SurfaceCompliance:
     ) -> SurfaceCompliance:
         """Compliance of the annulus ``core_radius_mm`` to ``outer_radius_mm`` (mm) with Poisson's ratio σ.
 
-        `modes` is the number of modes summed directly. By default at least 400, and more for thin layers: the
+        `modes` is the number of modes summed directly: by default at least 400, and more for thin layers. The
         bond changes mode k by ``(r_a/r_b)^(2k)``, which is e^-40 at the last one.
         """
         if modes is None:
@@ -70,7 +70,7 @@ class SurfaceCompliance:
         return cls(outer_radius_mm, half_plane, curvature, k * displacement - half_plane - curvature / k)
 
     def scaled(self, ratio: ArrayLike) -> SurfaceCompliance:
-        """The same with each mode's displacement times a ratio (n_modes,) that tends to one; modes from 1."""
+        """Return the compliance with the displacement of each mode multiplied by a ratio (n_modes,) that tends to 1."""
         k = np.arange(1, self.remainder_mm.size + 1)
         closed = self.half_plane_mm + self.curvature_mm / k
         return replace(self, remainder_mm=np.asarray(ratio) * (self.remainder_mm + closed) - closed)
@@ -83,7 +83,7 @@ class SurfaceCompliance:
         half_angle : (n,) array_like
             Half-angle β of the contact, rad, above zero.
         t : (n_t,) array_like
-            Places in the contact, θ/β, -1 to 1.
+            Positions in the contact, θ/β, -1 to 1.
         terms : int
             Number of pressure shapes (`pressure_shapes`).
 
@@ -93,7 +93,7 @@ class SurfaceCompliance:
         """
         beta, place = (np.ascontiguousarray(values, dtype=float) for values in (half_angle, t))
         modes = self.remainder_mm.size
-        # Fits solve body after body on the same grid, and these are the same for all of them.
+        # Cached, because a fit solves many bodies on the same grid, and these parts are the same for all.
         small = beta.size * max(place.size, terms) * modes < LARGEST_KEPT
         parts = _kept_slope_parts if small else _slope_parts
         half_plane, curvature, waves, shapes = parts(beta.tobytes(), place.tobytes(), terms, modes)
@@ -101,7 +101,7 @@ class SurfaceCompliance:
         return np.asarray(closed_form + waves @ (self.remainder_mm[:, np.newaxis] * shapes))
 
     def wedge_slope(self, half_angle: ArrayLike, t: ArrayLike) -> FloatArray:
-        """Slope under the wedge pressure ``arccosh(1/|t|)/π`` (load 1), less its half-plane part.
+        """Slope under the wedge pressure ``arccosh(1/|t|)/π`` (load 1), without its half-plane part.
 
         That part is ``A (π/2β) sign t``. Parameters and unit as in `slope`; shape (n, n_t).
         """
@@ -139,13 +139,13 @@ def _cotangent_remainder(x: FloatArray) -> FloatArray:
 def _slope_parts(
     half_angle: bytes, t: bytes, terms: int, n_modes: int
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """What slopes are made of, whatever the body: the sums that go with A and with B, waves and shapes of the modes."""
+    """Parts of the slope that do not depend on the body: the sums multiplied by A and by B, waves and mode shapes."""
     beta = np.frombuffer(half_angle)[:, np.newaxis, np.newaxis]
     place = np.frombuffer(t)
     phi = np.arccos(np.clip(place, -1, 1))[:, np.newaxis]
     order = 2 * np.arange(terms) + 1
     line = 2 / beta * np.cos(order * phi)
-    # Gauss-Chebyshev rule of the second kind: the cotangent less 1/x is analytic up to |x| = 2π.
+    # Gauss-Chebyshev rule of the second kind: the cotangent minus 1/x is analytic up to |x| = 2π.
     parts = terms + 24
     nodes = np.arange(1, parts) * np.pi / parts
     weights = pressure_shapes(np.cos(nodes), terms) * (np.sin(nodes) * np.pi / parts)[:, np.newaxis]

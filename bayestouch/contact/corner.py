@@ -1,13 +1,15 @@
 """Frictionless contact of a rigid corner (a wedge, tip first) with the bonded layer, at small strain.
 
-A wedge whose faces have slope m presses on a half-plane with ``arccosh(a/|x|)``, infinite at the tip. On the
+The pressure of a wedge with faces of slope m on a half-plane is proportional to ``arccosh(a/|x|)``, infinite at
+the tip. On the
 finger's circle, and with the bonded core, the slope equation is
 
     du_r/ds = m sign(s) + s/r_b.
 
-The wedge pressure solves the half-plane part of the first term exactly; all else is smooth enough for the
+The wedge pressure solves the half-plane part of the first term exactly; the rest is smooth enough for the
 Chebyshev terms of `bayestouch.contact.layer`. A 90° corner has m = 1, so that strains near its tip are not
-small: its width is the part of linear theory to trust least, and matters little (0.18 mm at P/μ = 2/3 mm).
+small: the width is the least reliable result of the linear theory, and has little influence (0.18 mm at
+P/μ = 2/3 mm).
 
 Source: K. L. Johnson, Contact Mechanics (1985), §5.2: ``P = 2 μ m a/(1-σ)`` for a wedge
 on a half-plane.
@@ -38,7 +40,8 @@ def half_plane_half_width(
 ) -> FloatArray:
     """Half-width a in mm of a corner on a round finger taken as a half-plane.
 
-    The pressures of wedge and finger curvature add at the same width: ``P/μ = (2 m a + π a²/(2 r_b))/(1-σ)``.
+    At a given width the loads due to the wedge and to the finger curvature add:
+    ``P/μ = (2 m a + π a²/(2 r_b))/(1-σ)``.
 
     Parameters
     ----------
@@ -50,13 +53,13 @@ def half_plane_half_width(
         ``r_b`` in mm, σ.
     """
     load = (1 - poisson_ratio) * _checked_load(load_over_modulus_mm)
-    # The root of the quadratic in the form that does not cancel at small loads.
+    # This form of the root of the quadratic has no cancellation at small loads.
     return np.asarray(load / (face_slope + np.sqrt(face_slope**2 + np.pi * load / (2 * outer_radius_mm))))
 
 
 @dataclass(frozen=True, eq=False)
 class CornerContact:
-    """Tabulated contact of one corner on one bonded annulus; make it with `for_body`.
+    """Tabulated contact of one corner on one bonded annulus; build it with `for_body`.
 
     Attributes
     ----------
@@ -65,9 +68,9 @@ class CornerContact:
     half_angles : (n,) array
         Half-angles β in rad, from 0.
     loads_mm : (n,) array
-        P/μ at them, mm.
+        P/μ at these half-angles, mm.
     shares : (n, 1 + terms) array
-        Load 1 shared between the wedge pressure and the Chebyshev terms (which beyond the first carry none).
+        Coefficients of the wedge pressure and of the Chebyshev terms at load 1 (terms after the first have no load).
     """
 
     outer_radius_mm: float
@@ -89,10 +92,12 @@ class CornerContact:
         largest_half_angle: float = 1.0,
         knots: int = 96,
     ) -> CornerContact:
-        """Solve and tabulate. `face_slope` is m, 1 for a right angle; the rest as in `LayerContact.for_body`.
+        """Return the tabulated contact; `face_slope` is m, 1 for a right angle.
 
-        With 16 terms the width is right to 1e-6 and the slope to 1e-4, worst at the tip, where the error
-        falls only like 1/M: the curvature term of the compliance has a ``t log t`` there.
+        The other parameters are those of `LayerContact.for_body`.
+
+        With 16 terms the relative error of the width is 1e-6 and that of the slope 1e-4. It is largest at the tip,
+        where it falls only like 1/M: the curvature term of the compliance has a ``t log t`` there.
         """
         checked_body(core_radius_mm, outer_radius_mm, poisson_ratio)
         if not 0 < face_slope < np.inf:
@@ -115,7 +120,7 @@ class CornerContact:
         )
 
     def half_angle(self, load_over_modulus_mm: ArrayLike) -> FloatArray:
-        """Half-angle β in rad, shape of the loads P/μ (mm). Raises beyond the table."""
+        """Half-angle β in rad, shape of the loads P/μ (mm). Raises `InputError` beyond the table."""
         load = _checked_load(load_over_modulus_mm)
         if np.any(load > self.loads_mm[-1]):
             largest = self.loads_mm[-1]
@@ -136,7 +141,7 @@ class CornerContact:
         return np.asarray(shares[..., :1] * wedge_transform(z) + smooth)
 
     def _half_plane_angle(self, load: FloatArray) -> FloatArray:
-        """Half-angle on a half-plane, by which the table goes."""
+        """Half-angle on a half-plane, the argument of the table."""
         width = half_plane_half_width(
             load,
             face_slope=self.face_slope,

@@ -6,8 +6,8 @@ belongs:
     θ_w = (2/r_b) √(2 P (1-σ) R/(π μ)).
     (8, corrected)
 
-As printed the argument of the root has no consistent unit, and the pressure (7) does not integrate to P.
-Equations (7) and (9) are right as printed.
+As printed, the argument of the root has no consistent unit, and the integral of the pressure (7) is not P.
+Equations (7) and (9) are correct as printed.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def composite_radius(indenter_radius_mm: ArrayLike, outer_radius_mm: float) -> F
     Parameters
     ----------
     indenter_radius_mm : array_like
-        ``r_c`` in mm: 0 is a knife edge, inf a flat, below ``-r_b`` a hollow that is rounder than the finger.
+        ``r_c`` in mm: 0 is a knife edge, inf a flat, below ``-r_b`` a hollow with a larger radius than the finger.
     outer_radius_mm : float
         ``r_b`` in mm.
 
@@ -40,7 +40,7 @@ def composite_radius(indenter_radius_mm: ArrayLike, outer_radius_mm: float) -> F
     Raises
     ------
     InputError
-        If a radius is NaN, or a hollow too tight for the finger to touch its ground.
+        If a radius is NaN, or a hollow is too narrow for the finger to touch its bottom.
     """
     radius = np.asarray(indenter_radius_mm, dtype=float)
     if not np.all((radius >= 0) | (radius < -outer_radius_mm)):
@@ -63,7 +63,7 @@ def indenter_radius(composite_radius_mm: ArrayLike, outer_radius_mm: float) -> F
     radius = np.asarray(composite_radius_mm, dtype=float)
     if not np.all(radius >= 0):
         raise InputError("composite radius must not be negative")
-    with np.errstate(divide="ignore"):  # knife edge and flat divide by zero, rightly
+    with np.errstate(divide="ignore"):  # knife edge and flat divide by zero; the result is correct
         return np.asarray(1 / (1 / radius - 1 / outer_radius_mm))
 
 
@@ -117,7 +117,7 @@ def arc_of_contact(
     shear_modulus_MPa: float,
     poisson_ratio: float,
 ) -> float:
-    """Arc of contact θ_w in rad (the full width): equation (8), corrected as above."""
+    """Arc of contact θ_w in rad (the full width): equation (8), corrected as in the module description."""
     kappa = load_N_per_mm * composite_radius(indenter_radius_mm, outer_radius_mm) / shear_modulus_MPa
     return float(2 * half_width(kappa, poisson_ratio) / outer_radius_mm)
 

@@ -7,10 +7,10 @@ the load follows:
 
     Σ_m c_m slope_m(t_i) = β t_i,    κ = P R/μ = π r_b³ c_0,
 
-so for a given body everything is a function of κ. Solved once on a grid of β, interpolated after. With 8
-terms on the paper's finger the load is right to 2e-7 and the slope, relative to its value at the edge, to
-2e-6 at β = 0.1 and 6e-6 at β = 0.26 (a flat at P/μ = 4 mm). The slope's error falls as ``M^-3``, because the
-curvature term ends in square roots.
+so that for a given body the contact is a function of κ alone. The equation is solved once on a grid of β; other
+values are interpolated. With 8 terms on the paper's finger the relative error of the load is 2e-7. The error of the
+slope, relative to its value at the edge, is 2e-6 at β = 0.1 and 6e-6 at β = 0.26 (a flat at P/μ = 4 mm). The
+slope's error falls as ``M^-3``, because the curvature term ends in square roots.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class LayerContact:
-    """Tabulated frictionless contact on one bonded annulus. A `ContactModel`; make it with `for_body`.
+    """Tabulated frictionless contact on one bonded annulus. A `ContactModel`; build it with `for_body`.
 
     Attributes
     ----------
@@ -69,7 +69,7 @@ class LayerContact:
         knots: int = 96,
         compliance: SurfaceCompliance | None = None,
     ) -> LayerContact:
-        """Solve and tabulate the contact for one body (about 10 ms).
+        """Return the tabulated contact for one body; takes about 10 ms.
 
         Parameters
         ----------
@@ -78,18 +78,18 @@ class LayerContact:
         poisson_ratio : float
             σ, above -1 and at most 0.5.
         terms : int, optional
-            Pressure terms M. By default 8, or more where the contact may be many layers wide.
+            Pressure terms M. By default 8, or more if the contact may be several layer thicknesses wide.
         largest_half_angle : float
             End of the table in rad, at most 1.5.
         knots : int
-            Number of half-angles; with 96 interpolation adds less than 1e-6 to coefficients and half-widths.
+            Number of half-angles; with 96 the interpolation error of coefficients and half-widths is below 1e-6.
         compliance : SurfaceCompliance, optional
-            Of the surface, where it is not that of the annulus in plane strain.
+            Compliance of the surface; by default that of the annulus in plane strain.
 
         Raises
         ------
         InputError
-            If the body is impossible or the table's end is out of range.
+            If the dimensions of the body are impossible or the end of the table is out of range.
         """
         checked_body(core_radius_mm, outer_radius_mm, poisson_ratio)
         if not 0 < largest_half_angle <= 1.5:
@@ -126,7 +126,7 @@ class LayerContact:
         return np.asarray(hertz / np.sqrt(self._splined(hertz)[..., 0]))
 
     def hertz_half_angle(self, kappa: ArrayLike) -> FloatArray:
-        """Half-angle in rad that Hertz gives to κ (mm²), by which the table goes; raises beyond its end."""
+        """Half-angle in rad of a Hertz contact at κ (mm²), the argument of the table; raises an error beyond it."""
         values = checked_kappa(kappa)
         largest = float(self.kappas[-1])
         if np.any(values > largest):
@@ -177,7 +177,7 @@ class LayerContact:
 
     @cached_property
     def circle(self) -> CircleContact:
-        """Contact of true circles on the same body, for indenters small against their contact."""
+        """Contact of true circles on the same body, for indenters that are small compared with the contact."""
         from bayestouch.contact.circle import CircleContact
 
         return CircleContact.for_body(
@@ -188,10 +188,10 @@ class LayerContact:
         )
 
     def equivalent_kappa(self, load_over_modulus_mm: ArrayLike, indenter_radius_mm: ArrayLike) -> FloatArray:
-        """κ in mm² of the parabola whose contact pressure has the second moment of the true circle's.
+        """κ in mm² of the parabola whose pressure has the same second moment as that of the true circle.
 
-        One table then serves both profiles: ``spectrum(equivalent_kappa(P/μ, r_c), modes)``. Equal second
-        moments make the spectra agree to order k² and do better than equal half-widths (numbers in
+        One table can then be used for both profiles: ``spectrum(equivalent_kappa(P/μ, r_c), modes)``. With equal
+        second moments the spectra agree to order k², better than with equal half-widths (see the table in
         `bayestouch.contact.circle`).
 
         Parameters

@@ -1,4 +1,4 @@
-"""What every contact model of a round indenter offers to the stages above."""
+"""Protocol of the contact models of round indenters, and checks of their arguments."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from bayestouch.errors import InputError
 class ContactModel(Protocol):
     """Contact of a rigid parabola with the finger, a function of ``κ = P R/μ`` (mm²) alone.
 
-    P is the load in N/mm, R the composite radius in mm, μ the shear modulus in MPa. Zero κ is a knife edge.
+    P is the load in N/mm, R the composite radius in mm, μ the shear modulus in MPa. κ = 0 is a knife edge.
     """
 
     @property
     def name(self) -> str:
-        """Name under which `contact_model` makes it."""
+        """Name of the model in `contact_model`."""
         ...
 
     def half_width(self, kappa: ArrayLike) -> FloatArray:
@@ -35,7 +35,7 @@ class ContactModel(Protocol):
 
 
 def checked_kappa(kappa: ArrayLike) -> FloatArray:
-    """`kappa` as an array of numbers that are finite and not negative; raises `InputError` otherwise."""
+    """Return `kappa` as an array; raises `InputError` if a value is negative or not finite."""
     values = np.asarray(kappa, dtype=float)
     if not np.all((values >= 0) & (values < np.inf)):
         raise InputError("load times composite radius over shear modulus must be finite and not negative")

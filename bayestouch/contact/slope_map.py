@@ -1,24 +1,24 @@
-"""The S map of Nicolson and Fearing (1995), section 2.2: pressure coefficients to slopes in the contact.
+"""The S map of Nicolson and Fearing (1995), section 2.2: slopes in the contact from pressure coefficients.
 
-``s = S p`` takes ``p = (p_0, p_1^s, p_1^c, …, p_nc^s, p_nc^c)``, compression positive, to the slope
-``du_r/ds`` at 4 n_c + 2 places in a contact of given centre and width. The paper inverts it by a singular
-value decomposition [its reference 11] and leaves two things unsaid, decided here:
+``s = S p`` gives the slope ``du_r/ds`` at 4 n_c + 2 points of a contact of given centre and width from
+``p = (p_0, p_1^s, p_1^c, …, p_nc^s, p_nc^c)``, compression positive. The paper inverts it by a singular
+value decomposition [its reference 11] and does not state two choices, which are made here:
 
-* **Outside the contact.** S alone cannot be inverted: its column of p_0 is zero (a uniform pressure slopes
-  nothing) and a contact of half-angle β determines well only about ``2 n_c β/π`` of the other coefficients.
-  The truncated decomposition fills the rest with the smallest pressure, which pulls outside the contact as
-  hard as it pushes inside: no load at all. So rows "pressure is zero here" are stacked under S, in the unit
-  of pressure (slopes times ``μ/(1-σ)``, what a half-plane makes of them) and weighted like integrals over the
-  two regions. Both kinds of rows are then isometries up to the layer's effect, all singular values lie within
-  a factor of a few, and the inverse is well-posed. Equal weight is best: heavier zero rows bias the load low,
-  lighter ones high (`outside_weight`).
-* **Which solution.** The slope fixes the pressure only up to that of a flat punch ``1/√(β² - θ²)``, which
-  slopes nothing. A band-limited series cannot hold its infinite edges, so least squares leaves it out: the
-  result is the pressure of smooth contact.
+* **Outside the contact.** S alone cannot be inverted: its column of p_0 is zero (a uniform pressure causes no
+  slope) and a contact of half-angle β determines well only about ``2 n_c β/π`` of the other coefficients.
+  The truncated decomposition selects the pressure of least norm, whose tension outside the contact balances the
+  compression inside: the load is zero. Therefore rows "pressure is zero here" are added below S, in the unit
+  of pressure (slopes times ``μ/(1-σ)``, as on a half-plane) and weighted like integrals over the
+  two regions. Both kinds of rows are then isometries except for the effect of the layer, all singular values are
+  within a small factor of each other, and the inverse is well-posed. Equal weight is best: with a larger weight of
+  the zero rows the load is too low, with a smaller weight too high (`outside_weight`).
+* **Which solution.** The slope determines the pressure only up to that of a flat punch ``1/√(β² - θ²)``, which
+  causes no slope. A band-limited series cannot represent its infinite values at the edges, so that least squares
+  excludes it: the result is the pressure of smooth contact.
 
-The series ends at n_c although the pressure's coefficients fall like ``k^-1.5``, so everything converges
-slowly: the load at a given width is right to 3 % at ``n_c β = 5``, 1.5 % at 10, 0.3 % at 20, 0.05 % at 40.
-`bayestouch.contact.layer` is the same contact without this truncation, and far faster; the S map serves other
+The series ends at n_c although the coefficients of the pressure fall only like ``k^-1.5``, so that convergence is
+slow: the error of the load at a given width is 3 % at ``n_c β = 5``, 1.5 % at 10, 0.3 % at 20, 0.05 % at 40.
+`bayestouch.contact.layer` is the same contact without this truncation, and much faster; the S map is for other
 shapes.
 """
 
@@ -38,7 +38,7 @@ from bayestouch.errors import InputError
 
 @dataclass(frozen=True, eq=False)
 class SlopeMap:
-    """S map for one contact region on one bonded annulus, at μ = 1 MPa; make it with `for_contact`.
+    """S map for one contact region on one bonded annulus, at μ = 1 MPa; build it with `for_contact`.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class SlopeMap:
     outer_radius_mm, poisson_ratio : float
         ``r_b`` in mm, σ.
     contact_angles : (4 n_c + 2,) array
-        Where slopes are taken, rad from the contact's centre: equally spaced, none on the edge.
+        Angles of the slopes, rad from the contact's centre: equally spaced, none on the edge.
     slopes : (4 n_c + 2, 2 n_c + 1) array
         S, mm per mm and MPa.
     outside : (8 n_c + 4, 2 n_c + 1) array
-        Pressure at equally spaced places outside the contact, per coefficient.
+        Pressure at equally spaced points outside the contact, per coefficient.
     """
 
     centre_rad: float
@@ -73,12 +73,13 @@ class SlopeMap:
         poisson_ratio: float,
         centre_rad: float = 0.0,
     ) -> SlopeMap:
-        """Build S for ``n_c = coefficients`` and a contact region; radii in mm, angles in rad.
+        """Return the S map for ``n_c = coefficients`` and a contact region; radii in mm, angles in rad.
 
         Raises
         ------
         InputError
-            If the contact or body is impossible, or n_c too small to resolve the contact (``n_c β < 3``).
+            If contact or body have impossible dimensions, or n_c is too small to resolve the contact
+            (``n_c β < 3``).
         """
         checked_body(core_radius_mm, outer_radius_mm, poisson_ratio)
         if not 0 < half_angle_rad < np.pi:
@@ -98,7 +99,7 @@ class SlopeMap:
             poisson_ratio=poisson_ratio,
         )
         gain = modes * displacement / outer_radius_mm
-        # u_r = -U_k p_k under pressure, so p^s sin gives a slope -cos and p^c cos a slope +sin.
+        # u_r = -U_k p_k under pressure, so that p^s sin causes a slope -cos and p^c cos a slope +sin.
         phase = (inside + centre_rad)[:, np.newaxis] * modes
         slopes = _interleaved(0.0, -gain * np.cos(phase), gain * np.sin(phase))
         phase = (beyond + centre_rad)[:, np.newaxis] * modes
@@ -106,7 +107,7 @@ class SlopeMap:
         return cls(centre_rad, half_angle_rad, outer_radius_mm, poisson_ratio, inside, slopes, outside)
 
     def singular_values(self, outside_weight: float = 1.0) -> FloatArray:
-        """Singular values of the stacked map, largest first; weight 0 for those of S alone."""
+        """Singular values of S with the zero-pressure rows, largest first; weight 0 for S alone."""
         return np.asarray(np.linalg.svd(self._stacked(outside_weight), compute_uv=False))
 
     def pressure(self, slope: ArrayLike, *, outside_weight: float = 1.0, relative_cutoff: float = 1e-6) -> FloatArray:
@@ -117,10 +118,10 @@ class SlopeMap:
         slope : (4 n_c + 2,) array_like
             ``du_r/ds`` at `contact_angles`.
         outside_weight : float
-            Weight of the zero-pressure rows against the slope rows; 0 leaves them out (see the module's
-            text).
+            Weight of the zero-pressure rows relative to the slope rows; 0 omits them (see the module
+            description).
         relative_cutoff : float
-            Singular values below this part of the largest are dropped. With the zero rows none is.
+            Singular values below this fraction of the largest are omitted. With the zero-pressure rows none is.
 
         Returns
         -------
@@ -138,7 +139,7 @@ class SlopeMap:
         return np.asarray(right[keep].T @ (left[:, keep].T @ rows / values[keep]))
 
     def load_over_modulus(self, pressure: FloatArray) -> float:
-        """P/μ in mm of coefficients p."""
+        """P/μ in mm for pressure coefficients p."""
         return float(2 * np.pi * self.outer_radius_mm * pressure[0])
 
     def spectrum(self, pressure: FloatArray) -> FloatArray:
@@ -164,7 +165,7 @@ class SlopeMap:
 
 
 def _midpoints(count: int) -> FloatArray:
-    """Midpoints of equal parts of -1 … 1."""
+    """Midpoints of `count` equal intervals of -1 … 1."""
     return np.asarray((2 * np.arange(count) + 1) / count - 1)
 
 

@@ -1,4 +1,4 @@
-"""Grids and splines over the half-angle, shared by the tabulated contacts."""
+"""Grids and splines over the half-angle, used by all tabulated contacts."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
 
 
-# Knots crowd towards zero half-angle below this one (rad): the coordinate is log(1 + β/β_1).
+# Half-angle β_1 (rad) in the table coordinate log(1 + β/β_1): below it the knots are dense.
 HALF_ANGLE_SCALE = 0.05
 
 
 def collocation_places(terms: int) -> FloatArray:
-    """Places t where slope equations are solved: the positive zeros of ``T_2M``, shape (terms,)."""
+    """Collocation points t of the slope equation: the positive zeros of ``T_2M``, shape (terms,)."""
     return np.asarray(np.cos((2 * np.arange(terms) + 1) * np.pi / (4 * terms)))
 
 
 def table_coordinate(half_angle: ArrayLike) -> FloatArray:
-    """Coordinate in which contact quantities are interpolated, zero at zero half-angle (rad)."""
+    """Coordinate for the interpolation over the half-angle (rad), zero at zero half-angle."""
     return np.asarray(np.log1p(np.asarray(half_angle, dtype=float) / HALF_ANGLE_SCALE))
 
 
@@ -35,6 +35,6 @@ def half_angle_grid(largest_half_angle: float, knots: int) -> FloatArray:
 
 def spline(coordinates: FloatArray, values: FloatArray) -> CubicSpline:
     """Cubic spline through `values` (first axis) at `coordinates`."""
-    from scipy.interpolate import CubicSpline  # half a second to import: only when a table is read
+    from scipy.interpolate import CubicSpline  # imported here, because the import takes half a second
 
     return CubicSpline(coordinates, values)

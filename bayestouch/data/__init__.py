@@ -1,1 +1,1 @@
-"""The data: sensor, touch tables, data sets, and what is done to readings before any model sees them."""
+"""The data: sensor, touch tables, data sets, and the steps that prepare readings for a model."""

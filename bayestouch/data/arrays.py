@@ -1,4 +1,4 @@
-"""Array types of the data layer, and arrays made to fit them."""
+"""Conversion of user input to arrays of a given type and shape, and quantiles of draws."""
 
 from __future__ import annotations
 
@@ -11,14 +11,12 @@ import numpy.typing as npt
 from bayestouch.array_types import FloatArray, IntArray, ObjectArray
 from bayestouch.errors import InputError, shown
 
-#: Holds str.
-
-#: Ids stay exact through every program that holds numbers as doubles.
+#: Upper limit of ids: integers below it are exact in double precision.
 MAX_ID = 2**53
 
 
 def quantiles(draws: FloatArray, probabilities: Sequence[float], axis: int | tuple[int, ...]) -> FloatArray:
-    """Quantiles of draws; between draws as numpy does, or where some are infinite (a flat's r_c), at a draw."""
+    """Quantiles of draws, interpolated linearly; without interpolation if a draw is infinite (r_c of a flat)."""
     method = "linear" if np.isfinite(draws).all() else "inverted_cdf"
     return np.asarray(np.quantile(draws, probabilities, axis=axis, method=method))  # type: ignore[call-overload]  # the stubs want a literal
 

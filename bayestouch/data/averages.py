@@ -1,4 +1,4 @@
-"""Means over the samples of a touch, and the pure error between them."""
+"""Mean readings of each touch over its samples, and the pure error (scatter between the samples of a touch)."""
 
 from __future__ import annotations
 
@@ -19,28 +19,28 @@ from bayestouch.output.summary import Summarised
 
 @dataclass(frozen=True, eq=False, repr=False)
 class TouchMeans(Summarised):
-    """One row per touch, over its samples in contact; t touches, m elements.
+    """Means over the samples in contact, one row per touch; t touches, m elements.
 
-    Touches stand in the order of their first row in contact; a touch that has none is left out.
+    Touches are in the order of their first row in contact. A touch without such a row is left out.
 
     Attributes
     ----------
     touch : int array, shape (t,)
     readings : array, shape (t, m)
-        Mean readings; NaN where a touch has none of an element.
+        Mean readings; NaN where a touch has no reading of an element.
     counts : int array, shape (t, m)
         Number of raw reads behind each mean: a row counts once, or `reads` times where it is an average.
     pure_error_variance : array, shape (m,)
-        Variance of ONE raw read, pooled over touches; that of a mean is this over `counts`. NaN where
+        Variance of ONE raw read, pooled over touches; divide by `counts` for the variance of a mean. NaN where
         no element of a touch was read twice.
     pure_error_dof : array, shape (m,)
-        Degrees of freedom behind it.
+        Degrees of freedom of `pure_error_variance`.
     load, indenter_radius_mm, depth_mm, time_s : array, shape (t,)
-        Means over the rows that have them (load in N/m or N); NaN where none has.
+        Means over the rows that state them (load in N/m or N); NaN where no row does.
     angle_deg, x_mm, y_mm : array, shape (t,), or None
         Mean location (angles across ±180° are averaged around the circle).
     load_reads : array, shape (t,), or None
-        Number of raw reads behind each mean load; 0 where none has one.
+        Number of raw reads behind each mean load; 0 where no load was read.
     load_error_variance, load_error_dof : float
         Variance of ONE read of the load within touches, and its degrees of freedom; NaN and 0 where no load of a touch
         was read twice, or where those of every touch are equal (then one load was written into all its rows).
@@ -74,17 +74,17 @@ class TouchMeans(Summarised):
 
     @cached_property
     def location(self) -> FloatArray:
-        """Where a pad was touched, (t, D) in mm: x, and y where there is one; NaN unknown."""
+        """Location of each touch on a pad in mm, shape (t, D): x, and y in two dimensions; NaN unknown."""
         return np.stack([axis for axis in (self.x_mm, self.y_mm) if axis is not None], axis=1)
 
     def select(self, index: IntArray | BoolArray) -> TouchMeans:
-        """Some of the touches; the pure error stays that of all."""
+        """Return the selected touches; the pure error remains that of all touches."""
         columns: dict[str, Any] = {name: values[index] for name, values in self._columns().items()}
         return replace(self, **columns)
 
     @classmethod
     def joined(cls, parts: Sequence[TouchMeans]) -> TouchMeans:
-        """All touches of several tables, one after the other; the pure error is that of the first."""
+        """Return the touches of several tables as one table; the pure error is that of the first table."""
         if len(parts) == 1:
             return parts[0]
         columns: dict[str, Any] = {
@@ -93,11 +93,11 @@ class TouchMeans(Summarised):
         return replace(parts[0], **columns)
 
     def without_load(self) -> TouchMeans:
-        """The same touches as if no load had been measured."""
+        """Return the same touches with every load unknown (NaN)."""
         return replace(self, load=np.full(self.n_touches, np.nan))
 
     def _columns(self) -> dict[str, NDArray[Any]]:
-        """What has a row for each touch."""
+        """Attributes that have one row per touch, by name."""
         values = {each.name: getattr(self, each.name) for each in fields(self)}
         return {
             name: value
@@ -107,9 +107,9 @@ class TouchMeans(Summarised):
 
 
 def average(touches: SampleRows) -> TouchMeans:
-    """Average each touch over its samples in contact.
+    """Return the means of each touch over its samples in contact.
 
-    A row that is itself an average of r raw reads (`reads`) weighs r. With ȳ the mean of the touch, the
+    A row that is itself an average of r raw reads (`reads`) has weight r. With ȳ the mean of the touch, the
     sum of squares within it is Σ r (y − ȳ)² between its rows plus Σ (r − 1) s² inside them, where s is
     the row's `eNN_sd`, the standard deviation of the raw reads (with r − 1 in its denominator) and not of
     their mean. Degrees of freedom are one less than the number of rows, plus Σ (r − 1) over the rows that
@@ -118,7 +118,7 @@ def average(touches: SampleRows) -> TouchMeans:
     Raises
     ------
     InputError
-        A touch is made with two indenters.
+        A touch has rows with two different indenters.
     """
     rows = np.flatnonzero(touches.in_contact)
     ids, group = groups(touches.touch[rows])
@@ -167,7 +167,7 @@ def average(touches: SampleRows) -> TouchMeans:
 
 
 def _load_error(load: FloatArray, group: IntArray, n: int, reads: FloatArray) -> tuple[FloatArray, float, float]:
-    """Reads behind each mean load, and variance of one read within touches with its degrees of freedom."""
+    """Number of reads of each mean load; variance of one read within touches; its degrees of freedom."""
     some = ~np.isnan(load)
     count = np.asarray(np.bincount(group[some], weights=reads[some], minlength=n), dtype=np.float64)
     deviation = (load - grouped_mean(load, group, n, reads)[group])[some]

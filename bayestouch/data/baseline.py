@@ -1,4 +1,4 @@
-"""Subtracting what the elements read while nothing touches them."""
+"""Baseline correction: subtract the readings of the elements without contact."""
 
 from __future__ import annotations
 
@@ -18,16 +18,18 @@ Rows = TypeVar("Rows", bound=SampleRows)
 
 @dataclass(frozen=True, eq=False)
 class RestTally:
-    """No-contact readings of a table, summed up over pieces of it that hold their touches whole; m elements.
+    """Running sums of the no-contact readings of a table that is read in pieces; m elements.
+
+    All rows of a touch must be in the same piece.
 
     Attributes
     ----------
     rows : int
-        No-contact rows.
+        Number of no-contact rows.
     touched, with_own : int
-        Touches in contact, and those of them that have no-contact rows of their own.
+        Number of touches in contact, and of those among them that have no-contact rows of their own.
     first, excess, weight : (m,) arrays
-        The first reading (NaN without), the weighted sum of all about it, and their weight.
+        First reading (NaN if there is none), weighted sum of the deviations from it, and sum of the weights.
     """
 
     rows: int
@@ -39,11 +41,11 @@ class RestTally:
 
     @classmethod
     def none(cls, n_elements: int) -> RestTally:
-        """Of nothing yet."""
+        """Return the sums before any row is added."""
         return cls(0, 0, 0, np.full(n_elements, np.nan), np.zeros(n_elements), np.zeros(n_elements))
 
     def after(self, touches: SampleRows) -> RestTally:
-        """The tally with a piece added. Sums go on row by row: the same bits however the table is cut."""
+        """Return the sums with a piece added, row by row: the division into pieces does not change the last bits."""
         away = ~touches.in_contact
         touched = np.unique(touches.touch[~away])
         first, excess, weight = self.first.copy(), self.excess.copy(), self.weight.copy()
@@ -68,7 +70,7 @@ class RestTally:
 
     @property
     def mean(self) -> FloatArray | None:
-        """Mean reading at rest, (m,), NaN for an element without; None where no row is without contact."""
+        """Mean no-contact reading, shape (m,), NaN for an element without one; None if there is no no-contact row."""
         if not self.rows:
             return None
         zero = np.zeros(len(self.first))
@@ -77,16 +79,16 @@ class RestTally:
 
 @dataclass(frozen=True, eq=False)
 class Baseline:
-    """What to subtract from the readings of a table.
+    """Values that are subtracted from the readings of a table.
 
     Attributes
     ----------
     general : (m,) array or None
-        For touches without no-contact rows of their own; None takes the readings as they are.
+        Used for touches without no-contact rows of their own; None if the readings are not changed.
     own : bool
         Whether touches have no-contact rows of their own.
     note : str
-        What is done.
+        Description of the correction.
     """
 
     general: FloatArray | None
@@ -95,13 +97,13 @@ class Baseline:
 
     @classmethod
     def of(cls, tally: RestTally, rest: npt.ArrayLike | None = None) -> Baseline:
-        """Of the table that was tallied; `rest` as in `correct`."""
+        """Return the baseline of the table that `tally` sums up; `rest` as in `correct`."""
         general = tally.mean
         if general is None and rest is not None:
             given = np.asarray(rest, dtype=np.float64)
             if given.shape != tally.first.shape:
                 raise InputError(f"expected a rest reading of {len(tally.first)} elements, got shape {given.shape}")
-            return cls(given, False, "the rest reading given was subtracted" + _left(given))
+            return cls(given, False, "the rest reading given was subtracted" + _without_rest_reading(given))
         if general is None:
             return cls(None, False, "no reading without contact: readings are taken as they are")
         if tally.with_own == tally.touched:
@@ -113,10 +115,10 @@ class Baseline:
                 f"the mean no-contact reading was subtracted: its own in {tally.with_own} of {tally.touched} touches, "
                 "that of all no-contact rows in the others"
             )
-        return cls(general, True, note + _left(general))
+        return cls(general, True, note + _without_rest_reading(general))
 
     def subtracted(self, touches: Rows) -> Rows:
-        """The table, or a piece of it that holds its touches whole, with the readings corrected and the note."""
+        """Return the table (or a piece of it with complete touches) with corrected readings and the note."""
         if self.general is None:
             return touches.with_(notes=(*touches.notes, self.note))
         away = ~touches.in_contact
@@ -131,44 +133,44 @@ class Baseline:
 
 
 def rest_reading(touches: SampleRows) -> FloatArray | None:
-    """Mean no-contact reading of each element over the whole table, averaged rows by their `reads`.
+    """Mean no-contact reading of each element over the whole table, each row weighted by its `reads`.
 
     Returns
     -------
     array, shape (m,), or None
-        NaN for an element that has none; None where the table has no no-contact row.
+        NaN for an element without such a reading; None if the table has no no-contact row.
     """
     return RestTally.none(touches.n_elements).after(touches).mean
 
 
 def correct(touches: Rows, rest: npt.ArrayLike | None = None) -> Rows:
-    """Subtract the no-contact readings, element by element.
+    """Return the touches with the no-contact readings subtracted, element by element.
 
-    A touch with no-contact rows of its own has their mean subtracted (this takes out drift, and adds the
-    noise of that mean to all its samples alike). Any other touch has the mean of all no-contact rows of
-    the table subtracted or, where the table has none, `rest`. No-contact rows are corrected too and kept.
+    If a touch has no-contact rows of its own, their mean is subtracted. This removes drift, and adds the noise of
+    that mean, the same to all samples of the touch. For any other touch, the mean of all no-contact rows of the
+    table is subtracted or, if the table has none, `rest`. No-contact rows are corrected too and kept.
 
     Parameters
     ----------
     touches : Touches
     rest : array, shape (m,), optional
-        Reading at rest from elsewhere (`Touches.rest_reading` of the calibration table, say).
+        Reading without contact from another table, for example `Touches.rest_reading` of the calibration table.
 
     Returns
     -------
     Touches
-        With a note of what was done.
+        A note describes the correction.
 
     Raises
     ------
     InputError
-        `rest` has not one value for each element.
+        `rest` does not have one value for each element.
     """
     return Baseline.of(RestTally.none(touches.n_elements).after(touches), rest).subtracted(touches)
 
 
-def _left(general: FloatArray) -> str:
-    """Which elements have no reading at rest."""
+def _without_rest_reading(general: FloatArray) -> str:
+    """Text that names the elements without a no-contact reading; empty if all have one."""
     names = ", ".join(f"e{k + 1:02d}" for k in np.flatnonzero(np.isnan(general)))
     return f" ({names}: no such reading, left as it is)" if names else ""
 

@@ -1,4 +1,4 @@
-"""Cells of text to numbers, with the place of the first one that is none."""
+"""Conversion of text cells to numbers; an error names the row and column of the first cell that is not a number."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ MISSING = frozenset({"nan", "+nan", "-nan", "na", "n/a", "#n/a", "null", "none"}
 
 
 class NumberReader:
-    """Converts columns of one file, remembering what had to be handled.
+    """Converts columns of one file to numbers and records the irregularities that it corrects.
 
     Parameters
     ----------
     file : Path
-        Named in errors and notes.
+        Named in error messages and notes.
     decimal_comma : bool
         Whether ``1,5`` may mean 1.5 (where the comma does not separate columns).
     """
@@ -34,12 +34,12 @@ class NumberReader:
         self.first_missing_word = ""
 
     def numbers(self, cells: Sequence[str], column: str, rows: Sequence[int]) -> FloatArray:
-        """Convert one column.
+        """Return one column as numbers.
 
         Parameters
         ----------
         cells : sequence of str
-            Empty where missing.
+            Empty strings for missing numbers.
         column : str
         rows : sequence of int
             Line of each cell in the file.
@@ -47,15 +47,15 @@ class NumberReader:
         Returns
         -------
         float array, shape (n,)
-            The double nearest to each decimal; NaN where missing.
+            The double closest to each decimal number; NaN where missing.
 
         Raises
         ------
         InputError
-            A cell is no number; the first one is named.
+            A cell is not a number; the message names the first such cell.
         """
         joined = "".join(cells)
-        # Python's float takes 1_000; nobody else does.
+        # float() accepts 1_000; this format does not.
         if "_" not in joined and not (self.decimal_comma and ("," in joined or "." in joined)):
             try:
                 values = np.array([float(cell) if cell else math.nan for cell in cells], dtype=np.float64)
@@ -70,13 +70,13 @@ class NumberReader:
         )
 
     def take_words(self, count: int, column: str, rows: Sequence[int]) -> None:
-        """Count words for a missing number in a column, of which the first one is in the first of these rows."""
+        """Count `count` words for a missing number in a column; the first word is in `rows[0]`."""
         if count:
             self.first_missing_word = self.first_missing_word or f"row {rows[0]}, column {column}"
             self.missing_words += count
 
     def notes(self) -> tuple[str, ...]:
-        """Tell what was handled."""
+        """Return one line for each irregularity that was corrected."""
         notes = []
         if self.decimal == ",":
             notes.append(f"{self.file.name}: read with decimal commas")
@@ -100,7 +100,7 @@ class NumberReader:
                 kind = "comma" if self.decimal == "," else "point"
                 message = f"expected a decimal {kind} as elsewhere in the file, got {shown(cell)}"
                 raise InputError(message, file=self.file, row=row, column=column)
-            # `1.234,5` has both and fails below: which one groups the thousands is a guess.
+            # `1.234,5` has a point and a comma and fails below: which one groups thousands is not certain.
             text = cell.replace(",", ".", 1) if mark == "," and "." not in cell else cell
         try:
             if "_" not in text:

@@ -1,4 +1,4 @@
-"""Values of `sensor.toml`, each checked when a sensor is built."""
+"""Checks of single values of `sensor.toml`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from bayestouch.errors import InputError, shown
 
 
 def checked_number(value: object, column: str) -> float:
-    """A finite number; raises `InputError` for anything else."""
-    # bool is a number to Python, and `true` in a radius is a mistake.
+    """Return the value as a finite number; raises `InputError` for anything else."""
+    # In Python a bool is a number, but `true` as a radius is a mistake.
     if isinstance(value, bool) or not isinstance(value, numbers.Real):
         raise InputError(f"expected a number, got {shown(value)}", column=column)
     try:
@@ -24,7 +24,7 @@ def checked_number(value: object, column: str) -> float:
 
 
 def checked_positive(value: object, column: str) -> float:
-    """A finite number above zero; raises `InputError` for anything else."""
+    """Return the value as a finite number above zero; raises `InputError` for anything else."""
     number = checked_number(value, column)
     if number <= 0:
         raise InputError(f"expected a number above zero, got {number!r}", column=column)
@@ -32,7 +32,7 @@ def checked_positive(value: object, column: str) -> float:
 
 
 def checked_numbers(values: object, column: str) -> tuple[float, ...]:
-    """One finite number or more; raises `InputError` for anything else."""
+    """Return the values as finite numbers, at least one; raises `InputError` for anything else."""
     if isinstance(values, str | bytes | Mapping) or not isinstance(values, Iterable):
         raise InputError(f"expected an array of numbers, got {shown(values)}", column=column)
     found = tuple(checked_number(value, f"{column}[{i}]") for i, value in enumerate(values))
@@ -42,7 +42,7 @@ def checked_numbers(values: object, column: str) -> tuple[float, ...]:
 
 
 def checked_text(value: object, column: str) -> str:
-    """A text; raises `InputError` for anything else."""
+    """Return the value if it is a text; raises `InputError` for anything else."""
     if not isinstance(value, str):
         raise InputError(f"expected text, got {shown(value)}", column=column)
     return value

@@ -1,4 +1,4 @@
-"""Lines and records of a CSV file, one after the other, each with its place."""
+"""Lines and records of a CSV file in order, with their line numbers."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 
 class Lines:
-    """Lines of a text, counted as they are taken. Those that come next may be looked at before.
+    """Iterator over the lines of a text that counts them and lets the caller look ahead.
 
-    A line that cannot be read raises `InputError` (too long) or `UnicodeDecodeError` when it is taken.
+    When it takes a line that cannot be read, it raises `InputError` (line too long) or `UnicodeDecodeError`.
 
     Attributes
     ----------
     taken : int
-        How many lines were taken.
+        Number of lines taken.
     """
 
     def __init__(self, stream: io.TextIOBase, file: Path, longest: int) -> None:
@@ -42,12 +42,12 @@ class Lines:
         return self._next.popleft()
 
     def block(self, n: int) -> Sequence[str]:
-        """Look at the next n lines, or at all that are left; at none where one of them cannot be read."""
+        """Return the next n lines (or all that remain) without taking them; none if one of them cannot be read."""
         self._look(n)
         return () if self._fault is not None and len(self._next) < n else self._next
 
     def take_block(self) -> None:
-        """Take the lines that were looked at."""
+        """Take the lines that `block` returned."""
         self.taken += len(self._next)
         self._next.clear()
 
@@ -68,7 +68,7 @@ class Lines:
 
 
 def separator_of(lines: Lines) -> str:
-    """Separator that the header has most of outside quotes. Empty lines before the header are taken."""
+    """Return the separator that is most frequent in the header outside quotes; takes empty lines before the header."""
     while (block := lines.block(1)) and not block[0].strip():
         next(lines)
     bare = re.sub(r'"[^"]*("|$)', "", block[0]) if block else ""
@@ -76,9 +76,9 @@ def separator_of(lines: Lines) -> str:
 
 
 def records(lines: Lines, separator: str, file: Path) -> Iterator[tuple[int, list[str]]]:
-    """Cells of each record with the line on which it begins; lines with nothing on them are passed over.
+    """Yield the line number and the cells of each record; empty lines are skipped.
 
-    No line is taken before its record is asked for.
+    A line is taken only when its record is requested.
     """
     reader = csv.reader(lines, delimiter=separator, strict=True)
     while True:

@@ -1,4 +1,4 @@
-"""A data set: a folder with `sensor.toml`, `touches.csv` and, where there is one, `calibration.csv`."""
+"""A data set: a folder with `sensor.toml`, `touches.csv` and, optionally, `calibration.csv`."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ _FORMATS = ("csv", "parquet")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class DataSet(Summarised):
-    """A sensor and its touches.
+    """A sensor, its calibration touches and the touches to be read.
 
     Attributes
     ----------
     sensor : Sensor
     calibration : Touches or None
-        Touches to calibrate with; None where the folder has none (see `bayestouch.data.splits.with_calibration`).
+        Touches for calibration; None if the folder has none (see `bayestouch.data.splits.with_calibration`).
     touches : Touches
         Touches to be read.
     path : Path or None
-        Folder it was read from.
+        Folder from which the data set was read.
     notes : tuple of str
-        Everything that was handled in reading, for the report.
+        Irregularities that were corrected while reading, for the report.
 
     Raises
     ------
@@ -56,7 +56,7 @@ class DataSet(Summarised):
             check_fit(self.calibration, self.sensor, file="calibration")
 
     def to_dataframe(self) -> DataFrame:
-        """Both tables, a row each sample, as the format names the columns; ``table`` says which."""
+        """Return both tables as one data frame, one row per sample; column ``table`` names the table."""
         import pandas as pd
 
         tables = {"calibration": self.calibration, "touches": self.touches}
@@ -74,7 +74,7 @@ class DataSet(Summarised):
         return [f"DataSet of {self.sensor.in_short}", *self.tables_in_short()]
 
     def tables_in_short(self) -> list[str]:
-        """A line for each table, for the notes and for the folder."""
+        """Return one line for each table, one for the notes and one for the folder."""
         lines = []
         for name, table in (("calibration", self.calibration), ("touches", self.touches)):
             if table is None:
@@ -86,7 +86,7 @@ class DataSet(Summarised):
 
 
 def load_dataset(path: str | Path) -> DataSet:
-    """Read a data set from its folder.
+    """Return the data set that a folder contains.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def load_dataset(path: str | Path) -> DataSet:
     Raises
     ------
     InputError
-        The folder or a file is missing, or holds what it should not: one line with file, row and column.
+        The folder or a file is missing, or a value is not allowed; one line names file, row and column.
     """
     folder = Path(path)
     if not folder.exists():
@@ -110,7 +110,7 @@ def load_dataset(path: str | Path) -> DataSet:
     calibration = None
     if calibration_file is not None:
         calibration = read_touches(calibration_file, sensor, location=True)
-    # Without a calibration of their own the touches must serve for one, and for that their place is needed.
+    # Without a calibration table the touches are used for calibration, which needs their reference location.
     touches = read_touches(touches_file, sensor, location=calibration is None)
     return DataSet(
         sensor=sensor,
@@ -122,10 +122,10 @@ def load_dataset(path: str | Path) -> DataSet:
 
 
 def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "parquet"] = "csv") -> None:
-    """Write a data set to a folder (made if need be); `load_dataset` gives the same data back.
+    """Write a data set to a folder (created if necessary); `load_dataset` returns the same data.
 
-    Files of a data set that the folder held before are replaced, and removed where the new one has none,
-    once everything new is written; other files stay. Nothing is changed if anything cannot be written.
+    After all new files are written, they replace those of a data set that was in the folder before; old tables
+    that the new data set does not have are removed. Other files remain. If a file cannot be written, nothing changes.
 
     Raises
     ------

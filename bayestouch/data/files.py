@@ -1,4 +1,4 @@
-"""Writing a file so that it is there whole or not at all."""
+"""Writing files completely or not at all, and reading with clear errors."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from bayestouch.errors import InputError
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Write to a temporary neighbour of `path`, renamed onto it when the block ends well.
+    """Yield a temporary file in the folder of `path`; it replaces `path` when the block ends without an error.
 
     Yields
     ------
     Path
-        The temporary file to write to (same folder, so that the rename is atomic). It is removed
-        if the block raises, and `path` keeps whatever it held.
+        The temporary file to write to (same folder, so that the rename is atomic). If the block raises,
+        the temporary file is removed and `path` is not changed.
 
     Raises
     ------
     InputError
-        The folder cannot be written to. One raised in the block without a file is given `path`.
+        The folder cannot be written to. An `InputError` from the block that names no file is raised with `path`.
     """
     target = Path(path)
-    # A name of our own instead of `tempfile`: that would give the result mode 0600 whatever the umask.
+    # Not `tempfile`: it would set mode 0600 regardless of the umask.
     temporary = target.with_name(f".{target.name}.{uuid.uuid4().hex}.tmp")
     try:
         yield temporary
@@ -41,12 +41,12 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def write_together(writers: Mapping[Path, Callable[[Path], None]]) -> None:
-    """Write several files; none is put in place before all are written in full.
+    """Write several files; none gets its final name before all are written completely.
 
     Parameters
     ----------
     writers : mapping of path to function
-        Each function writes its content to the path it is given.
+        Each function writes its content to the path that it receives.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def write_together(writers: Mapping[Path, Callable[[Path], None]]) -> None:
 
 @contextmanager
 def reading(path: str | Path) -> Iterator[Path]:
-    """Turn everything the file system may refuse into one clear line.
+    """Yield the path; errors of the file system become an `InputError` of one line.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def reading(path: str | Path) -> Iterator[Path]:
     """
     file = Path(path)
     try:
-        # Asked first, because opening a pipe would wait for ever.
+        # Checked first, because opening a pipe would never return.
         if not file.exists():
             raise InputError("no such file", file=file)
         if not file.is_file():

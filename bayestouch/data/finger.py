@@ -1,6 +1,6 @@
-"""Geometry of a finger: what the rest of the package asks a body, answered for this one.
+"""Geometry of a finger, and the names of its columns and keys in files.
 
-`bayestouch.data.pad` has the same names.
+`bayestouch.data.pad` has the same attributes for a pad.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from bayestouch.data.checked import checked_numbers, checked_positive
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 
-# A length of 0 is refused by name and line when the data set is read, so that none is forgotten.
+# When the data set is read, a length of 0 is an error that names key and line, so that no length is forgotten.
 _TEMPLATE = """\
 [geometry]                  # every 0 must be replaced: lengths in mm, angles in degree
 core_radius_mm = 0          # r_a: the rigid core under the rubber
@@ -29,7 +29,7 @@ element_angles_deg = []     # theta_s: {elements} angles, in the order of the co
 
 @dataclass(frozen=True, repr=False)
 class Finger(Summarised):
-    """A rigid cylindrical core with a bonded layer of rubber; elements at one depth, read as radial strain.
+    """A rigid cylindrical core with a bonded layer of rubber; elements at one depth measure radial strain.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ class Finger(Summarised):
 
     @property
     def location_columns(self) -> tuple[str, ...]:
-        """Columns of the touch table that hold the reference location."""
+        """Columns of the touch table that contain the reference location."""
         return self.all_location_columns
 
     @property
@@ -105,7 +105,7 @@ class Finger(Summarised):
         return float(np.median(np.diff(np.sort(self.element_angles_deg))))
 
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:
-        """Quantity, value and unit of the geometry, for a table; the value is None where it is not known."""
+        """Return the rows (quantity, value, unit) of a table of the geometry; the value is None if unknown."""
         pitch = self.pitch_deg
         arc = None if pitch is None else round(float(np.radians(pitch)) * self.outer_radius_mm, 3)
         return (

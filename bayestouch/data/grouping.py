@@ -1,4 +1,4 @@
-"""Rows in groups: their ids in order, means and first values."""
+"""Groups of rows: distinct ids in order, group means and first values."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bayestouch.array_types import FloatArray, IntArray
 
 
 def groups(touch: IntArray) -> tuple[IntArray, IntArray]:
-    """Distinct ids in order of appearance, shape (t,), and for each row its place among them, shape (n,)."""
+    """Distinct ids in order of appearance, shape (t,), and the index of each row's id among them, shape (n,)."""
     ids, first, inverse = np.unique(touch, return_index=True, return_inverse=True)
     order = np.argsort(first, kind="stable")
     rank = np.empty(len(ids), dtype=np.int64)
@@ -17,10 +17,10 @@ def groups(touch: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArray | None = None) -> FloatArray:
-    """Mean of the values that are not NaN in each of n groups; NaN for a group without any. Shape (n,).
+    """Mean of the values that are not NaN in each of n groups; NaN for a group without values. Shape (n,).
 
-    Deviations from the group's first value are averaged, so that equal values give that value exactly,
-    and a small scatter on a large offset keeps its digits.
+    The function averages deviations from the group's first value. Equal values then give that value exactly,
+    and a small scatter on a large offset loses no digits.
     """
     first = first_of(values, group, n)
     some = ~np.isnan(values)
@@ -31,7 +31,7 @@ def grouped_mean(values: FloatArray, group: IntArray, n: int, weights: FloatArra
 
 
 def first_of(values: FloatArray, group: IntArray, n: int) -> FloatArray:
-    """First value that is not NaN in each of n groups; NaN for a group without any. Shape (n,)."""
+    """First value that is not NaN in each of n groups; NaN for a group without values. Shape (n,)."""
     first = np.full(n, np.nan)
     some = np.flatnonzero(~np.isnan(values))
     members, at = np.unique(group[some], return_index=True)

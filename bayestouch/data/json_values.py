@@ -1,4 +1,4 @@
-"""Values as JSON knows them: no arrays, no NaN, no infinity."""
+"""Conversion to values that JSON allows: no arrays, no NaN, no infinity."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 
 def strict(value: Any) -> Any:
-    """The same in what JSON knows: numbers that are not finite become None, arrays lists."""
+    """Return the value in types that JSON allows: numbers that are not finite become None, arrays become lists."""
     if isinstance(value, Mapping):
         return {str(key): strict(each) for key, each in value.items()}
     if isinstance(value, list | tuple):

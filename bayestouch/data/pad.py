@@ -1,6 +1,6 @@
-"""Geometry of a pad: what the rest of the package asks a body, answered for this one.
+"""Geometry of a pad, and the names of its columns and keys in files.
 
-`bayestouch.data.finger` has the same names.
+`bayestouch.data.finger` has the same attributes for a finger.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from bayestouch.data.checked import checked_numbers, checked_positive
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 
-# A length of 0 is refused by name and line when the data set is read, so that none is forgotten.
+# When the data set is read, a length of 0 is an error that names key and line, so that no length is forgotten.
 _TEMPLATE = """\
 [geometry]                  # every 0 must be replaced: lengths in mm
 element_x_mm = []           # {elements} places, in the order of the columns {columns}
@@ -89,16 +89,16 @@ class Pad(Summarised):
 
     @property
     def location_columns(self) -> tuple[str, ...]:
-        """Columns of the touch table that hold the reference location."""
+        """Columns of the touch table that contain the reference location."""
         return self.all_location_columns[: self.dimensions]
 
     @property
     def places_mm(self) -> dict[str, tuple[float, ...]]:
-        """Design places of the elements by coordinate: ``x``, and ``y`` in the plane."""
+        """Design positions of the elements by coordinate: ``x``, and ``y`` in the plane."""
         return {"x": self.element_x_mm} | ({} if self.element_y_mm is None else {"y": self.element_y_mm})
 
     def as_built(self) -> tuple[tuple[str, Any, str], ...]:
-        """Quantity, value and unit of the geometry, for a table; the value is None where it is not known."""
+        """Return the rows (quantity, value, unit) of a table of the geometry; the value is None if unknown."""
         rows: list[tuple[str, Any, str]] = [
             ("thickness", self.thickness_mm, "mm"),
             ("depth of the elements", self.depth_mm, "mm"),

@@ -1,4 +1,4 @@
-"""Tables in Parquet, by pyarrow where it is installed."""
+"""Reading and writing of Parquet tables; needs pyarrow."""
 
 from __future__ import annotations
 
@@ -27,42 +27,43 @@ from bayestouch.data.tables import (
 )
 from bayestouch.errors import InputError, shown
 
-#: A table in memory may be this much larger than its file (columns of few distinct values), beyond the first bytes.
+#: Largest allowed ratio of the size in memory to the size of the file (columns with few distinct values are
+#: small in the file), and the bytes to which the limit does not apply.
 LARGEST_RATIO, FREE_BYTES = 500, 1 << 28
 #: Characters of a number: the longest double has 767 digits.
 MAX_NUMBER = 1000
 
 
 def read_parquet(path: str | Path, schema: Schema) -> RawTable:
-    """Read a table from Parquet; see `parquet_pieces`."""
+    """Return the table of a Parquet file; see `parquet_pieces`."""
     return joined(parquet_pieces(path, schema))
 
 
 def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
-    """Read a table from Parquet piece by piece; rows are counted as if it were CSV (the first one is row 2).
+    """Yield the table of a Parquet file in pieces; rows are numbered as in CSV (the first is row 2).
 
     The notes come with the last piece, which has no rows.
 
     Raises
     ------
     InputError
-        pyarrow is not installed; the file is missing, too large or no Parquet; a name is there twice; a
-        column that must hold numbers holds something else; or what `schema` raises.
+        pyarrow is not installed; the file is missing, too large or not Parquet; a column name occurs twice;
+        a column of numbers contains something else; or an error that `schema` raises.
     """
     with reading(path) as file:
         pa, pq = _pyarrow(file)
         if file.stat().st_size > MAX_BYTES:
             raise InputError(f"expected a table of at most {MAX_BYTES} bytes: split it", file=file)
-        with _understood(file), pq.ParquetFile(file) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file) as parquet:
             header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
             wanted = set(schema(header))
             _check_size(parquet, file)
             kinds = parquet.schema_arrow.types
             _check_kinds(pa, dict(zip(header.names, kinds, strict=True)), wanted, file)
-        # Texts as references to their distinct values: a few bytes in the file may stand for as many as it likes.
+        # Texts are read as indices of their distinct values, because a small file can contain very many equal texts.
         texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
         reader, rows = NumberReader(file, decimal_comma=False), 0
-        with _understood(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
             for batch in parquet.iter_batches(batch_size=CHUNK):
                 if batch.num_rows:
                     line = np.arange(2 + rows, 2 + rows + batch.num_rows, dtype=np.int64)
@@ -74,12 +75,12 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
 
 
 @contextmanager
-def _understood(file: Path) -> Iterator[None]:
+def _parquet_errors(file: Path) -> Iterator[None]:
     try:
         yield
     except (InputError, GeneratorExit):
         raise
-    # A damaged file makes the library raise whatever it led it to.
+    # With a damaged file the library may raise any exception.
     except Exception as error:
         raise InputError(f"expected a Parquet file: {' '.join(str(error).split())[:200]}", file=file) from None
 
@@ -109,7 +110,7 @@ def _piece(
 
 
 def _check_size(parquet: Any, file: Path) -> None:
-    """Refuse a table that is far larger in memory than it is as a file."""
+    """Raise an error for a table that is much larger in memory than in the file."""
     rows, columns = int(parquet.metadata.num_rows), int(parquet.metadata.num_columns)
     held = sum(int(parquet.metadata.row_group(i).num_rows) for i in range(parquet.metadata.num_row_groups))
     if columns > MAX_COLUMNS or held != rows or rows < 0:
@@ -119,7 +120,7 @@ def _check_size(parquet: Any, file: Path) -> None:
 
 
 def _check_kinds(pa: Any, kinds: Mapping[str, Any], wanted: set[str], file: Path) -> None:
-    """Refuse what no table of numbers holds: lists in cells, however long each, and types of other libraries."""
+    """Raise an error for types that no table of numbers contains: lists in cells and types of other libraries."""
     types = pa.types
     tests = (types.is_integer, types.is_floating, types.is_boolean, types.is_decimal, types.is_temporal, types.is_null)
     for name, kind in kinds.items():
@@ -135,7 +136,7 @@ def _is_text(pa: Any, kind: Any) -> bool:
 
 
 def _cells(pa: Any, column: Any) -> list[str]:
-    """Text of every value, empty where missing; equal ones share their memory where the column is a dictionary."""
+    """Text of every value, empty where missing; in a dictionary column equal texts share their memory."""
     if not pa.types.is_dictionary(column.type):
         return ["" if value is None else str(value) for value in column.to_pylist()]
     cells: list[str] = []
@@ -146,7 +147,7 @@ def _cells(pa: Any, column: Any) -> list[str]:
 
 
 def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Write columns as Parquet; numbers come back bit for bit.
+    """Write columns as Parquet; reading returns the same numbers bit for bit.
 
     Raises
     ------
@@ -163,7 +164,7 @@ def write_parquet(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> 
         )
     except UnicodeEncodeError as error:
         raise InputError(f"text that UTF-8 cannot hold: {shown(error.object)}") from None
-    # Rows in groups that a reader takes one after the other.
+    # Row groups, so that a reader can load one at a time.
     pq.write_table(table, path, row_group_size=CHUNK)
 
 

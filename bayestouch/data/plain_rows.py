@@ -1,6 +1,6 @@
-"""Rows of a CSV table that hold nothing but plain cells: read by pandas, many at a time.
+"""Fast reading of CSV rows with plain cells only: pandas reads many rows at a time.
 
-What may be meant in two ways, or is wrong, is left to the reader of single rows (`bayestouch.data.tables`).
+Rows that are ambiguous or wrong are read one by one in `bayestouch.data.tables`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
 from bayestouch.data.cells import MISSING, NumberReader
 
-#: What pandas is told to take for a missing number.
+#: Words that pandas reads as a missing number.
 _WORDS = ["", "NaN", "+NaN", "-NaN", *(form(word) for word in MISSING for form in (str, str.upper, str.capitalize))]
 
 
@@ -35,35 +35,34 @@ def plain_rows(
     separator: str,
     reader: NumberReader,
 ) -> PlainRows | None:
-    """Read lines that are a row each.
+    """Return the columns of lines that are one row each.
 
     Parameters
     ----------
     lines : sequence of str
-        Lines with their ends.
+        Lines with their line ends.
     first : int
-        Place of the first line in the file, counted from 1.
+        Number of the first line in the file, counted from 1.
     names : sequence of str
-        Of the columns.
+        Names of the columns.
     wanted : collection of str
-        Columns of numbers.
+        Names of the columns that contain numbers.
     separator : str
-        Between the cells.
+        Separator between cells.
     reader : NumberReader
-        Remembers what was handled.
+        Records the irregularities that are corrected.
 
     Returns
     -------
     PlainRows or None
-        Numbers are what Python's `float` makes of their cells, to the last bit. None where a line is no row of plain
-        cells.
+        Numbers equal those of Python's `float`, to the last bit. None if a line is not a row of plain cells.
     """
     import pandas as pd
 
     if (cells := _Cells.of(lines, len(names), separator)) is None:
         return None
     numeric = {k: name for k, name in enumerate(names) if name in wanted}
-    # pandas takes a column of True and False for numbers, and may leave a cell to Python's float, which takes 1_000
+    # pandas reads a column of True and False as numbers, and may use Python's float, which accepts 1_000
     if any(cells.hold(letter, list(numeric)) for letter in "rRsS_"):
         return None
     marks = [mark for mark in ",." if cells.hold(mark, list(numeric))] if reader.decimal_comma else ["."]
@@ -79,7 +78,7 @@ def plain_rows(
         "index_col": False,
         "low_memory": False,
     }
-    # From 3.1 on pandas has one converter of numbers, which is exact, and warns where it is chosen.
+    # From version 3.1 pandas has only one number converter, which is exact, and warns if one is selected.
     if _version(pd.__version__) < (3, 1):
         options["float_precision"] = "round_trip"
     try:
@@ -100,16 +99,16 @@ def plain_rows(
 
 
 class _Cells(NamedTuple):
-    """Rows in bytes, and where their cells are.
+    """Rows as bytes, and the positions of their cells.
 
     Attributes
     ----------
     data : bytes
         Rows in UTF-8, each with a newline at its end.
     marks : int array, shape (n_rows * width,)
-        Place behind each cell.
+        Position after the last byte of each cell.
     empty : bool array, shape (n_rows, width)
-        Which cells have nothing in them.
+        True for cells without content.
     """
 
     data: bytes
@@ -118,10 +117,11 @@ class _Cells(NamedTuple):
 
     @classmethod
     def of(cls, lines: Sequence[str], width: int, separator: str) -> Self | None:
-        """Rows of so many cells; None where there are others, or something that is no plain cell."""
+        """Return rows of `width` plain cells; None if a row has another number of cells or a cell is not plain."""
         data = "".join(lines).encode().replace(b"\r\n", b"\n")
         data += b"" if data.endswith(b"\n") else b"\n"
-        # quotes hold separators and line ends; pandas ends a cell at a zero, and skips a byte order mark in any block
+        # quotes may contain separators and line ends; pandas ends a cell at a zero byte, and skips a byte order mark in
+        # every block
         if width < 2 or any(mark in data for mark in (b'"', b"\r", b"\0")) or data.startswith(b"\xef\xbb\xbf"):
             return None
         raw = np.frombuffer(data, np.uint8)
@@ -133,14 +133,14 @@ class _Cells(NamedTuple):
         return None if lengths.max() > csv.field_size_limit() or empty.all(axis=1).any() else cls(data, marks, empty)
 
     def hold(self, mark: str, columns: npt.ArrayLike) -> bool:
-        """Whether a character is in any cell of these columns."""
+        """Return True if a character occurs in a cell of these columns."""
         if mark.encode() not in self.data:
             return False
         places = np.flatnonzero(np.frombuffer(self.data, np.uint8) == ord(mark))
         return bool(np.isin(np.searchsorted(self.marks, places) % self.empty.shape[1], columns).any())
 
     def text(self, row: int, column: int) -> str:
-        """What is in a cell."""
+        """Return the text of a cell."""
         k = row * self.empty.shape[1] + column
         return self.data[self.marks[k - 1] + 1 if k else 0 : self.marks[k]].decode()
 

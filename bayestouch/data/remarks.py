@@ -1,4 +1,4 @@
-"""What is odd about a touch table although it can be read: told to the user, changed in nothing."""
+"""Remarks on a readable touch table that looks unusual; the remarks do not change the data."""
 
 from __future__ import annotations
 
@@ -10,38 +10,38 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.touches import Touches
 
-#: A column whose largest (or smallest) value comes back in more than this share of its rows has piled up
-#: there. Noise that the readout resolves makes an extreme value unique: 0.1 % is much.
+#: If more than this share of an element's readings equals the largest (or smallest) one, the element may be saturated.
+#: With noise that the readout resolves, the extreme value occurs about once: 0.1 % of the rows would already be many.
 STUCK_SHARE = 0.2
 
-#: Below this many rows with readings an extreme comes back by chance.
+#: With fewer rows with readings than this, an extreme value may repeat by chance.
 STUCK_ROWS = 10
 
 
 @dataclass(frozen=True, eq=False)
 class Tally:
-    """Counts over a table, which add up over pieces of it; m elements.
+    """Counts over a table; the counts of its pieces can be added; m elements.
 
     Attributes
     ----------
     rows, touches : int
-        How many.
+        Number of rows and of touches.
     away, odd : int
-        Rows without contact, and those of them that state a contact.
+        Number of rows without contact, and of those among them with contact = 1.
     load_missing, load_negative : int
-        Rows.
+        Number of rows without a load, and with a load below zero.
     load_lowest : float
-        Least load, N/m or N.
+        Lowest load, N/m or N.
     location_missing : int or None
-        Rows; None where the table has no location.
+        Number of rows without a location; None if the table has no location columns.
     without_reading : int
-        Rows without any reading.
+        Number of rows without any reading.
     there, lowest, highest : (m,) arrays
-        Readings of each element: how many, and their extremes.
+        Readings of each element: number, lowest and highest.
     touched, touched_lowest, touched_highest : (m,) arrays
-        The same in contact.
+        The same for rows in contact.
     at_lowest, at_highest : (m,) int arrays
-        Readings in contact that equal their extremes.
+        Number of readings in contact that equal `touched_lowest` and `touched_highest`.
     """
 
     rows: int
@@ -64,7 +64,7 @@ class Tally:
 
     @classmethod
     def of(cls, touches: Touches) -> Tally:
-        """Count one table, or a piece that holds its touches whole."""
+        """Return the counts of a table, or of a piece of it with complete touches."""
         away, missing = ~touches.in_contact, np.isnan(touches.readings)
         location = [v for v in (touches.angle_deg, touches.x_mm, touches.y_mm) if v is not None]
         there, lowest, highest = _extremes(touches.readings)
@@ -117,13 +117,13 @@ class Tally:
 
 
 def _extremes(readings: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
-    """How many readings each element has, the least and the largest; inf and -inf where it has none."""
+    """Number of readings of each element, the lowest and the highest; inf and -inf if it has none."""
     there = (~np.isnan(readings)).sum(axis=0)
     return there, np.fmin.reduce(readings, axis=0, initial=np.inf), np.fmax.reduce(readings, axis=0, initial=-np.inf)
 
 
 def remarks(tally: Tally) -> Iterator[str]:
-    """Tell, one line each, what a reader of the results should know about the table."""
+    """Yield one line for each unusual feature of the table that affects the results."""
     if tally.touches == 1:
         yield "one touch only: there is nothing to compare it with"
     if tally.away:

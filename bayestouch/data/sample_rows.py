@@ -1,4 +1,4 @@
-"""What averages and baselines need of a touch table, so that they need not know `Touches` itself."""
+"""Protocol of the touch-table attributes that averages and baselines use, without an import of `Touches`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from bayestouch.array_types import BoolArray, FloatArray, IntArray
 
 
 class SampleRows(Protocol):
-    """Samples of touches, one row each; `bayestouch.data.touches.Touches` says what each attribute holds."""
+    """Samples of touches, one row each; see `bayestouch.data.touches.Touches` for the attributes."""
 
     @property
     def touch(self) -> IntArray: ...
@@ -42,5 +42,5 @@ class SampleRows(Protocol):
     def in_contact(self) -> BoolArray: ...
 
     def with_(self, **changes: Any) -> Self:
-        """Copy with other values in some attributes."""
+        """Return a copy with other values of some attributes."""
         ...

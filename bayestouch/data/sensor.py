@@ -24,7 +24,7 @@ BODIES: Mapping[str, type[Finger] | type[Pad]] = {body.kind: body for body in (F
 
 @dataclass(frozen=True, repr=False)
 class Rubber(Summarised):
-    """Nominal elastic constants; None where they are not known (the prior is then wide).
+    """Nominal elastic constants; None if unknown (the prior is then wide).
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ class Sensor(Summarised):
     force_noise_sd : float or None
         Standard deviation of the force sensor, N/m on a finger and N on a pad; None unknown.
     reading_unit, reading_quantity : str
-        Unit and quantity of the readings, empty where not stated.
+        Unit and quantity of the readings, empty if not stated.
     source : mapping of str to str
-        Where the data come from; free text, carried into every report.
+        Origin of the data; free text that every report repeats.
     extra : mapping
-        Keys and tables of `sensor.toml` that are not used here; kept and written back.
+        Keys and tables of `sensor.toml` that this package does not use; they are kept and written again.
     notes : tuple of str
-        What the reader of the file handled; for the report. Not compared.
+        Irregularities that were corrected while reading, for the report. Not used in comparisons.
 
     Raises
     ------
@@ -110,13 +110,13 @@ class Sensor(Summarised):
 
 
 def finger_of(sensor: Sensor, what: str = "this") -> Finger:
-    """The geometry of a finger.
+    """Return the geometry of a finger; raises an error for a pad.
 
     Parameters
     ----------
     sensor : Sensor
     what : str
-        What is for fingers alone, for the message.
+        Name of the function that is for fingers only, for the message.
 
     Raises
     ------
@@ -129,7 +129,7 @@ def finger_of(sensor: Sensor, what: str = "this") -> Finger:
 
 
 def pad_of(sensor: Sensor, what: str = "this") -> Pad:
-    """The geometry of a pad; as `finger_of`."""
+    """Return the geometry of a pad; raises an error for a finger (see `finger_of`)."""
     if not isinstance(sensor.body, Pad):
         raise InputError(f"{what} is offered for pads; this sensor is a {sensor.body.kind}")
     return sensor.body

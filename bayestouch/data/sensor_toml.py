@@ -1,4 +1,4 @@
-"""`sensor.toml`: the sensor as text, and back."""
+"""Reading and writing of `sensor.toml`."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ _READINGS = ("unit", "quantity")
 
 
 def read_sensor(path: str | Path) -> Sensor:
-    """Read `sensor.toml`.
+    """Return the sensor that a `sensor.toml` describes.
 
     Parameters
     ----------
     path : str or Path
-        The file. A sensor without a name is called after its folder.
+        The file. A sensor without a name gets the name of its folder.
 
     Raises
     ------
     InputError
-        The file is missing, is no TOML, or a value is missing, of the wrong type or out of range.
+        The file is missing or not TOML, or a value is missing, of the wrong type or out of range.
     """
     text, notes = read_toml_text(path)
     file = Path(path)
@@ -39,12 +39,12 @@ def read_sensor(path: str | Path) -> Sensor:
 
 
 def sensor_from_toml(text: str, *, file: str | Path = "sensor.toml", default_name: str = "sensor") -> Sensor:
-    """Build a `Sensor` from the text of a `sensor.toml`; `file` is what errors call it.
+    """Return the sensor that the text of a `sensor.toml` describes; `file` is its name in error messages.
 
     Raises
     ------
     InputError
-        As `read_sensor`, with the line of the value at fault where it can be told.
+        As `read_sensor`, with the line number of the wrong value if it can be found.
     """
     tables = tables_from_toml(text, file)
     try:
@@ -55,7 +55,7 @@ def sensor_from_toml(text: str, *, file: str | Path = "sensor.toml", default_nam
 
 
 def sensor_to_toml(sensor: Sensor) -> str:
-    """Write a `Sensor` as the text of a `sensor.toml`; `sensor_from_toml` gives the same sensor back."""
+    """Return the text of the `sensor.toml` of a sensor; `sensor_from_toml` returns the same sensor."""
     body = sensor.body
     kept = dict(sensor.extra)
 
@@ -77,12 +77,12 @@ def sensor_to_toml(sensor: Sensor) -> str:
 
 
 def sensor_writer(sensor: Sensor) -> Callable[[Path], None]:
-    """Give the function that writes this sensor to a path (see `bayestouch.data.files.write_together`).
+    """Return a function that writes this sensor to a path (see `bayestouch.data.files.write_together`).
 
     Raises
     ------
     InputError
-        The sensor holds text that cannot be written.
+        The sensor contains text that cannot be written.
     """
     try:
         data = sensor_to_toml(sensor).encode()
@@ -136,7 +136,7 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
 
 @contextmanager
 def _within(tables: Mapping[str, str]) -> Iterator[None]:
-    """Put the table's name before the key that an error names."""
+    """Add the name of the table to the key that an error names."""
     try:
         yield
     except InputError as error:
@@ -146,7 +146,7 @@ def _within(tables: Mapping[str, str]) -> Iterator[None]:
 
 
 def _take(tables: dict[str, Any], name: str, keys: tuple[str, ...] | None) -> dict[str, Any]:
-    """Remove what is known of a table (everything where `keys` is None), leave the rest in place."""
+    """Remove the keys of a table (all if `keys` is None) and return them; other keys remain in `tables`."""
     table = tables.pop(name, {})
     if not isinstance(table, dict):
         raise InputError(f"expected a table [{name}], got {shown(table)}", column=name)
@@ -170,7 +170,7 @@ def _plain(value: object) -> object:
 
 
 def _line_of(text: str, column: str | None) -> int | None:
-    """Line of `table.key`, or of `table`; None where it is written in some rarer way (dotted, inline)."""
+    """Line number of `table.key`, or of `table`; None if the key is dotted or in an inline table."""
     if column is None:
         return None
     table, _, key = column.partition("[")[0].rpartition(".")

@@ -1,4 +1,4 @@
-"""Splitting one table into touches to calibrate with and touches to be read, by where they are."""
+"""Splitting one table by location into touches for calibration and touches to be read."""
 
 from __future__ import annotations
 
@@ -12,30 +12,31 @@ from bayestouch.data.grouping import first_of, groups
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 
-#: Positions closer than this share of the whole range are one: stages report the same place with other
-#: last digits, and no scan has a million lines.
+#: Positions closer than this share of the whole range are equal: a stage reports the same position with
+#: different last digits, and no scan has a million lines.
 _SAME = 1e-6
 
 
 def checkerboard(touches: Touches, cell: float | None = None) -> BoolArray:
-    """Choose touches to calibrate with, in alternate cells of location.
+    """Return a mask of the rows for calibration: touches in alternate cells of location.
 
-    Along a line or around a finger every other cell is chosen, in the plane those of one colour of a
-    checkerboard. All rows of a touch go together (by the first location it has in contact, or at all), and
-    so do all touches of one location; angles a full turn apart are one location.
+    Along a line or around a finger every other cell is chosen; in the plane, the cells of one colour of a
+    checkerboard. All rows of a touch are in the same part: the first location in contact decides or, if there is
+    none, the first location. All touches at one location are in the same part. Angles that differ by a full turn are
+    one location.
 
     Parameters
     ----------
     touches : Touches
     cell : float, optional
-        Side of a cell in the unit of the location (degree or mm). By default every distinct position
-        along a coordinate is a cell of its own where positions form a line or a grid; where they are
-        scattered in the plane the cell is `default_cell`.
+        Side of a cell in the unit of the location (degree or mm). By default, if the positions form a line or a
+        grid, every distinct position along a coordinate is one cell; if they are scattered in the plane, the side is
+        `default_cell`.
 
     Returns
     -------
     bool array, shape (n_rows,)
-        True in rows to calibrate with. False in rows of a touch without location.
+        True in rows for calibration. False in rows of a touch without location.
 
     Raises
     ------
@@ -59,10 +60,10 @@ def checkerboard(touches: Touches, cell: float | None = None) -> BoolArray:
 
 
 def default_cell(touches: Touches) -> float | None:
-    """Side of the cells that `checkerboard` takes by default.
+    """Side of the cells that `checkerboard` uses by default.
 
-    None where every distinct position is a cell of its own (a line, or a grid filled to a quarter at
-    least); else √(area / number of locations), the spacing if the locations were evenly spread.
+    None if every distinct position is one cell (a line, or a grid of which at least a quarter is filled);
+    otherwise √(area / number of locations), the spacing of the same number of evenly spread locations.
     """
     coordinates, _ = _locations(touches)
     if len(coordinates) == 1:
@@ -77,10 +78,10 @@ def default_cell(touches: Touches) -> float | None:
 
 
 def with_calibration(dataset: DataSet, cell: float | None = None) -> DataSet:
-    """Give a data set without calibration one, by a checkerboard over its touches; the note says how.
+    """Return a data set with calibration touches, taken from its touches by `checkerboard` if it has none.
 
-    A data set that has a calibration is returned as it is. No-contact rows that belong to no touch in
-    contact are put in both halves, so that both have the same baseline.
+    A data set with a calibration table is returned unchanged. A note describes the split. No-contact rows that
+    belong to no touch in contact are in both parts, so that both have the same baseline.
 
     Raises
     ------
@@ -111,7 +112,7 @@ def with_calibration(dataset: DataSet, cell: float | None = None) -> DataSet:
 
 
 def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
-    """Coordinates of each touch, and the touch of each row."""
+    """Coordinates of each touch, and the index of the touch of each row."""
     ids, group = groups(touches.touch)
     angle = None if touches.angle_deg is None else touches.angle_deg % 360
     columns = [values for values in (angle, touches.x_mm, touches.y_mm) if values is not None]
@@ -125,12 +126,12 @@ def _locations(touches: Touches) -> tuple[list[FloatArray], IntArray]:
 
 
 def _lines(values: FloatArray) -> IntArray:
-    """Number the distinct positions along one coordinate in their order."""
+    """Index of each value's position among the distinct positions along one coordinate, in ascending order."""
     distinct, inverse = np.unique(values, return_inverse=True)
     new = np.diff(distinct) > _SAME * np.ptp(distinct) if len(distinct) > 1 else np.zeros(0, dtype=bool)
     return np.asarray(np.r_[0, np.cumsum(new)][inverse], dtype=np.int64) if len(values) else np.zeros(0, np.int64)
 
 
 def _cells(values: FloatArray, side: float) -> IntArray:
-    # The small addition keeps 0.3 / 0.1 in the cell that the decimal means.
+    # The small addition puts 0.3 / 0.1 in cell 3 in spite of rounding.
     return np.asarray(np.floor((values - values.min()) / side + 1e-9), dtype=np.int64)

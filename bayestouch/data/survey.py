@@ -1,4 +1,4 @@
-"""What must be known of a whole table before the first of its touches can be read."""
+"""First pass over a touch table: counts, baseline and a sample of touches, needed before touches are read."""
 
 from __future__ import annotations
 
@@ -13,26 +13,26 @@ from bayestouch.data.remarks import Tally
 from bayestouch.data.touch_source import TouchSource, joined_touches
 from bayestouch.data.touches import Touches
 
-#: Touches in the sample: so many, and up to twice as many.
+#: Minimum number of touches in the sample; the maximum is twice this number.
 SAMPLED = 256
 
 
 @dataclass(frozen=True, eq=False)
 class Survey:
-    """A table gone through once.
+    """Result of the first pass over a touch table.
 
     Attributes
     ----------
     n_touches, n_rows : int
-        Touches in contact, and their rows in contact.
+        Number of touches in contact, and of their rows in contact.
     touches_without_load, rows_without_load : int
-        Those of them that have no measured load.
+        Number of those without a measured load.
     rest : RestTally
-        Readings without contact.
+        Sums of the no-contact readings.
     sample : Touches
-        Every touch of a small table, or up to 512 spread evenly over it, with all their rows.
+        All touches of a small table, or up to 512 touches at equal intervals, with all their rows.
     notes : tuple of str
-        What was handled in reading, and what is odd.
+        Irregularities that were corrected while reading, and unusual features of the table.
     """
 
     n_touches: int
@@ -45,12 +45,12 @@ class Survey:
 
 
 def survey(source: TouchSource) -> Survey:
-    """Go through a table once, with one piece of it in memory.
+    """Return the result of one pass over a table, with one piece of it in memory at a time.
 
     Raises
     ------
     InputError
-        From reading it.
+        The table cannot be read.
     Scattered
         See `TouchSource.pieces`.
     """
@@ -83,7 +83,7 @@ def survey(source: TouchSource) -> Survey:
 
 
 class _Sample:
-    """Every so many-th touch: twice as many apart whenever there are too many."""
+    """Every k-th touch of a table; k doubles each time the sample becomes too large."""
 
     def __init__(self) -> None:
         self.count = 0
@@ -91,7 +91,7 @@ class _Sample:
         self._parts: list[tuple[IntArray, Touches]] = []
 
     def add(self, piece: Touches, ids: IntArray) -> None:
-        """Add a piece with its touches in contact, in order."""
+        """Add a piece; `ids` are its touches in contact, in order."""
         number = self.count + np.arange(len(ids))
         self.count += len(ids)
         while -(-self.count // self._stride) > 2 * SAMPLED:
@@ -108,7 +108,7 @@ class _Sample:
         self._parts = [self._thinned(*part) for part in self._parts]
 
     def touches(self) -> Touches:
-        """The sample."""
+        """Return the touches of the sample."""
         return joined_touches([part for _, part in self._parts]).with_(notes=())
 
     def _thinned(self, number: IntArray, part: Touches) -> tuple[IntArray, Touches]:

@@ -1,4 +1,4 @@
-"""Writing tables in CSV so that every number comes back bit for bit."""
+"""Writing of CSV tables; reading returns every number bit for bit."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy.typing as npt
 from bayestouch.data.tables import CHUNK
 from bayestouch.errors import InputError, shown
 
-#: Python's csv module reads no longer cell (its limit is 131,072).
+#: Longest cell to write: the csv module of Python reads at most 131,072 characters.
 MAX_CELL = 100_000
 
 
 def write_csv(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> None:
-    """Write columns as CSV; numbers come back bit for bit, NaN as an empty cell.
+    """Write columns as CSV; reading returns the same numbers bit for bit. NaN becomes an empty cell.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def write_csv(path: str | Path, columns: Mapping[str, npt.NDArray[Any]]) -> None
     Raises
     ------
     InputError
-        A text cannot be written in UTF-8 or is too long to be read back.
+        A text cannot be written in UTF-8 or is too long to be read again.
     """
     n_rows = len(next(iter(columns.values())))
     with Path(path).open("w", encoding="utf-8", newline="") as stream:

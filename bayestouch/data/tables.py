@@ -1,7 +1,7 @@
-"""Reading tables of numbers in CSV, with every cell's place known.
+"""Reading of CSV tables of numbers; errors name the row and the column.
 
-This file knows nothing of touches. Writing is in `bayestouch.data.table_writing`, Parquet in
-`bayestouch.data.parquet`, what the columns mean in `bayestouch.data.touch_columns`.
+This module reads any table. See `bayestouch.data.table_writing` for writing, `bayestouch.data.parquet` for Parquet
+and `bayestouch.data.touch_columns` for the meaning of the columns.
 """
 
 from __future__ import annotations
@@ -22,42 +22,42 @@ from bayestouch.data.files import reading
 from bayestouch.data.plain_rows import plain_rows
 from bayestouch.errors import InputError
 
-#: Beyond these a file is no touch table, and reading it would only fill the memory.
+#: Limits of a touch table: larger files are not read, because they would fill the memory.
 MAX_BYTES = 4 * 2**30
 MAX_LINE = 1_000_000
 MAX_COLUMNS = 10_000
 
-#: Rows converted at a time: large enough for speed, small enough that text never fills the memory.
+#: Number of rows converted at a time: large enough for speed, small enough for the memory.
 CHUNK = 20_000
 
 
 class Header(NamedTuple):
-    """Column names as found, and where."""
+    """Column names of a table, with the file and the row in which they were found."""
 
     names: tuple[str, ...]
     file: Path
     row: int
 
 
-#: Looks at a header, raises `InputError` if it will not do, and names the columns that hold numbers.
+#: Function that checks a header, raises `InputError` if it is not valid, and returns the names of the number columns.
 Schema = Callable[[Header], Collection[str]]
 
 
 @dataclass(frozen=True, eq=False)
 class RawTable:
-    """A table as read.
+    """Columns of a table as read from a file.
 
     Attributes
     ----------
     header : Header
     numbers : mapping of str to float array, shape (n_rows,)
-        The columns that the schema asked for; NaN where a cell is empty.
+        The columns that the schema requires as numbers; NaN for an empty cell.
     texts : mapping of str to object array of str, shape (n_rows,)
-        Every other column, untouched.
+        Every other column, unchanged.
     line : int array, shape (n_rows,)
         Line of each row in the file; the header is line 1. (In Parquet as if written as CSV.)
     notes : tuple of str
-        What was handled on the way.
+        Irregularities that were corrected while reading.
     """
 
     header: Header
@@ -68,23 +68,23 @@ class RawTable:
 
 
 def read_csv(path: str | Path, schema: Schema) -> RawTable:
-    """Read a table separated by commas, semicolons or tabs, in UTF-8; see `csv_pieces`."""
+    """Return a table in UTF-8, separated by commas, semicolons or tabs; see `csv_pieces`."""
     return joined(csv_pieces(path, schema))
 
 
 def csv_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
-    """Read a table separated by commas, semicolons or tabs, in UTF-8, piece by piece.
+    """Yield a table in UTF-8, separated by commas, semicolons or tabs, in pieces.
 
-    A byte order mark, Windows line ends, other separators than the comma, decimal commas (where the
-    comma does not separate), empty lines and words for a missing number (``nan``, ``NA``) are handled
-    and noted. The notes come with the last piece, which has no rows. Pieces of plain rows are read by pandas, others
-    row by row: the values, the notes and the errors are the same.
+    The reader accepts, with a note: a byte order mark, Windows line ends, separators other than the comma, decimal
+    commas (if the comma is not the separator), empty lines and words for a missing number (``nan``, ``NA``). The
+    notes come with the last piece, which has no rows. pandas reads pieces of plain rows; other pieces are read row by
+    row. Values, notes and errors are the same.
 
     Raises
     ------
     InputError
-        The file is missing, empty, too large, not UTF-8; a name is there twice; a row has more or fewer
-        cells than the header; a cell holds no number where the schema wants one; or what `schema` raises.
+        The file is missing, empty, too large, not UTF-8; a column name occurs twice; a row has more or fewer
+        cells than the header; a cell of a number column is not a number; or an error that `schema` raises.
     """
     with reading(path) as file:
         size = file.stat().st_size
@@ -146,7 +146,7 @@ def _row_by_row(
 
 
 def without_rows(header: Header, wanted: Collection[str], notes: tuple[str, ...]) -> RawTable:
-    """The last piece: what is to be said of the others."""
+    """Return the last piece: no rows, and the notes on all pieces."""
     return RawTable(
         header=header,
         numbers={name: np.empty(0) for name in header.names if name in wanted},
@@ -157,7 +157,7 @@ def without_rows(header: Header, wanted: Collection[str], notes: tuple[str, ...]
 
 
 def joined(pieces: Iterable[RawTable]) -> RawTable:
-    """One table of several pieces of it."""
+    """Return one table from its pieces."""
     parts = list(pieces)
     return RawTable(
         header=parts[0].header,
@@ -169,19 +169,19 @@ def joined(pieces: Iterable[RawTable]) -> RawTable:
 
 
 def text_array(values: Sequence[str]) -> ObjectArray:
-    """Hold texts as an object array, so that one long cell does not widen them all."""
+    """Return texts as an object array, so that one long cell does not increase the size of all."""
     array = np.empty(len(values), dtype=object)
     array[:] = values
     return array
 
 
 def check_names(cells: Sequence[str], file: Path, row: int) -> tuple[str, ...]:
-    """Name every column (an unnamed one by its place), each of them once.
+    """Return the column names, each once; an unnamed column gets a name with its number.
 
     Raises
     ------
     InputError
-        A name is there twice, or there are more than `MAX_COLUMNS`.
+        A name occurs twice, or there are more than `MAX_COLUMNS`.
     """
     if len(cells) > MAX_COLUMNS:
         raise InputError(f"expected at most {MAX_COLUMNS} columns, got {len(cells)}", file=file, row=row)

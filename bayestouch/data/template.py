@@ -1,4 +1,4 @@
-"""A data set to fill in: `sensor.toml` with comments, and tables that have a header and no row."""
+"""Template of a data set: `sensor.toml` with comments, and tables with a header and no rows."""
 
 from __future__ import annotations
 
@@ -31,25 +31,25 @@ body = "{body}"
 
 
 def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) -> tuple[Path, ...]:
-    """Start a data set: a ``sensor.toml`` with comments and empty tables to fill in.
+    """Write a template of a data set: a ``sensor.toml`` with comments and empty tables to fill in.
 
     Parameters
     ----------
     folder : str or Path
-        Made if need be; its name becomes the sensor's.
+        Created if necessary; the sensor gets its name.
     body : {"finger", "pad"}
     elements : int
-        Number of elements, and so of columns of readings.
+        Number of elements; the tables have one column of readings for each.
 
     Returns
     -------
     tuple of Path
-        What was written: ``sensor.toml``, ``calibration.csv``, ``touches.csv``.
+        Files written: ``sensor.toml``, ``calibration.csv``, ``touches.csv``.
 
     Raises
     ------
     InputError
-        The folder holds one of these files already, or cannot be written to.
+        The folder already contains one of these files, or cannot be written to.
     """
     if body not in BODIES:
         raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}")

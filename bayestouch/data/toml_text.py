@@ -1,4 +1,4 @@
-"""TOML from anyone: bounded in size and depth before it is parsed."""
+"""Reading of TOML files, with limits of size and nesting that are checked before parsing."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from typing import Any
 from bayestouch.data.files import reading
 from bayestouch.errors import InputError
 
-#: A description of one sensor is a page of text; beyond this it is some other file.
+#: Largest file: the description of one sensor is about a page of text.
 MAX_BYTES = 1_000_000
 MAX_PARTS = 50
-#: Dots between what may be parts of a key; no text or number has so many without a blank or a comma.
+#: Pattern of a key with too many parts. No text or number has so many dots without a blank or a comma.
 _DEEP_KEY = re.compile(rf"(?:[\w\"'-]{{1,99}}[ \t]{{0,9}}\.[ \t]{{0,9}}){{{MAX_PARTS}}}")
 
 
 def read_toml_text(path: str | Path) -> tuple[str, tuple[str, ...]]:
-    """Read the text of a TOML file, and notes on what was handled.
+    """Return the text of a TOML file, and notes on irregularities.
 
     Raises
     ------
@@ -39,14 +39,14 @@ def read_toml_text(path: str | Path) -> tuple[str, tuple[str, ...]]:
 
 
 def tables_from_toml(text: str, file: str | Path | None = None) -> dict[str, Any]:
-    """Parse TOML; `file` is what errors call it.
+    """Return the parsed TOML tables; `file` is the name in error messages.
 
     Raises
     ------
     InputError
-        It is no TOML, or nested too deeply; with the line where that can be told.
+        The text is not TOML, or nested too deeply; with the line number if it can be found.
     """
-    # The parser takes the square of a key's parts in time, and what it nests more deeply nothing can print.
+    # The parsing time grows with the square of the number of parts of a key, and deeper nesting cannot be printed.
     if deep := _DEEP_KEY.search(text):
         line = text.count("\n", 0, deep.start()) + 1
         raise InputError(f"expected keys of at most {MAX_PARTS} parts", file=file, row=line)
@@ -54,6 +54,6 @@ def tables_from_toml(text: str, file: str | Path | None = None) -> dict[str, Any
         return tomllib.loads(text)
     except RecursionError:
         raise InputError("expected TOML, got arrays nested too deeply", file=file) from None
-    except ValueError as error:  # TOMLDecodeError, and integers of more digits than Python takes
+    except ValueError as error:  # TOMLDecodeError, and integers with more digits than Python converts
         at = re.search(r"\(at line (\d+)", str(error))
         raise InputError(f"expected TOML: {error}", file=file, row=int(at[1]) if at else None) from None

@@ -1,4 +1,4 @@
-"""What the columns of a touch table are called and what they may hold."""
+"""Names and allowed values of the columns of a touch table."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bayestouch.data.sensor import BODIES, Sensor
 from bayestouch.data.tables import Header
 from bayestouch.errors import InputError, few
 
-#: Columns with one name on every sensor.
+#: Columns that have the same name for every sensor.
 COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
 
 LOAD_COLUMNS = frozenset(body.load_column for body in BODIES.values())
@@ -26,7 +26,7 @@ _ELEMENT_SD = re.compile(r"e([0-9]{1,9})_sd")
 
 
 class Columns(NamedTuple):
-    """Names as in the header: readings, their sd by element (None where absent), all that hold numbers."""
+    """Column names as in the header: readings, their sd by element (None if absent), and all number columns."""
 
     readings: tuple[str, ...]
     readings_sd: tuple[str | None, ...]
@@ -34,22 +34,22 @@ class Columns(NamedTuple):
 
 
 def element_name(index: int) -> str:
-    """Column of element `index`, counted from 0: e01, e02 …"""
+    """Return the column name of element `index`, counted from 0: e01, e02 …"""
     return f"e{index + 1:02d}"
 
 
 def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
-    """Find the columns of a sensor's touch table in a header.
+    """Return the columns of a sensor's touch table that a header contains.
 
     Parameters
     ----------
     location : bool
-        Whether the reference location must be there.
+        Whether the reference location is required.
 
     Raises
     ------
     InputError
-        A column is missing; elements have gaps, are there twice, or are not as many as the sensor's.
+        A column is missing; an element is missing or occurs twice; or the sensor has another number of elements.
     """
     names, file, row = header.names, header.file, header.row
     body = sensor.body
@@ -110,18 +110,18 @@ def _elements(header: Header, sensor: Sensor) -> tuple[str, ...]:
 
 
 def check_values(columns: Mapping[str, FloatArray], *, file: str | Path, line: npt.ArrayLike | None = None) -> None:
-    """Check every known column of a table, rows against each other included.
+    """Raise an error if a known column of a table has a value that is not allowed, or rows contradict each other.
 
     Parameters
     ----------
     columns : mapping of column name to array, shape (n_rows,)
     line : int array, shape (n_rows,), optional
-        Line of each row in the file; without it rows are counted from line 2 on.
+        Line number of each row in the file; by default rows are counted from line 2.
 
     Raises
     ------
     InputError
-        The first row with a value that its column cannot hold; a sample given twice; a touch made with
+        A value is not allowed in its column (the first such row is named); a sample occurs twice; a touch has
         two indenters.
     """
     lines = np.arange(2, 2 + len(columns["touch"])) if line is None else np.asarray(line)
@@ -196,7 +196,7 @@ def _rule(name: str) -> Rule:
 
 
 def has_meaning(name: str, sensor: Sensor) -> bool:
-    """Whether a column of this name is read as something on this sensor."""
+    """Return True if a column of this name has a meaning for this sensor."""
     sd = _ELEMENT_SD.fullmatch(name)
     return bool(
         name in (*COMMON, sensor.body.load_column, *sensor.body.location_columns)

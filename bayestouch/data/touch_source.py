@@ -1,4 +1,4 @@
-"""Touches to be read, piece by piece: a table in memory, or a file that need not fit there."""
+"""Sources of touches to be read in pieces: a table in memory, or a file that may be larger than the memory."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from bayestouch.data.touch_table import notes_on, read_touches, touches_of_table
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 
-#: A file up to this size is read whole, bytes.
+#: A file up to this size in bytes is read completely.
 READ_WHOLE = 1 << 24
-#: A table up to this size stays in memory once its pieces were read, bytes; a larger one is read again.
+#: A table up to this size in bytes stays in memory after the first reading; a larger one is read again.
 ROOM = 1 << 27
 
 
 class Scattered(Exception):
-    """The rows of a touch do not stand together: only the whole table tells a touch."""
+    """The rows of a touch are not consecutive, so that the table must be read completely."""
 
 
 class TouchSource(Protocol):
-    """Touches to be read."""
+    """Source of touches to be read."""
 
     @property
     def n_elements(self) -> int:
@@ -40,12 +40,12 @@ class TouchSource(Protocol):
         ...
 
     def pieces(self) -> Iterator[Touches]:
-        """The table in pieces that hold their touches whole.
+        """Yield the table in pieces; all rows of a touch are in one piece.
 
         Raises
         ------
         Scattered
-            There are no such pieces.
+            The rows of a touch are not consecutive.
         """
         ...
 
@@ -54,11 +54,11 @@ class TouchSource(Protocol):
         ...
 
     def mark(self) -> Any:
-        """What tells its data from others, for a fingerprint."""
+        """Return a value that identifies the data, for a fingerprint."""
         ...
 
     def remarks(self, tally: Tally) -> tuple[str, ...]:
-        """What is to be said of the whole, beyond the notes of its pieces."""
+        """Return remarks on the whole table that are not among the notes of its pieces."""
         ...
 
 
@@ -82,32 +82,32 @@ class InMemory:
         return self.touches
 
     def mark(self) -> Mapping[str, Any]:
-        """Every column."""
+        """Return every column by name."""
         return {each.name: getattr(self.touches, each.name) for each in fields(self.touches)}
 
     def remarks(self, tally: Tally) -> tuple[str, ...]:
-        """None: they are in the notes."""
+        """Return no remarks: the notes of the table contain them."""
         return ()
 
 
 @dataclass(frozen=True, eq=False)
 class OnFile:
-    """A table on file, of which one piece at a time is in memory, or all of them where there is `ROOM` for them.
+    """A table in a file; one piece at a time is in memory, or all pieces if they are not larger than `ROOM`.
 
     Attributes
     ----------
     path : Path
         CSV, or Parquet where the name ends in ``.parquet``.
     sensor : Sensor
-        Whose touches they are.
+        Sensor that was touched.
     header : Header
         Names of the columns.
     columns : Columns
-        What they mean.
+        Meaning of the columns.
     state : (int, int)
-        Size of the file and time of its change.
+        Size of the file and time of its last change.
     held : list of Touches
-        All pieces, once they were read and where there is room for them.
+        All pieces after the first reading, if they are not larger than `ROOM`.
     """
 
     path: Path
@@ -119,12 +119,12 @@ class OnFile:
 
     @classmethod
     def of(cls, path: Path, sensor: Sensor) -> OnFile:
-        """Look at a file.
+        """Return the source of a file; reads its header.
 
         Raises
         ------
         InputError
-            It cannot be read, or its header will not do.
+            The file cannot be read, or its header is not valid.
         """
         state = _state(path)
         found: list[Columns] = []
@@ -142,14 +142,14 @@ class OnFile:
         return self.sensor.n_elements
 
     def pieces(self) -> Iterator[Touches]:
-        """The table in pieces that hold their touches whole; the notes on the file come with the last.
+        """Yield the table in pieces; all rows of a touch are in one piece. The last piece has the notes on the file.
 
         Raises
         ------
         InputError
             As `bayestouch.data.touch_table.read_touches`, or the file has changed.
         Scattered
-            Touches do not stand together.
+            The rows of a touch are not consecutive.
         """
         if self.held:
             yield from self.held
@@ -167,25 +167,25 @@ class OnFile:
         return joined_touches(self.held) if self.held else read_touches(self.path, self.sensor)
 
     def mark(self) -> tuple[str, str]:
-        """Hash of the file."""
+        """Return the hash of the file."""
         with reading(self.path) as file, file.open("rb") as stream:
             digest = hashlib.file_digest(stream, "sha256").hexdigest()
         self._check()
         return "file", digest
 
     def remarks(self, tally: Tally) -> tuple[str, ...]:
-        """As in the notes of `bayestouch.data.touch_table.read_touches`."""
+        """Return the remarks that `bayestouch.data.touch_table.read_touches` adds to its notes."""
         return notes_on(self.header, self.columns, tally)
 
     def _read(self) -> Iterator[Touches]:
         self._check()
         held: RawTable | None = None
-        seen = _Seen()
+        seen = _EarlierTouches()
         for piece in _raw_pieces(self.path, lambda _: self.columns.numeric):
             table = piece if held is None else joined([held, piece])
             ids = table.numbers["touch"]
             last = len(piece.line) == 0
-            # the last touch may go on in the next piece
+            # the last touch may continue in the next piece
             others = np.flatnonzero(ids != ids[-1])
             cut = len(ids) if last else int(others[-1]) + 1 if len(others) else 0
             held = _rows(table, slice(cut, None), ())
@@ -196,17 +196,17 @@ class OnFile:
         if _state(self.path) != self.state:
             raise InputError("has changed while it was read", file=self.path)
 
-    def _touches(self, table: RawTable, seen: _Seen) -> Touches:
+    def _touches(self, table: RawTable, seen: _EarlierTouches) -> Touches:
         check_values(table.numbers, file=self.header.file, line=table.line)
-        # columns that mean nothing here are not carried along
+        # columns without a meaning here are dropped
         known = RawTable(table.header, table.numbers, {}, table.line, table.notes)
         touches = touches_of_table(known, self.columns, self.sensor)
         seen.add(np.unique(touches.touch))
         return touches
 
 
-class _Seen:
-    """Touches that came before, 8 bytes each."""
+class _EarlierTouches:
+    """Ids of the touches in earlier pieces, 8 bytes each."""
 
     def __init__(self) -> None:
         self._all: list[IntArray] = []
@@ -221,7 +221,7 @@ class _Seen:
 
 
 def source_of(path: str | Path, sensor: Sensor) -> TouchSource:
-    """Touches in a file: read whole where it is small.
+    """Return the source of the touches in a file; a small file is read completely.
 
     Raises
     ------
@@ -235,7 +235,7 @@ def source_of(path: str | Path, sensor: Sensor) -> TouchSource:
 
 
 def joined_touches(parts: Sequence[Touches]) -> Touches:
-    """One table of several pieces of it."""
+    """Return one table from its pieces."""
     if len(parts) == 1:
         return parts[0]
     values: dict[str, Any] = {}

@@ -1,4 +1,4 @@
-"""A touch table as a file: `calibration.csv`, `touches.csv`, or the same in Parquet."""
+"""Reading and writing of touch tables: `calibration.csv`, `touches.csv`, or the same in Parquet."""
 
 from __future__ import annotations
 
@@ -29,21 +29,21 @@ from bayestouch.errors import InputError, few
 
 
 def read_touches(path: str | Path, sensor: Sensor, *, location: bool = False) -> Touches:
-    """Read a touch table.
+    """Return the touches of a touch table.
 
     Parameters
     ----------
     path : str or Path
-        CSV, or Parquet where the name ends in ``.parquet``.
+        CSV, or Parquet if the name ends in ``.parquet``.
     sensor : Sensor
-        Says what the columns are called and how many elements there are.
+        Determines the names of the columns and the number of elements.
     location : bool
-        Whether the reference location must be there (it must to calibrate, not to infer).
+        Whether the reference location is required (calibration needs it, inference does not).
 
     Returns
     -------
     Touches
-        `notes` tells what was handled.
+        `notes` lists the irregularities that were corrected.
 
     Raises
     ------
@@ -64,30 +64,30 @@ def read_touches(path: str | Path, sensor: Sensor, *, location: bool = False) ->
 
 
 def write_touches(touches: Touches, path: str | Path, sensor: Sensor) -> None:
-    """Write a touch table; Parquet where the name ends in ``.parquet``, CSV otherwise.
+    """Write a touch table: Parquet if the name ends in ``.parquet``, CSV otherwise.
 
-    The file is there whole or not at all, and `read_touches` gives the same touches back.
+    The file is written completely or not at all. `read_touches` returns the same touches.
 
     Raises
     ------
     InputError
-        The touches do not fit the sensor, hold a value that the format does not allow, or cannot be written.
+        The touches do not fit the sensor, contain a value that the format does not allow, or cannot be written.
     """
     write_together({Path(path): touches_writer(touches, Path(path), sensor)})
 
 
 def touches_writer(touches: Touches, path: Path, sensor: Sensor) -> Callable[[Path], None]:
-    """Give the function that writes these touches to a path (see `bayestouch.data.files.write_together`).
+    """Return a function that writes these touches to a path (see `bayestouch.data.files.write_together`).
 
     Parameters
     ----------
     path : Path
-        Where the touches will be in the end: its suffix is the format, errors name it.
+        Final path of the file: its suffix determines the format, and error messages name it.
 
     Raises
     ------
     InputError
-        The touches do not fit the sensor or hold a value that the format does not allow.
+        The touches do not fit the sensor or contain a value that the format does not allow.
     """
     columns = table_columns(touches, sensor, path)
     numbers = {name: values for name, values in columns.items() if has_meaning(name, sensor)}
@@ -97,11 +97,12 @@ def touches_writer(touches: Touches, path: Path, sensor: Sensor) -> Callable[[Pa
 
 
 def check_fit(touches: Touches, sensor: Sensor, *, file: str | Path | None = None) -> None:
-    """Check that touches belong to a sensor: as many elements, locations of its body.
+    """Raise an error if touches do not fit a sensor.
 
     Raises
     ------
     InputError
+        The number of elements or the location columns differ from the sensor's.
     """
     if touches.n_elements != sensor.n_elements:
         message = f"expected readings of {sensor.n_elements} elements, got {touches.n_elements}"
@@ -113,7 +114,7 @@ def check_fit(touches: Touches, sensor: Sensor, *, file: str | Path | None = Non
 
 
 def touches_of_table(table: RawTable, columns: Columns, sensor: Sensor) -> Touches:
-    """Touches of a table whose values have been checked, or of a piece that holds its touches whole."""
+    """Return the touches of a checked table, or of a piece of it with complete touches."""
     n = len(table.line)
     touch = table.numbers["touch"].astype(np.int64)
     unknown = np.full(n, np.nan)
@@ -147,12 +148,12 @@ def touches_of_table(table: RawTable, columns: Columns, sensor: Sensor) -> Touch
 
 
 def notes_on(header: Header, columns: Columns, tally: Tally) -> tuple[str, ...]:
-    """What is to be said of a whole table.
+    """Return the notes on a whole table.
 
     Raises
     ------
     InputError
-        It has no reading at all.
+        The table has no reading at all.
     """
     file, notes = header.file, []
     if not tally.there.any():
@@ -165,7 +166,7 @@ def notes_on(header: Header, columns: Columns, tally: Tally) -> tuple[str, ...]:
 
 
 def table_columns(touches: Touches, sensor: Sensor, file: str | Path) -> dict[str, npt.NDArray[Any]]:
-    """Columns of a table of touches by name, in the order of the format; those that are unknown throughout left out."""
+    """Return the columns of a touch table by name, in the order of the format, without those unknown in every row."""
     check_fit(touches, sensor, file=file)
     if touches.n_rows == 0:
         raise InputError("expected at least one touch to write, got none", file=file)
@@ -177,8 +178,8 @@ def table_columns(touches: Touches, sensor: Sensor, file: str | Path) -> dict[st
         "depth_mm": touches.depth_mm,
         "contact": touches.contact,
     }
-    # The load is written even where unknown if another body's load is among the further columns:
-    # alone, that one would look like the wrong unit.
+    # If the further columns contain the load of the other body, the load is written even if unknown:
+    # otherwise that column would look like a load in the wrong unit.
     needed = {sensor.body.load_column} if touches.extra.keys() & LOAD_COLUMNS else set()
     known = {name: v for name, v in optional.items() if name in needed or not np.isnan(v).all()}
     for name in sensor.body.location_columns:

@@ -1,6 +1,6 @@
 """The touch table in memory: one row per sample, one array per column.
 
-Reading and writing are in `bayestouch.data.touch_table`, means per touch in `bayestouch.data.averages`.
+See `bayestouch.data.touch_table` for reading and writing, `bayestouch.data.averages` for means per touch.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _MAYBE_PER_ROW = ("angle_deg", "x_mm", "y_mm", "reads")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Touches(Summarised):
-    """Samples of touches; n rows, m elements. Arrays are read-only. `touches_from` fills in what is absent.
+    """Samples of touches; n rows, m elements. Arrays are read-only. `touches_from` fills in absent columns.
 
     Attributes
     ----------
@@ -36,18 +36,18 @@ class Touches(Summarised):
     sample : int array, shape (n,)
         Number of the sample within the touch.
     time_s : array, shape (n,)
-        When taken; NaN unknown.
+        Time of the sample; NaN unknown.
     indenter_radius_mm : array, shape (n,)
         Reference radius r_c: 0 a knife edge, inf a flat, NaN unknown.
     angle_deg, x_mm, y_mm : array, shape (n,), or None
-        Reference location: the angle on a finger, x (and y in two dimensions) on a pad; None where the
-        table does not have it, NaN in rows without it.
+        Reference location: the angle on a finger, x (and y in two dimensions) on a pad; None if the
+        table does not have the column, NaN in rows without a value.
     load : array, shape (n,)
         Reading of the force sensor, N/m on a finger and N on a pad; NaN not measured.
     depth_mm : array, shape (n,)
         Commanded indentation; NaN unknown.
     contact : array, shape (n,)
-        1 the probe touches, 0 it does not, NaN not stated (see `in_contact`).
+        1 in contact, 0 not in contact, NaN not stated (see `in_contact`).
     readings : array, shape (n, m)
         Raw readings in the sensor's own unit; NaN missing.
     readings_sd : array, shape (n, m), or None
@@ -55,14 +55,14 @@ class Touches(Summarised):
     reads : array, shape (n,), or None
         Number of raw reads behind an averaged reading; NaN unknown.
     extra : mapping of str to object array of str, shape (n,)
-        Columns that are not known here, as text; kept and ignored.
+        Columns without a meaning here, as text; kept but not used.
     notes : tuple of str
-        What was handled in reading, for the report.
+        Irregularities that were corrected while reading, for the report.
 
     Raises
     ------
     InputError
-        Arrays do not fit together.
+        The shapes of the arrays do not agree.
     """
 
     touch: IntArray
@@ -115,13 +115,13 @@ class Touches(Summarised):
 
     @property
     def in_contact(self) -> BoolArray:
-        """False in rows with contact = 0, a depth of 0 or a load of exactly 0. Shape (n,)."""
+        """True for rows in contact, shape (n,): False if contact, depth or load is exactly 0."""
         away = (self.contact == 0) | (self.depth_mm == 0) | (self.load == 0)
         return np.asarray(~away, dtype=np.bool_)
 
     @property
     def usable_elements(self) -> BoolArray:
-        """False for an element that has no reading at all, or the same in two rows and more. Shape (m,)."""
+        """True for usable elements, shape (m,): False without readings, or if two or more readings are all equal."""
         some = ~np.isnan(self.readings)
         varies = np.array(
             [np.ptp(v[s]) > 0 if s.any() else False for v, s in zip(self.readings.T, some.T, strict=True)]
@@ -129,10 +129,10 @@ class Touches(Summarised):
         return np.asarray(some.any(axis=0) & (varies | (some.sum(axis=0) == 1)), dtype=np.bool_)
 
     def select(self, rows: npt.ArrayLike | slice) -> Touches:
-        """Take rows by a mask of shape (n,), by indices, or by a slice."""
+        """Return the rows that a mask of shape (n,), indices or a slice select."""
         index = rows if isinstance(rows, slice) else np.asarray(rows)
         if not isinstance(index, slice) and index.size == 0 and index.dtype != np.bool_:
-            index = index.astype(np.int64)  # an empty list comes as floats
+            index = index.astype(np.int64)  # an empty list becomes an array of floats
         if not isinstance(index, slice) and index.dtype == np.bool_ and index.shape != (self.n_rows,):
             raise InputError(f"expected a mask of {self.n_rows} rows, got shape {index.shape}")
         changes: dict[str, Any] = {"extra": {name: values[index] for name, values in self.extra.items()}}
@@ -143,7 +143,7 @@ class Touches(Summarised):
         return replace(self, **changes)
 
     def with_(self, **changes: Any) -> Touches:
-        """Copy with other values in some attributes."""
+        """Return a copy with other values of some attributes."""
         return replace(self, **changes)
 
     def averaged(self) -> TouchMeans:
@@ -159,7 +159,7 @@ class Touches(Summarised):
         return rest_reading(self)
 
     def baseline_corrected(self, rest: npt.ArrayLike | None = None) -> Touches:
-        """Subtract the no-contact readings; see `bayestouch.data.baseline.correct`."""
+        """Return the touches with the no-contact readings subtracted; see `bayestouch.data.baseline.correct`."""
         from bayestouch.data.baseline import correct
 
         return correct(self, rest)
@@ -171,7 +171,7 @@ class Touches(Summarised):
         radii = np.unique(self.indenter_radius_mm[~np.isnan(self.indenter_radius_mm)])
         if radii.size:
             lines.append(f"indenters r_c: {few([size_in_short(radius) for radius in radii], 12)} mm")
-        # a table on a finger has angles, one on a pad has places; without either the body is not known
+        # a table of a finger has angles, one of a pad has positions; without either the body is not known
         on_pad, on_finger = self.x_mm is not None, self.angle_deg is not None
         load_unit = " N/m" if on_finger else " N" if on_pad else ""
         columns = {
@@ -188,16 +188,16 @@ class Touches(Summarised):
 def touches_from(
     touch: npt.ArrayLike, readings: npt.ArrayLike, *, sample: npt.ArrayLike | None = None, **columns: Any
 ) -> Touches:
-    """Build `Touches` from what there is; the other attributes become unknown (NaN or None).
+    """Return `Touches` from the given columns; the other attributes become unknown (NaN or None).
 
     Parameters
     ----------
     touch : int array, shape (n,)
     readings : array, shape (n, m)
     sample : int array, shape (n,), optional
-        Absent: rows of the same touch are numbered in order.
+        By default the rows of each touch are numbered in order.
     **columns
-        Any other attribute of `Touches`; a single number stands for every row.
+        Any other attribute of `Touches`; a single number applies to every row.
     """
     ids = whole_array(touch, "touch", len(np.atleast_1d(np.asarray(touch))))
     n = len(ids)
@@ -216,7 +216,7 @@ def touches_from(
 
 
 def numbered(touch: IntArray) -> IntArray:
-    """Number rows 0, 1, 2 … within each touch, in the order of the rows. Shape (n,)."""
+    """Return the number of each row within its touch, 0, 1, 2 …, in the order of the rows. Shape (n,)."""
     order = np.argsort(touch, kind="stable")
     sorted_ids = touch[order]
     first = np.flatnonzero(np.r_[True, sorted_ids[1:] != sorted_ids[:-1]]) if len(touch) else np.array([], dtype=int)

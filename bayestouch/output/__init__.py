@@ -1,1 +1,1 @@
-"""What diagnosis and reports share: pictures, numbers as text, folders of files."""
+"""Output that diagnosis and reports share: pictures, numbers as text, folders of files."""

@@ -1,4 +1,4 @@
-"""Writing a report so that a folder never holds half of one."""
+"""Writing a report completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from typing import Any
 from bayestouch.errors import InputError
 
 PAGE, NUMBERS = "index.html", "report.json"
-#: What says which figures a folder has: a report, or a diagnosis.
+#: Files that list the figures of a folder: of a report, or of a diagnosis.
 LISTS = (NUMBERS, "diagnosis.json")
 
 
 @contextmanager
 def new_folder(output: Path) -> Iterator[Path]:
-    """A temporary folder beside `output`, moved onto it when the block ends well and removed if it does not.
+    """Yield a temporary folder beside `output`, which becomes `output` when the block ends without an error.
 
-    Where `output` exists its files are replaced one by one by complete ones, the page last; files of other names
-    stay, but for figures that the report before had and this one has not.
+    After an error the temporary folder is removed. If `output` exists, its files are replaced one by one by complete
+    files, the page last. Files with other names remain, except figures that only the previous report had.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def _move(new: Path, output: Path) -> None:
 
 
 def _figures_of(folder: Path) -> set[str]:
-    """Figures that the report or diagnosis in a folder says it has; none where there is neither."""
+    """Names of the figures that the report or diagnosis in a folder lists; none if there is neither."""
     found: set[str] = set()
     for name in LISTS:
         with suppress(OSError, ValueError, KeyError, TypeError):
@@ -82,7 +82,7 @@ def write_numbers(path: Path, numbers: Mapping[str, Any]) -> None:
 
 
 def write_pictures(folder: Path, pictures: Sequence[Any]) -> None:
-    """Write every figure to its place in the folder."""
+    """Write every figure to the figures of the folder."""
     (folder / "figures").mkdir(exist_ok=True)
     for picture in pictures:
         (folder / picture.file).write_bytes(picture.content)

@@ -1,4 +1,4 @@
-"""How the report draws: one style, colours distinguished by everyone, pictures that come out the same every time."""
+"""Figures of the report: common style, colours for colour-blind readers, reproducible files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ BLUE, ORANGE, GREEN, RED, PURPLE, SKY, GREY = (
     "#666666",
 )
 PALETTE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY)
-#: Colours in an order, dark to light, and from one sign to the other; both readable without colour vision.
+#: Colour maps for ordered values (dark to light) and for signed values; both readable without colour vision.
 ORDERED, DIVERGING = "cividis", "PuOr"
 WIDTH, DOTS_PER_INCH = 7.5, 110
 
@@ -64,13 +64,13 @@ class Picture:
     name : str
         File name without ending, unique in a report.
     section : str
-        Section of the page it belongs to.
+        Section of the page that shows it.
     title, caption, alt : str
-        Heading; what it shows and how to read it; what a reader who does not see it needs to know.
+        Heading; explanation of the figure; description for readers who cannot see it.
     content : bytes
-        The file.
+        Content of the file.
     format : {"svg", "png"}
-        PNG where thousands of points would make the SVG heavy.
+        PNG if thousands of points would make the SVG file too large.
     """
 
     name: str
@@ -83,19 +83,19 @@ class Picture:
 
     @property
     def file(self) -> str:
-        """Path inside the report's folder."""
+        """Path in the folder of the report."""
         return f"figures/{self.name}.{self.format}"
 
     @property
     def described(self) -> dict[str, str]:
-        """Everything but the file itself, for `report.json`."""
+        """All attributes except the content, for `report.json`."""
         names = ("name", "section", "title", "caption", "alt", "format", "file")
         return {name: str(getattr(self, name)) for name in names}
 
 
 @contextmanager
 def drawing() -> Iterator[None]:
-    """Style for everything drawn inside; what was set before comes back afterwards."""
+    """Use the style of the report inside a ``with`` block; the previous settings are restored afterwards."""
     import matplotlib
 
     with matplotlib.rc_context(_STYLE):
@@ -103,7 +103,7 @@ def drawing() -> Iterator[None]:
 
 
 def canvas(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tuple[Figure, NDArray[Any]]:
-    """Figure of the page's width with axes in an array (rows, columns)."""
+    """Return a figure of the page width with its axes in an array (rows, columns)."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(WIDTH, height), layout="constrained")
@@ -112,7 +112,7 @@ def canvas(height: float, rows: int = 1, columns: int = 1, **options: Any) -> tu
 
 
 def rendered(figure: Figure, format: Format = "svg", *, tight: bool = False) -> bytes:
-    """The figure's file, without a date, so that the same run gives the same bytes; cut to its content if `tight`."""
+    """Return the file of a figure, without a date, so that it is reproducible; cropped to the content if `tight`."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
 
     FigureCanvasAgg(figure)
@@ -124,14 +124,14 @@ def rendered(figure: Figure, format: Format = "svg", *, tight: bool = False) -> 
 
 
 def ordered_colours(n: int) -> list[Any]:
-    """Colours for things in an order (radii), the lightest left out: it would not show on white."""
+    """Return n colours for ordered values (radii), without the lightest, which is not visible on white."""
     import matplotlib
 
     return list(matplotlib.colormaps[ORDERED](np.linspace(0.0, 0.85, max(n, 1))))
 
 
 def mark_elements(axes: Axes, places: FloatArray, low: float, high: float) -> None:
-    """Small triangles on the lower axis where elements lie."""
+    """Draw small triangles on the lower axis at the positions of the elements."""
     shown = places[(places >= low) & (places <= high)]
     transform = axes.get_xaxis_transform()
     axes.plot(
@@ -148,12 +148,12 @@ def mark_elements(axes: Axes, places: FloatArray, low: float, high: float) -> No
 
 
 def legend_below(axes: Axes, columns: int = 4) -> None:
-    """Legend under the axes, where it hides no data."""
+    """Draw the legend below the axes, where it hides no data."""
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncols=columns)
 
 
 def element_ticks(axes: Axes, n: int, which: Literal["x", "y"] = "x") -> None:
-    """Ticks e01, e02 … at 0, 1 …, thinned out where there are many."""
+    """Set ticks e01, e02 … at 0, 1 …; fewer ticks if there are many elements."""
     step = max(1, -(-n // 16))
     places = np.arange(0, n, step)
     names: Sequence[str] = [f"e{i + 1:02d}" for i in places]

@@ -1,4 +1,4 @@
-"""A short ``repr`` for objects that hold many numbers."""
+"""A short ``repr`` for objects with many numbers."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from bayestouch.errors import few
 from bayestouch.output.text import number, plural
 
 WIDTH = 80
-#: With lines of `WIDTH` characters, below 1000 characters in all.
+#: Maximum number of lines; with `WIDTH` characters per line, less than 1000 characters in total.
 LINES = 12
-#: Tuples up to this length are shown whole.
+#: Tuples up to this length are shown completely.
 _SHOWN = 6
 _PLAIN = (str, int, float, type(None))
 
 
 class Summarised:
-    """Base of dataclasses whose ``repr`` is a summary in a few lines; the dataclass is made with ``repr=False``."""
+    """Base class of dataclasses whose ``repr`` is a summary of a few lines; use it with ``repr=False``."""
 
     __slots__ = ()
 
     def summary_lines(self) -> list[str]:
-        """Lines of plain text; the first says what the object is. Here: its fields in short."""
+        """Return the summary as lines of plain text, by default one with the fields; the first names the object."""
         return [fields_in_short(self)]
 
     def __repr__(self) -> str:
@@ -40,19 +40,19 @@ class Summarised:
 
 
 def summary_html(result: Summarised) -> str:
-    """The lines of the ``repr`` for a notebook, the first one bold."""
+    """Return the lines of the ``repr`` as HTML for a notebook, the first line bold."""
     first, *others = (escape(line) for line in result.summary_lines())
     return f"<p><strong>{first}</strong></p>" + "".join(f"<p>{line}</p>" for line in others)
 
 
 def fields_in_short(value: Any) -> str:
-    """The class with its fields, each in short."""
+    """Return the name of the class and a short form of each field."""
     inside = ", ".join(f"{each.name}={_short(getattr(value, each.name))}" for each in fields(value))
     return f"{type(value).__name__}({inside})"
 
 
 def _short(value: Any) -> str:
-    """One value of a field: arrays and what is long by kind, size and range."""
+    """Short form of the value of a field: type, size and range for arrays and long values."""
     if isinstance(value, np.ndarray):
         return f"array of {'×'.join(map(str, value.shape))}{span(value)}"
     if isinstance(value, Mapping):
@@ -72,7 +72,7 @@ def _plain(value: Any) -> str:
 
 
 def span(values: Any) -> str:
-    """`` from LOW to HIGH`` of what is known; empty where nothing is."""
+    """Return the text `` from LOW to HIGH`` of the finite values; empty if there are none."""
     try:
         known = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
@@ -85,17 +85,17 @@ def span(values: Any) -> str:
 
 
 def size_in_short(value: Any) -> str:
-    """A number, or ∞."""
+    """Return a number as text, with ∞ for infinity."""
     return "∞" if value == np.inf else number(float(value))
 
 
 def notes_line(notes: tuple[str, ...]) -> list[str]:
-    """How many notes there are, and where; nothing where there are none."""
+    """Return a line with the number of notes, or no line if there are none."""
     return [f"{plural(len(notes), 'note')} in .notes"] if notes else []
 
 
 def path_in_short(path: Path) -> str:
-    """The end of a long path."""
+    """Return a path as text; of a long path only the end."""
     text = str(path)
     return text if len(text) <= 70 else f"…{text[-69:]}"
 

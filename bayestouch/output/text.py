@@ -1,4 +1,4 @@
-"""Numbers as text, the same in sentences and in tables."""
+"""Numbers as text, in the same form in sentences and in tables."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Any
 
 
 def number(value: Any, digits: int = 3) -> str:
-    """A number with so many significant digits, a true minus sign and no exponent where it can be read without.
+    """Return a number as text with `digits` significant digits, a minus sign and, if readable, no exponent.
 
-    None and what is not finite become a dash; text stays as it is.
+    None and values that are not finite become a dash; text is returned unchanged.
     """
     if isinstance(value, bool):
         return "yes" if value else "no"
@@ -26,12 +26,12 @@ def number(value: Any, digits: int = 3) -> str:
 
 
 def exact(value: Any) -> str:
-    """A number that was stated or printed, without digits that were not."""
+    """Return a stated number as text with up to six significant digits and no added zeros."""
     return number(value) if isinstance(value, str) or value is None else f"{value:.6g}".replace("-", "−")
 
 
 def fixed(value: Any, decimals: int) -> str:
-    """A number with so many decimals; no minus sign on a zero."""
+    """Return a number as text with `decimals` decimals; zero has no minus sign."""
     if value is None or not math.isfinite(value):
         return "–"
     text = f"{value:.{decimals}f}"
@@ -39,12 +39,12 @@ def fixed(value: Any, decimals: int) -> str:
 
 
 def percent(value: Any) -> str:
-    """A percentage: whole from ten up, else with one decimal."""
+    """Return a percentage as text: without decimals from 10 up, otherwise with one."""
     return fixed(value, 0 if value is not None and abs(value) >= 10 else 1)
 
 
 def plus_minus(mean: Any, sd: Any) -> str:
-    """Mean ± standard deviation, the latter with two significant digits and the mean to the same decimals."""
+    """Return the text mean ± standard deviation: the sd has two significant digits, the mean the same decimals."""
     if mean is None or not math.isfinite(mean):
         return "–"
     if sd is None or not math.isfinite(sd) or sd <= 0:
@@ -56,12 +56,12 @@ def plus_minus(mean: Any, sd: Any) -> str:
 
 
 def plural(count: int, noun: str) -> str:
-    """``1 touch``, ``2 touches``."""
+    """Return a count with its noun: ``1 touch``, ``2 touches``."""
     if count == 1:
         return f"1 {noun}"
     return f"{count} {noun}{'es' if noun.endswith(('ch', 'sh', 's', 'x')) else 's'}"
 
 
 def listed(parts: list[str]) -> str:
-    """``a``, ``a and b``, ``a, b and c``."""
+    """Return a list as text: ``a``, ``a and b``, ``a, b and c``."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

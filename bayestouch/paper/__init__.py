@@ -1,1 +1,1 @@
-"""What Nicolson and Fearing (1995) printed, and their own methods."""
+"""Published numbers of Nicolson and Fearing (1995), and their fitting methods."""

@@ -1,4 +1,4 @@
-"""Where the paper disagrees with itself, or leaves something open; public in `bayestouch.paper.published`."""
+"""Contradictions and gaps in the paper; public in `bayestouch.paper.published`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Note:
-    """Something the paper says that its own numbers or equations contradict, or leave open."""
+    """A statement of the paper that its own numbers or equations contradict, or that is incomplete."""
 
     where: str
     printed: str

@@ -1,7 +1,7 @@
-"""The sentences of Nicolson and Fearing (1995) that state numbers, as data for `bayestouch.paper.published`.
+"""Sentences of Nicolson and Fearing (1995) that contain numbers, as data for `bayestouch.paper.published`.
 
 Each entry is (where, quote, numbers) and each number (key, as printed, unit[, value]); the value is given
-only where the print is a word or a fraction.
+only if the print is a word or a fraction.
 """
 
 from __future__ import annotations

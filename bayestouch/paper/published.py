@@ -1,7 +1,7 @@
-"""What the paper printed: Tables 1 to 4 and every number of its text, each with its place, unit and words.
+"""Numbers that the paper printed: Tables 1 to 4 and every number of its text, with location, unit and quotation.
 
 Source: E. J. Nicolson and R. S. Fearing, "The Reliability of Curvature Estimates from Linear Elastic Tactile
-Sensors", 1995. Values are as printed, never corrected; `NOTES` says where they disagree with each other.
+Sensors", 1995. Values are as printed, never corrected; `NOTES` lists their contradictions.
 
 Examples
 --------
@@ -82,11 +82,11 @@ class PublishedNumber:
     value : float
         The number, in `unit`.
     unit : str
-        Unit as used in bayestouch; ``1`` for counts and ratios.
+        Unit in the notation of bayestouch; ``1`` for counts and ratios.
     where : str
-        Table, row and column, or section, or caption.
+        Location in the paper: table, row and column; section; or caption.
     quote : str
-        The row or the words that hold the number.
+        The row or the words that contain the number.
     printed : str
         The number as printed: digits, a fraction or a word.
     """
@@ -185,16 +185,16 @@ _NUMBERS = {item.key: item for item in (*_table_numbers(), *_text_numbers())}
 
 
 def all_numbers() -> Iterator[PublishedNumber]:
-    """Every number of the paper: the four tables row by row, then the text in its order."""
+    """Return an iterator over all numbers of the paper: the four tables row by row, then the text in order."""
     return iter(_NUMBERS.values())
 
 
 def number(key: str) -> PublishedNumber:
-    """The published number of that key.
+    """Return the published number with the given key.
 
     Raises
     ------
     KeyError
-        If the paper has no number of that key.
+        If the paper has no number with this key.
     """
     return _NUMBERS[key]

@@ -1,1 +1,1 @@
-"""Work on several processes and on a Dask cluster."""
+"""Parallel computation in several processes and on a Dask cluster."""

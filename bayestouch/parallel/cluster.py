@@ -1,7 +1,7 @@
-"""Work shared out over an existing Dask cluster: blocks of touches, candidates of a diagnosis, cases of a study.
+"""Parallel computation on an existing Dask cluster: blocks of touches, candidates of a diagnosis, cases of a study.
 
-The results are the same as without: what a piece comes to depends on the piece, not on who does it, when, or how
-often. So whatever is lost, a worker or the scheduler, only costs time.
+The results are the same as without a cluster. The result of a piece depends only on the piece: not on the worker, the
+time or the number of attempts. The loss of a worker therefore costs only time.
 """
 
 from __future__ import annotations
@@ -18,47 +18,47 @@ from typing import Any
 
 from bayestouch.errors import InputError
 
-#: Does one piece of work, given what all pieces share.
+#: Function that computes one piece of work from the data common to all pieces and the piece.
 ClusterWork = Callable[[Any, Any], Any]
-#: How long a scheduler that does not answer, or has no workers, is waited for, in seconds.
+#: Seconds to wait for a scheduler that does not answer or has no workers.
 PATIENCE = 30.0
-#: Pieces given to a worker's thread: the next one waits there when one is done.
+#: Number of pieces sent to each thread of a worker, so that the next piece is there when one is finished.
 AHEAD = 2
 
 
 def on_cluster(
     address: str, work: ClusterWork, shared: Any, pieces: Iterable[tuple[int, Any]], patience: float | None = None
 ) -> Iterator[tuple[int, Any]]:
-    """Do some work on every piece on the cluster whose scheduler is at `address`.
+    """Yield the result of `work` for every piece, computed on the cluster with its scheduler at `address`.
 
     Parameters
     ----------
     address : str
-        Such as ``tcp://10.0.0.5:8786``.
+        Address of the scheduler, such as ``tcp://10.0.0.5:8786``.
     work : callable
-        Given what all pieces share and one piece: a function that the workers can import, or one of the script that
-        was started.
+        Function of `shared` and one piece. The workers must be able to import it, or it is defined in the script
+        that was started.
     shared : object
-        Is sent to each worker once.
+        Data common to all pieces; sent once to each worker.
     pieces : iterable of (int, object)
-        Numbered; taken as workers become free.
+        Number and content of each piece; taken when workers become free.
     patience : float, optional
         Seconds to wait for a scheduler and its workers, `PATIENCE` by default.
 
     Yields
     ------
     number, result
-        As they are finished, in any order.
+        In the order in which they are finished.
 
     Raises
     ------
     InputError
-        `distributed` is not installed, the scheduler cannot be reached or goes away, there are no workers or they have
-        other versions of what computes, or nobody works at what is left.
+        `distributed` is not installed, the scheduler cannot be reached or disappears, there are no workers or they have
+        other versions of the packages, or no worker computes the remaining pieces.
     """
     seconds = PATIENCE if patience is None else patience
-    with _client(address, seconds) as client, _told(address):
-        yield from _done(client, seconds, work, shared, iter(pieces))
+    with _client(address, seconds) as client, _errors_in_one_line(address):
+        yield from _results(client, seconds, work, shared, iter(pieces))
 
 
 def in_order(
@@ -68,9 +68,10 @@ def in_order(
     pieces: Sequence[Any],
     progress: Callable[[int], None] = lambda number: None,
 ) -> list[Any]:
-    """Results of some work on every piece, in order: by the cluster at `address`, by this process where it is None.
+    """Return the result of `work` for every piece, in order.
 
-    `progress` is called with the number of pieces that are done.
+    The cluster at `address` computes them, or this process if `address` is None. `progress` is called with the number
+    of finished pieces.
     """
     if not pieces:
         return []
@@ -86,13 +87,13 @@ def in_order(
     return [done[number] for number in sorted(done)]
 
 
-def _done(
+def _results(
     client: Any, patience: float, work: ClusterWork, shared: Any, pieces: Iterator[tuple[int, Any]]
 ) -> Iterator[tuple[int, Any]]:
-    """Do the pieces, a few of them on the cluster at a time. A piece whose worker dies is done again by Dask."""
+    """Yield the results of the pieces, a few at a time on the cluster; Dask repeats a piece if its worker fails."""
     client.wait_for_workers(1, timeout=patience)
-    # A task, which Dask does again where a worker dies with its result. What is scattered would be lost, and a worker
-    # that dies while something is scattered can leave the scheduler waiting for ever.
+    # A task, because Dask repeats it if a worker fails with its result. Scattered data would be lost, and if a worker
+    # fails while data are scattered, the scheduler can wait for ever.
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message="Sending large graph", category=UserWarning)
         there = client.submit(pickle.loads, pickle.dumps(shared), pure=False)
@@ -100,10 +101,10 @@ def _done(
     futures: dict[Any, int] = {}
 
     def submit() -> list[Any]:
-        """Give the workers what they lack. Pure functions would be known by their arguments, slow to hash."""
+        """Submit pieces to free workers; not as pure functions, because hashing their arguments is slow."""
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(futures)
         more = {
-            client.submit(_one, work, there, piece, versions, pure=False): number
+            client.submit(_on_worker, work, there, piece, versions, pure=False): number
             for number, piece in islice(pieces, max(0, room))
         }
         futures.update(more)
@@ -117,8 +118,8 @@ def _done(
     while futures:
         try:
             future = next(finished)
-            result = future.result(timeout=patience)  # its worker may have gone with it: it is then made once more
-        except TimeoutError:  # a scheduler that went away cancels what it was to do, but of lost workers nobody tells
+            result = future.result(timeout=patience)  # if the worker failed with the result, it is computed again
+        except TimeoutError:  # a lost scheduler cancels its tasks, but lost workers cause no error
             idle = 0 if any(client.processing().values()) else idle + 1
             if idle > 1:
                 raise TimeoutError("no worker is at work although work is left") from None
@@ -130,8 +131,8 @@ def _done(
 
 
 @contextmanager
-def _told(address: str) -> Iterator[None]:
-    """Errors of a cluster of which something went away, in one line."""
+def _errors_in_one_line(address: str) -> Iterator[None]:
+    """Turn errors of a lost scheduler or worker into an `InputError` of one line."""
     killed = _distributed().scheduler.KilledWorker
     try:
         yield
@@ -139,8 +140,8 @@ def _told(address: str) -> Iterator[None]:
         raise InputError(f"the cluster at {address} does no work: {type(error).__name__}: {error}") from error
 
 
-def _one(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
-    """What a worker does."""
+def _on_worker(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -> Any:
+    """Compute one piece on a worker, after a check of its package versions."""
     here = versions_here()
     if here != versions:
         other = ", ".join(f"{name} {here[name]} for {versions[name]}" for name in here if here[name] != versions[name])
@@ -149,7 +150,7 @@ def _one(work: ClusterWork, shared: Any, piece: Any, versions: dict[str, str]) -
 
 
 def versions_here() -> dict[str, str]:
-    """Versions of what computes."""
+    """Return the versions of the packages that determine the results."""
     return {name: version(name) for name in ("bayestouch", "numpy", "scipy", "emcee")}
 
 

@@ -1,1 +1,1 @@
-"""What is believed beforehand: parameters with their priors, of the sensor and of the indenters."""
+"""Parameters and their priors: of the sensor and of the indenters."""

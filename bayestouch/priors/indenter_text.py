@@ -21,19 +21,19 @@ FORMS = (
 
 
 def indenter_from_text(text: str) -> IndenterPrior:
-    """Read a prior over indenters.
+    """Return the prior over indenters that a text describes.
 
     Parameters
     ----------
     text : str
         ``uniform``; ``curvature:0.3`` (radius of the sharpest in mm); ``tips:0,0.5,2,inf`` or with weights
         ``tips:0=0.5,2=0.25,inf=0.25``; ``edge-or-round`` or with the edge's probability ``edge-or-round:0.3``; a prior
-        of ``r_c``, ``R`` or ``curvature`` in the words of `bayestouch.priors.prior_text`: ``r_c=log-normal:2,1.6``.
+        of ``r_c``, ``R`` or ``curvature`` in the form of `bayestouch.priors.prior_text`: ``r_c=log-normal:2,1.6``.
 
     Raises
     ------
     InputError
-        The text is none of these, or the prior is impossible.
+        The text has another form, or the prior is impossible.
     """
     quantity, equals, prior = text.strip().partition("=")
     if equals and quantity in QUANTITIES:

@@ -1,7 +1,7 @@
-"""What a user may know of the indenters that touch a finger, before any touch is read.
+"""Priors over the indenters that touch a finger, for the user to choose from.
 
-Every class here is an `IndenterPrior`: it gives the prior of the composite radius R on a finger. All of them leave
-concave indenters out (R is at most ``r_b``).
+Every class here is an `IndenterPrior`, from which the prior of the composite radius R on a finger follows. None of
+them includes concave indenters (R is at most ``r_b``).
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from bayestouch.priors.radius import QUANTITIES, DerivedRadius, Quantity, Radius
 
 @runtime_checkable
 class IndenterPrior(Protocol):
-    """Prior over indenters."""
+    """Protocol of a prior over indenters."""
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """Prior of R in mm on a finger of outer radius ``r_b``."""
+        """Return the prior of R in mm on a finger of outer radius ``r_b``."""
         ...
 
 
 @dataclass(frozen=True, repr=False)
 class UniformRadius(Summarised):
-    """Uniform in the composite radius R from a knife edge to a flat; the default."""
+    """Prior uniform in the composite radius R from a knife edge to a flat; the default."""
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """Uniform from 0 to ``r_b``."""
+        """Return the uniform prior of R from 0 to ``r_b``."""
         return Uniform(0.0, outer_radius_mm)
 
     def __str__(self) -> str:
@@ -41,12 +41,12 @@ class UniformRadius(Summarised):
 
 @dataclass(frozen=True, repr=False)
 class UniformCurvature(Summarised):
-    """Uniform in the curvature ``1/r_c``, from a flat to the sharpest indenter.
+    """Prior uniform in the curvature ``1/r_c``, from a flat to the sharpest indenter.
 
     Attributes
     ----------
     sharpest_mm : float
-        Its radius r_c in mm, above 0: a knife edge has infinite curvature, and no uniform prior reaches it.
+        Radius r_c of the sharpest indenter in mm, above 0 (the curvature of a knife edge would be infinite).
     """
 
     sharpest_mm: float
@@ -59,7 +59,7 @@ class UniformCurvature(Summarised):
             )
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """Density ``∝ 1/R²`` between the sharpest indenter's R and ``r_b``."""
+        """Return the prior of R with density ``∝ 1/R²`` from the sharpest indenter's R to ``r_b``."""
         return DerivedRadius(Uniform(0.0, 1 / self.sharpest_mm), "curvature", outer_radius_mm)
 
     def __str__(self) -> str:
@@ -68,14 +68,14 @@ class UniformCurvature(Summarised):
 
 @dataclass(frozen=True, repr=False)
 class IndenterDistribution(Summarised):
-    """Any one-dimensional prior of the indenter's radius or curvature, such as `LogNormal`.
+    """Prior given by any one-dimensional density of the indenter's radius or curvature, such as `LogNormal`.
 
     Attributes
     ----------
     prior : Prior
-        Its density; what lies outside edge and flat is cut off.
+        The density; values beyond knife edge and flat are excluded.
     quantity : {"r_c", "R", "curvature"}
-        What it is a prior of: the indenter's radius or the composite radius in mm, or ``1/r_c`` in 1/mm.
+        Quantity that has this density: the indenter's radius or the composite radius in mm, or ``1/r_c`` in 1/mm.
     """
 
     prior: Prior
@@ -88,7 +88,7 @@ class IndenterDistribution(Summarised):
             raise InputError(f"indenter: expected a prior such as LogNormal(2.0, 0.5), got {self.prior!r}")
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """The density carried over to R."""
+        """Return the density transformed to R."""
         return DerivedRadius(self.prior, self.quantity, outer_radius_mm)
 
     def __str__(self) -> str:
@@ -97,14 +97,14 @@ class IndenterDistribution(Summarised):
 
 @dataclass(frozen=True, repr=False)
 class KnownTips(Summarised):
-    """The indenter is one of a set of known tips; which one is inferred for each touch.
+    """Prior for an indenter that is one of a set of known tips; inference decides which one for each touch.
 
     Attributes
     ----------
     radius_mm : tuple of float
-        Their radii r_c: 0 a knife edge, inf a flat.
+        Radii r_c of the tips: 0 a knife edge, inf a flat.
     weights : tuple of float
-        Their prior probabilities, which add up to 1; equal by default.
+        Prior probabilities of the tips, which add up to 1; equal by default.
     """
 
     radius_mm: Sequence[float]
@@ -131,7 +131,7 @@ class KnownTips(Summarised):
         object.__setattr__(self, "weights", tuple(weight / sum(weights) for weight in weights))
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """Point masses at the tips' R."""
+        """Return the prior with a point mass at the R of each tip."""
         return RadiusOfTips(tuple(self.radius_mm), tuple(self.weights), None, outer_radius_mm)
 
     def __str__(self) -> str:
@@ -141,7 +141,7 @@ class KnownTips(Summarised):
 
 @dataclass(frozen=True, repr=False)
 class EdgeOrRound(Summarised):
-    """The indenter is a knife edge or something round; which of them is inferred for each touch.
+    """Prior for an indenter that is a knife edge or round; inference decides which for each touch.
 
     Attributes
     ----------
@@ -163,7 +163,7 @@ class EdgeOrRound(Summarised):
             raise InputError(f"indenter: expected a density of round indenters, got {self.round!r}")
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
-        """A point mass at R = 0 beside the density of round indenters."""
+        """Return the prior with a point mass at R = 0 and the density of round indenters."""
         density = self.round.radius_prior(outer_radius_mm)
         return RadiusOfTips((0.0,), (self.edge_probability,), density, outer_radius_mm)
 

@@ -1,4 +1,4 @@
-"""Parameters with their priors as text, and back: what a posterior file says of them."""
+"""Conversion of parameters and their priors to JSON and back, for posterior files."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TEXTS = ("name", "symbol", "latex", "unit", "description")
 
 @dataclass(frozen=True)
 class PriorOfOtherCode:
-    """A prior that code outside bayestouch defined: its description is known, its density is not."""
+    """A prior defined by code outside bayestouch; the file contains its description, but not its density."""
 
     text: str
     low: float
@@ -29,11 +29,11 @@ class PriorOfOtherCode:
 
     @property
     def support(self) -> tuple[float, float]:
-        """Lower and upper end of the values it allows."""
+        """Smallest and largest allowed value."""
         return self.low, self.high
 
     def log_density(self, value: ArrayLike) -> FloatArray:
-        """Not known.
+        """Raise an error, because the density is not known.
 
         Raises
         ------
@@ -43,7 +43,7 @@ class PriorOfOtherCode:
         raise InputError(f"the density of the prior {self.text!r} is not in the file: other code defined it")
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
-        """Not known; raises as `log_density`."""
+        """Raise an error, because the density is not known (see `log_density`)."""
         return self.log_density(probability)
 
     def __str__(self) -> str:
@@ -51,7 +51,7 @@ class PriorOfOtherCode:
 
 
 def parameters_to_json(parameters: Iterable[Parameter]) -> str:
-    """Write parameters as JSON; `parameters_from_json` gives them back."""
+    """Return parameters as JSON; `parameters_from_json` returns the same parameters."""
     return json.dumps(
         [{name: getattr(one, name) for name in _TEXTS} | {"prior": _prior_to_plain(one.prior)} for one in parameters],
         ensure_ascii=False,
@@ -59,12 +59,12 @@ def parameters_to_json(parameters: Iterable[Parameter]) -> str:
 
 
 def parameters_from_json(text: str) -> tuple[Parameter, ...]:
-    """Read parameters from JSON.
+    """Return the parameters that a JSON text describes.
 
     Raises
     ------
     InputError
-        The text is no such JSON, or a prior is impossible.
+        The text is not JSON of parameters, or a prior is impossible.
     """
     try:
         return tuple(
@@ -78,7 +78,7 @@ def parameters_from_json(text: str) -> tuple[Parameter, ...]:
 
 
 def _prior_to_plain(prior: Prior) -> dict[str, Any]:
-    # Another class of the same name must not come back as ours.
+    # A class of the same name from other code must not be read as a class of this package.
     name = type(prior).__name__
     if getattr(known, name, None) is type(prior) and is_dataclass(prior):
         return {"kind": name} | {field.name: _number_to_plain(getattr(prior, field.name)) for field in fields(prior)}
@@ -98,14 +98,14 @@ def _prior_from_plain(plain: dict[str, Any]) -> Prior:
     if plain["kind"] == "PriorOfOtherCode":
         return PriorOfOtherCode(**values)
     kind = getattr(known, str(plain["kind"]), None)
-    # The name comes from a file: nothing but a prior of this package may be called.
+    # The name comes from a file: only a prior of this package may be called.
     if not (isinstance(kind, type) and is_dataclass(kind) and hasattr(kind, "log_density")):
         raise InputError(f"expected a prior that this version knows, got {shown(plain['kind'])}")
     return cast("Prior", kind(**values))
 
 
 def _number_to_plain(value: Any) -> Any:
-    """JSON has no infinities: they become text."""
+    """Number for JSON; infinities become text, because JSON has none."""
     if isinstance(value, tuple | list | np.ndarray):
         return [_number_to_plain(one) for one in value]
     number = float(value)

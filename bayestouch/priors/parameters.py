@@ -1,4 +1,4 @@
-"""Unknowns: a name, a symbol, a unit and a prior."""
+"""Parameters (name, symbol, unit, prior) and one-dimensional priors."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from bayestouch.errors import InputError
 
 
 class Prior(Protocol):
-    """One-dimensional prior density."""
+    """Protocol of a one-dimensional prior density."""
 
     @property
     def support(self) -> tuple[float, float]:
-        """Lower and upper end of the values it allows."""
+        """Smallest and largest allowed value."""
         ...
 
     def log_density(self, value: ArrayLike) -> FloatArray:
-        """Log density, normalised; ``-inf`` outside the support. Shape of `value`."""
+        """Logarithm of the normalised density, ``-inf`` outside the support. Shape of `value`."""
         ...
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
-        """Value below which `probability` lies; with uniform numbers, a draw from the prior."""
+        """Quantile at `probability`; with uniform random numbers, draws from the prior."""
         ...
 
 
 @dataclass(frozen=True)
 class Uniform:
-    """Uniform between `low` and `high`."""
+    """Uniform prior between `low` and `high`."""
 
     low: float
     high: float
@@ -58,7 +58,7 @@ class Uniform:
 
 @dataclass(frozen=True)
 class Normal:
-    """Normal with mean and standard deviation, cut off outside `low` and `high`."""
+    """Normal prior with mean and standard deviation, truncated to `low` … `high`."""
 
     mean: float
     sd: float
@@ -96,7 +96,7 @@ class Normal:
 
 @dataclass(frozen=True)
 class LogNormal:
-    """Log-normal: the logarithm is normal with mean ``log(median)`` and standard deviation `spread`."""
+    """Log-normal prior: the logarithm is normal with mean ``log(median)`` and standard deviation `spread`."""
 
     median: float
     spread: float
@@ -125,7 +125,7 @@ class LogNormal:
 
 @dataclass(frozen=True)
 class Parameter:
-    """An unknown of the chain.
+    """An unknown of the measuring chain.
 
     Attributes
     ----------
@@ -134,13 +134,13 @@ class Parameter:
     symbol : str
         Symbol of the paper, in Unicode, for tables.
     latex : str
-        The same for figures, without dollar signs.
+        The symbol in LaTeX for figures, without dollar signs.
     unit : str
         Unit, ``""`` for a number.
     prior : Prior
-        Its prior.
+        Prior of the parameter.
     description : str
-        What it is, in a few words.
+        Short description.
     """
 
     name: str
@@ -156,17 +156,17 @@ class Parameter:
         return f"${self.latex}$" + (f" ({self.unit})" if self.unit else "")
 
 
-# A prior of which less than this share lies inside the bounds contradicts them.
+# A prior with a probability less than this inside the bounds contradicts the bounds.
 LEAST_MASS = 1e-3
 
 
 def truncated(prior: Prior, low: float, high: float) -> Prior:
-    """The prior cut off outside `low` and `high`.
+    """Return the prior truncated to `low` … `high`.
 
     Raises
     ------
     InputError
-        Next to nothing of it lies between them, or it is of a kind that cannot be cut off.
+        Its probability between the bounds is almost zero, or this kind of prior cannot be truncated.
     """
     ends = prior.support
     if ends[0] >= low and ends[1] <= high:
@@ -186,12 +186,12 @@ def truncated(prior: Prior, low: float, high: float) -> Prior:
 
 
 def moved(prior: Prior, factor: float, shift: float) -> Prior:
-    """Prior of ``factor x + shift``, where x has this prior and the factor is positive.
+    """Return the prior of ``factor x + shift``, where x has the given prior and the factor is positive.
 
     Raises
     ------
     InputError
-        It is neither normal nor uniform.
+        The prior is neither normal nor uniform.
     """
     if isinstance(prior, Uniform):
         return Uniform(factor * prior.low + shift, factor * prior.high + shift)

@@ -13,12 +13,12 @@ FORMS = "normal:MEAN,SD, uniform:LOW,HIGH or log-normal:MEDIAN,FACTOR"
 
 
 def priors_from_text(pairs: Iterable[str]) -> dict[str, Prior]:
-    """Read priors such as ``sigma=normal:0.47,0.01``, by name of the parameter.
+    """Return priors by name of the parameter, from texts such as ``sigma=normal:0.47,0.01``.
 
     Raises
     ------
     InputError
-        A text has another form, a name comes twice, or a prior is impossible.
+        A text has another form, a name occurs twice, or a prior is impossible.
     """
     priors: dict[str, Prior] = {}
     for pair in pairs:
@@ -35,10 +35,10 @@ def priors_from_text(pairs: Iterable[str]) -> dict[str, Prior]:
 
 
 def prior_from_text(text: str) -> Prior:
-    """Read one prior: ``normal:MEAN,SD``, ``uniform:LOW,HIGH`` or ``log-normal:MEDIAN,FACTOR``.
+    """Return the prior that a text describes: ``normal:MEAN,SD``, ``uniform:LOW,HIGH`` or ``log-normal:MEDIAN,FACTOR``.
 
-    The factor is that of one standard deviation: ``log-normal:0.15,1.35`` lies between 0.111 and 0.2025 with a
-    probability of 68 %.
+    The factor corresponds to one standard deviation: with ``log-normal:0.15,1.35`` a value is between 0.111 and 0.2025
+    with a probability of 68 %.
 
     Raises
     ------

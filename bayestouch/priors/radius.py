@@ -1,4 +1,4 @@
-"""Priors of the composite radius R that come from what is known of the indenter: densities and point masses."""
+"""Priors of the composite radius R that follow from a prior over indenters: densities and point masses."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from bayestouch.priors.parameters import Prior
 Quantity = Literal["R", "r_c", "curvature"]
 
 QUANTITIES: tuple[Quantity, ...] = ("R", "r_c", "curvature")
-# Halvings that find the probability below a value from a prior's quantiles, to the last bit.
+# Bisection steps that find the probability below a value from a prior's quantiles, to the last bit.
 HALVINGS = 60
 
 
 @dataclass(frozen=True)
 class DerivedRadius:
-    """Prior of R that follows from a prior of R, r_c or the curvature 1/r_c, cut off at edge and flat.
+    """Prior of R that follows from a prior of R, r_c or the curvature 1/r_c, truncated at knife edge and flat.
 
-    With ``1/R = 1/r_b + 1/r_c`` a density of r_c is multiplied by ``dr_c/dR = (r_b/(r_b - R))²``, one of the curvature
-    by ``1/R²``.
+    With ``1/R = 1/r_b + 1/r_c`` a density of r_c is multiplied by ``dr_c/dR = (r_b/(r_b - R))²``, a density of the
+    curvature by ``1/R²``.
 
     Attributes
     ----------
     prior : Prior
-        Of the quantity, in mm, or 1/mm for the curvature.
+        Prior of the quantity, in mm, or 1/mm for the curvature.
     quantity : {"R", "r_c", "curvature"}
-        What it is the prior of.
+        Quantity of the prior.
     outer_radius_mm : float
         ``r_b``.
     """
@@ -63,7 +63,7 @@ class DerivedRadius:
                 density = self.prior.log_density(safe * outer / (outer - safe)) - 2 * np.log1p(-safe / outer)
             else:
                 density = self.prior.log_density(1 / safe - 1 / outer) - 2 * np.log(safe)
-        # At the very ends 0 · inf may come out: they have no measure.
+        # At the ends 0 · inf may occur; these points have probability zero.
         density = np.where(np.isnan(density), -np.inf, density)
         low, high = self._shares
         return np.where(inside, density - np.log(high - low), -np.inf)
@@ -71,7 +71,7 @@ class DerivedRadius:
     def quantile(self, probability: ArrayLike) -> FloatArray:
         low, high = self._shares
         share = np.asarray(probability, dtype=float)
-        # The larger the curvature, the smaller R.
+        # R decreases with the curvature.
         share = 1 - share if self.quantity == "curvature" else share
         return self._to_radius(self.prior.quantile(low + (high - low) * share))
 
@@ -80,12 +80,12 @@ class DerivedRadius:
 
     @property
     def _ends(self) -> tuple[float, float]:
-        """Values of the quantity between which indenters lie."""
+        """Smallest and largest value of the quantity, from knife edge to flat (curvature: from flat to edge)."""
         return (0.0, self.outer_radius_mm) if self.quantity == "R" else (0.0, np.inf)
 
     @cached_property
     def _shares(self) -> tuple[float, float]:
-        """Probabilities of the prior below edge and flat."""
+        """Probabilities of the prior below these two values."""
         low, high = self._ends
         return _probability_below(self.prior.quantile, low), _probability_below(self.prior.quantile, high)
 
@@ -109,16 +109,16 @@ def _probability_below(quantile: Callable[[float], FloatArray], value: float) ->
 
 @dataclass(frozen=True)
 class RadiusOfTips:
-    """Prior of R with known tips, point masses, and perhaps a density beside them.
+    """Prior of R with a point mass for each known tip and, optionally, a density for other indenters.
 
     Attributes
     ----------
     indenter_radius_mm : tuple of float
         ``r_c`` of the tips: 0 a knife edge, inf a flat.
     weights : tuple of float
-        Their probabilities; what they leave of 1 is the density's.
+        Probabilities of the tips; the rest of 1 is the probability of the density.
     density : Prior or None
-        Of R in mm, of an indenter that is none of the tips.
+        Density of R in mm for an indenter that is none of the tips.
     outer_radius_mm : float
         ``r_b``.
     """
@@ -130,13 +130,13 @@ class RadiusOfTips:
 
     @property
     def radius_mm(self) -> FloatArray:
-        """R of the tips."""
+        """Composite radius R of each tip in mm."""
         with np.errstate(divide="ignore"):
             return np.asarray(1 / (1 / self.outer_radius_mm + 1 / np.asarray(self.indenter_radius_mm)))
 
     @property
     def n_alternatives(self) -> int:
-        """Number of tips, and one more for the density beside them."""
+        """Number of tips, plus one if there is a density."""
         return len(self.weights) + (self.density is not None)
 
     @property
@@ -160,7 +160,7 @@ class RadiusOfTips:
         return out
 
     def quantile(self, probability: ArrayLike) -> FloatArray:
-        """A radius for a uniform number: of a tip below the sum of the weights (not ordered), of the density above."""
+        """Radius for a uniform random number: a tip below the sum of the weights (not ordered), else the density."""
         number = np.asarray(probability, dtype=float)
         sums = np.cumsum(self.weights)
         tip = np.searchsorted(sums, number, side="right")

@@ -1,4 +1,4 @@
-"""Drawing from many posteriors at once. Nothing here knows of tactile sensors."""
+"""Sampling from many posteriors at once; independent of tactile sensors."""
 
 from bayestouch.sampling.diagnostics import bulk_statistics, ess_bulk, rhat
 from bayestouch.sampling.draws import BlockDraws, Demands

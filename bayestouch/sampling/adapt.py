@@ -1,4 +1,4 @@
-"""A better proposal for blocks that the given one does not serve: mixtures fitted by importance sampling.
+"""Better proposals for blocks whose given proposal is poor: mixtures fitted by importance sampling.
 
 Adaptive importance sampling as in Cappé, Douc, Guillin, Marin and Robert (2008), doi:10.1007/s11222-008-9059-x.
 """
@@ -13,11 +13,11 @@ from bayestouch.sampling.pareto import systematic_resample
 from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentT
 from bayestouch.sampling.streams import BlockStreams
 
-# Purpose of the random streams.
+# Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 6
-# Rounds of adaptation, points drawn in each, and points to which a mixture is fitted.
+# Number of adaptation rounds, points drawn in each, and points used to fit a mixture.
 ADAPTATIONS, POINTS, POINTS_FITTED = 5, 1024, 256
-# Weights are tempered until they are worth so many points, or a mixture would be fitted to a few.
+# Weights are tempered until their effective sample size reaches this, so that enough points determine a mixture.
 LEAST_ESS = 64.0
 TEMPERING = 0.5 ** np.arange(8)
 POINTS_HELD = 1 << 18
@@ -25,17 +25,18 @@ POINTS_HELD = 1 << 18
 COMPONENTS = 4
 ITERATIONS = 5
 DOF = 5.0
-# Components are wider than their points by this factor, or tails that few points reach would be missed unseen: on a
-# banana it halves the bias. A further component covers all points generously.
+# Components are wider than their points by this factor, so that tails with few points are not missed: for a
+# banana-shaped posterior this halves the bias. One more, wide component covers all points.
 SCALE = 1.3
 WIDE_SHARE = 0.1
 WIDE_SCALE = 2.5
-# Share of all points' covariance in each component's, which keeps a component of few points from collapsing.
+# Fraction of the overall covariance in each component's covariance, so that a component of few points does not
+# collapse.
 SHRINKAGE = 0.03
 
 
 def adapt(log_density: LogDensity, proposal: BlockProposal, numbers: IndexArray, seed: int) -> Mixture:
-    """Fit mixtures of Student-t distributions to the posteriors of the blocks `numbers`, starting from `proposal`."""
+    """Return Student-t mixtures fitted to the posteriors of the blocks `numbers`, starting from `proposal`."""
     held = max(1, POINTS_HELD // POINTS)
     parts = []
     for first in range(0, proposal.n_blocks, held):
@@ -53,7 +54,7 @@ def adapt(log_density: LogDensity, proposal: BlockProposal, numbers: IndexArray,
 
 
 def _tempered(log_weights: FloatArray) -> FloatArray:
-    """Weights (B, n), each row the highest of a few powers that leaves it worth `LEAST_ESS` points."""
+    """Weights (B, n), each row raised to the highest of a few powers with an effective size of `LEAST_ESS` or more."""
     largest = log_weights.max(axis=1, keepdims=True)
     relative = log_weights - np.where(np.isfinite(largest), largest, 0.0)
     weights = np.exp(TEMPERING[:, None, None] * relative)
@@ -66,17 +67,17 @@ def _tempered(log_weights: FloatArray) -> FloatArray:
 
 
 def fit_mixture(points: FloatArray, spread: FloatArray) -> Mixture:
-    """Fit a mixture of Student-t distributions to points of each block.
+    """Return a mixture of Student-t distributions fitted to the points of each block.
 
-    Expectation maximisation for normal components, started from slices along the points' longest axis; the
-    components then get Student-t tails, and a wide one is added.
+    Expectation maximisation fits normal components, starting from slices along the longest axis of the points. The
+    components then get Student-t tails, and a wide component is added.
 
     Parameters
     ----------
     points : (B, n, d) array
         Points of each block, of equal weight.
     spread : (B, d) array
-        Standard deviations of the proposals they come from; points a thousand times closer are taken to be one.
+        Standard deviations of the proposals of the points; points closer than a thousandth of them are taken as equal.
     """
     n_blocks, _, d = points.shape
     centre = points.mean(axis=1)
@@ -99,12 +100,12 @@ def fit_mixture(points: FloatArray, spread: FloatArray) -> Mixture:
 
 
 def _covariance(y: FloatArray, weight: FloatArray) -> FloatArray:
-    """Second moments about 0, (B, n, d) and (B, n) -> (B, d, d)."""
+    """Weighted second moments about 0, (B, n, d) and (B, n) -> (B, d, d)."""
     return np.asarray(np.swapaxes(y * weight[..., None], 1, 2) @ y / weight.sum(axis=1)[:, None, None])
 
 
 def _slices(y: FloatArray, overall: FloatArray) -> FloatArray:
-    """Hard shares (B, n, k): equal slices along the first principal axis."""
+    """Membership of each point (B, n, k), 0 or 1, in equal slices along the first principal axis."""
     axis = np.linalg.eigh(overall)[1][:, :, -1]
     place = np.argsort(np.argsort((y @ axis[:, :, None])[..., 0], axis=1), axis=1)
     slice_of = place * COMPONENTS // y.shape[1]
@@ -112,7 +113,7 @@ def _slices(y: FloatArray, overall: FloatArray) -> FloatArray:
 
 
 def _maximise(y: FloatArray, share: FloatArray, overall: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Weights (B, k), means (B, k, d), covariances (B, k, d, d) given the shares (B, n, k)."""
+    """Weights (B, k), means (B, k, d), covariances (B, k, d, d) for memberships (B, n, k)."""
     total = share.sum(axis=1) + 1e-9
     weight = total / total.sum(axis=1, keepdims=True)
     mean = np.swapaxes(share, 1, 2) @ y / total[..., None]
@@ -121,7 +122,7 @@ def _maximise(y: FloatArray, share: FloatArray, overall: FloatArray) -> tuple[Fl
 
 
 def _expect(y: FloatArray, weight: FloatArray, mean: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Share of each component in each draw, (B, n, k)."""
+    """Membership probability of each point in each component, (B, n, k)."""
     root = np.linalg.cholesky(covariance)
     whiten = np.linalg.inv(root)
     log_share = np.empty((*y.shape[:2], COMPONENTS))

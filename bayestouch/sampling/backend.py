@@ -1,4 +1,4 @@
-"""Where emcee puts the draws of many blocks."""
+"""Storage for the draws of many blocks from emcee."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from bayestouch.array_types import FloatArray
 
 
 class BlockBackend(Backend):  # type: ignore[misc]  # emcee has no types
-    """Store emcee's steps straight into the arrays of the result, of which they may be a part.
+    """Backend that stores the steps of emcee directly in the arrays of the result (or in a part of them).
 
-    Walker ``w B + b`` is the w-th of block b.
+    Walker ``w B + b`` is the w-th walker of block b.
 
     Parameters
     ----------
     draws : (W, n, B, d) array
-        Room for n steps, filled in place.
+        Array for n steps, filled in place.
     log_density : (W, n, B) array
         The same for the log density.
     """
@@ -29,10 +29,10 @@ class BlockBackend(Backend):  # type: ignore[misc]  # emcee has no types
         self._draws, self._log_density = np.moveaxis(draws, -1, 0), log_density
 
     def grow(self, ngrow: int, blobs: Any) -> None:
-        """Nothing to do: there is room already."""
+        """Do nothing, because the arrays exist already."""
 
     def save_step(self, state: Any, accepted: NDArray[np.bool_]) -> None:
-        """Store one step; called by emcee."""
+        """Store one step; emcee calls this."""
         d, walkers, _, blocks = self._draws.shape
         self._draws[:, :, self.iteration] = state.coords.T.reshape(d, walkers, blocks)
         self._log_density[:, self.iteration] = state.log_prob.reshape(walkers, blocks)

@@ -1,4 +1,4 @@
-"""Log densities of many blocks, called in pieces of bounded size."""
+"""Evaluation of log densities of many blocks, with a limited number of points per call."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
-# Log density of points x (B, n, d) of the blocks numbered (B,): (B, n), -inf outside the support, never NaN.
+# Function of points x (B, n, d) and block numbers (B,): log density (B, n), -inf outside the support, never NaN.
 LogDensity = Callable[[FloatArray, IndexArray], FloatArray]
-# The same for blocks that are fixed, (B, n, d) -> (B, n).
+# The same for fixed blocks, (B, n, d) -> (B, n).
 BlockDensity = Callable[[FloatArray], FloatArray]
 
-#: Most points in one call of a log density: bounds its memory, and suits the cache.
+#: Maximum number of points in one call of a log density; limits the memory and suits the cache.
 POINTS_A_CALL = 1 << 13
 
 
@@ -26,23 +26,23 @@ def of_blocks(
     points_a_call: int = POINTS_A_CALL,
     called: Callable[[int], None] | None = None,
 ) -> BlockDensity:
-    """Log density of all points of the blocks `numbers`, whatever their number.
+    """Return the log density of the blocks `numbers` as a function of any number of points.
 
     Parameters
     ----------
     log_density : callable
         See `LogDensity`.
     numbers : (B,) int array
-        Which blocks.
+        Numbers of the blocks.
     points_a_call : int
-        Most points in one call.
+        Maximum number of points in one call.
     called : callable, optional
-        Told the number of points after each call.
+        Called with the number of points after each evaluation.
 
     Raises
     ------
     ValueError
-        From the function returned: the log density is NaN at some point, or has the wrong shape.
+        Raised by the returned function: the log density is NaN at some point, or has the wrong shape.
     """
 
     def evaluate(x: FloatArray) -> FloatArray:
@@ -54,7 +54,7 @@ def of_blocks(
             values[rows, columns] = piece
             if called is not None:
                 called(piece.size)
-        if np.isnan(values.min(initial=0.0)):  # the least value is NaN where any is
+        if np.isnan(values.min(initial=0.0)):  # the minimum is NaN if any value is
             block, point = np.argwhere(np.isnan(values))[0]
             raise ValueError(f"log density is NaN in block {numbers[block]} at {x[block, point]}")
         return values
@@ -72,24 +72,23 @@ def weighed(
     points_a_call: int = POINTS_A_CALL,
     called: Callable[[int], None] | None = None,
 ) -> Iterator[tuple[slice, FloatArray, FloatArray, FloatArray]]:
-    """Draw n points of each proposal and evaluate both densities, some blocks at a time.
+    """Yield n points of each proposal with both log densities, some blocks at a time.
 
-    All that is done to a point is done while it is in the cache, which is three times as quick as one thing after the
-    other for all points.
+    All steps for a point are done while it is in the cache, which is three times as fast as each step for all points.
 
     Parameters
     ----------
     log_density, numbers, points_a_call, called
         As `of_blocks`.
     proposal, streams
-        Of the blocks, in their order.
+        Proposal and random numbers of the blocks, in their order.
     n : int
-        Points a block.
+        Number of points per block.
 
     Yields
     ------
     slice, (b, n, d) array, (b, n) array, (b, n) array
-        Which blocks, their points, log density and log density of the proposal.
+        Slice of the blocks, their points, log density and log density of the proposal.
     """
     some = max(1, points_a_call // max(n, 1))
     for first in range(0, proposal.n_blocks, some):
@@ -100,7 +99,7 @@ def weighed(
 
 
 def _pieces(n_blocks: int, n: int, points: int) -> Iterator[tuple[slice, slice]]:
-    """Whole blocks while one fits, parts of a block where not."""
+    """Yield slices of blocks and points: several whole blocks, or parts of a block that is too large."""
     some, step = max(1, points // max(n, 1)), min(n, points)
     for first in range(0, n_blocks, some):
         for start in range(0, n, max(step, 1)):

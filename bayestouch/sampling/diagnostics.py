@@ -1,7 +1,8 @@
 """Rank-normalised split R-hat and bulk effective sample size of thousands of parameters at once.
 
-Vehtari, Gelman, Simpson, Carpenter and Bürkner (2021), doi:10.1214/20-BA1221, with the choices of ArviZ, to which the
-numbers agree; ArviZ takes one parameter at a time, which for the touches of one run takes longer than drawing them.
+Vehtari, Gelman, Simpson, Carpenter and Bürkner (2021), doi:10.1214/20-BA1221, with the conventions of ArviZ. The
+numbers agree with ArviZ, which computes one parameter at a time; for the touches of one run that takes longer than
+sampling them.
 """
 
 from __future__ import annotations
@@ -14,33 +15,33 @@ from scipy.special import ndtri
 
 from bayestouch.array_types import FloatArray, IntArray
 
-_SLICE = 1 << 16  # values looked at together: half a megabyte, so that they stay in cache
+_SLICE = 1 << 16  # number of values processed together: half a megabyte, which fits the cache
 
 
 def ess_bulk(draws: ArrayLike) -> FloatArray:
-    """Bulk effective sample size.
+    """Return the bulk effective sample size of each parameter.
 
     Parameters
     ----------
     draws : (chain, draw, ...) array_like
-        Draws; every further axis is another parameter.
+        Draws; the further axes are parameters.
 
     Returns
     -------
     (...) array
-        NaN for a parameter that never moves or is not finite (ArviZ says such draws are all effective), and for
-        fewer than 4 draws.
+        NaN for a parameter that is constant or not finite (ArviZ returns the number of draws then), and for fewer
+        than 4 draws.
     """
     return bulk_statistics(draws)[0]
 
 
 def rhat(draws: ArrayLike) -> FloatArray:
-    """Rank-normalised split R-hat, the larger of bulk and tail; arguments as `ess_bulk`."""
+    """Return the rank-normalised split R-hat, the larger of bulk and tail; arguments as in `ess_bulk`."""
     return bulk_statistics(draws)[1]
 
 
 def bulk_statistics(draws: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Bulk effective sample size and R-hat together, which share most of the work; as `ess_bulk` and `rhat`."""
+    """Return bulk effective sample size and R-hat, which share most of the computation; see `ess_bulk` and `rhat`."""
     values = np.asarray(draws, dtype=float)
     chains, n, *shape = values.shape
     half = n // 2
@@ -58,7 +59,7 @@ def bulk_statistics(draws: ArrayLike) -> tuple[FloatArray, FloatArray]:
 
 
 def _statistics(split: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Statistics of split chains, (series, chain, draw) -> two (series,) arrays."""
+    """Effective sample size and R-hat of split chains, (series, chain, draw) -> two (series,) arrays."""
     flat = split.reshape(len(split), -1)
     low, high = flat.min(axis=1), flat.max(axis=1)
     usable = np.isfinite(low) & np.isfinite(high) & (low < high)
@@ -67,7 +68,7 @@ def _statistics(split: FloatArray) -> tuple[FloatArray, FloatArray]:
         flat, shape = flat[usable], split[usable].shape
         bulk, median = _normal_scores(flat, _order(flat))
         folded = np.abs(flat - median[:, None])
-        # Equal to all digits here or not, as it comes: the two values next to a median are one distance from it.
+        # The two values next to a median have the same distance from it; rounding decides whether they are a tie.
         folded, _ = _normal_scores(folded, np.argsort(folded, axis=1))
         bulk, folded = bulk.reshape(shape), folded.reshape(shape)
         means, squares = _moments(bulk)
@@ -77,10 +78,10 @@ def _statistics(split: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _order(values: FloatArray) -> IntArray:
-    """Indices that sort each row, three times as quick as `argsort`.
+    """Indices that sort each row, three times as fast as `argsort`.
 
-    As integers in the order of the numbers, with the place of each in its last bits, so that a plain sort brings them
-    out. Numbers that differ by less than 1e-12 of their distance from the row's first may change places.
+    The numbers become integers of the same order with the index of each in the last bits, so that sorting them gives
+    the indices. Numbers that differ by less than 1e-12 of their distance from the row's first may be exchanged.
     """
     last = (1 << (values.shape[1] - 1).bit_length()) - 1
     keys = (values - values[:, :1]).view(np.int64)
@@ -99,12 +100,12 @@ def _score_of_rank(n: int) -> FloatArray:
 
 
 def _normal_scores(values: FloatArray, order: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Replace each value by the normal score of its rank in its row (ties share one); also the row's median."""
+    """Normal score of the rank of each value in its row (the same for ties), and the median of the row."""
     n = values.shape[1]
     order = order + n * np.arange(len(values))[:, None]
     ordered = values.take(order)
     median = (ordered[:, (n - 1) // 2] + ordered[:, n // 2]) / 2
-    # A rejected proposal repeats its walker's value, so ties are the rule: runs of equal values share an average rank.
+    # A rejected proposal repeats the value of its walker. Ties are therefore frequent and get their average rank.
     begins = np.ones(values.shape, dtype=bool)
     np.not_equal(ordered[:, 1:], ordered[:, :-1], out=begins[:, 1:])
     first = np.flatnonzero(begins)
@@ -115,7 +116,7 @@ def _normal_scores(values: FloatArray, order: IntArray) -> tuple[FloatArray, Flo
 
 
 def _moments(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean of each chain (series, chain), and sum of squares about them (series,)."""
+    """Mean of each chain (series, chain), and sum of squares about the means (series,)."""
     means = scores.mean(axis=2)
     squares = np.einsum("sct,sct->s", scores, scores) - scores.shape[2] * (means * means).sum(axis=1)
     return means, np.maximum(squares, 0.0)
@@ -124,7 +125,7 @@ def _moments(scores: FloatArray) -> tuple[FloatArray, FloatArray]:
 def _rhat(means: FloatArray, squares: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     _, chains, n = shape
     between, within = n * means.var(axis=1, ddof=1), squares / (chains * (n - 1))
-    with np.errstate(divide="ignore", invalid="ignore"):  # chains that each stand still
+    with np.errstate(divide="ignore", invalid="ignore"):  # chains that are all constant
         return np.asarray(np.sqrt((between / within + n - 1) / n))
 
 
@@ -135,7 +136,7 @@ def _ess(scores: FloatArray, means: FloatArray, squares: FloatArray) -> FloatArr
     variance = squares / (chains * (n - 1))
     total = variance * (n - 1) / n + means.var(axis=1, ddof=1)
 
-    active = np.arange(count)  # series whose sum of correlations still goes on
+    active = np.arange(count)  # series whose sum of correlations is not complete
 
     def correlation(lag: int) -> FloatArray:
         product = np.einsum("sct,sct->s", centred[:, :, lag:], centred[:, :, : n - lag]) / (chains * n)
@@ -144,8 +145,8 @@ def _ess(scores: FloatArray, means: FloatArray, squares: FloatArray) -> FloatArr
     even, odd = np.ones(count), correlation(1)
     floor, paired = np.full(count, np.inf), np.zeros(count)
     lag = 1
-    # Pairs of correlations (even lag, odd lag) are summed while positive, each at most its predecessor. Lag by lag
-    # instead of a Fourier transform: nearly all series of an independence chain end within ten lags.
+    # Pairs of correlations (even lag, odd lag) are summed while positive, each limited to its predecessor. The lags are
+    # computed one by one, without a Fourier transform: most series of an independence chain end within ten lags.
     while lag < n - 3:
         going = even[active] + odd[active] > 0
         if not going.all():

@@ -1,4 +1,4 @@
-"""Draws from many posteriors, and when they are good."""
+"""Draws from many posteriors, and the targets of their quality."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from bayestouch.sampling.diagnostics import bulk_statistics
 
 @dataclass(frozen=True)
 class Demands:
-    """What a block must reach to be graded good.
+    """Targets that a block must meet to be graded good.
 
     Attributes
     ----------
     ess_bulk : float
-        Least bulk effective sample size of each parameter.
+        Minimum bulk effective sample size of each parameter.
     rhat : float
-        Largest R-hat. It scatters: with four chains of 256 draws, 1.01 would fail many a good block by chance.
+        Maximum R-hat. It scatters: with four chains of 256 draws, 1.01 would reject many good blocks by chance.
     acceptance : float
-        Least share of proposals accepted by an independence move; below it the draws say little of the tails.
+        Minimum fraction of accepted proposals of an independence move; below it the tails are poorly sampled.
     pareto_k : float
-        Largest Pareto shape of the ratios of posterior to proposal (Vehtari et al. 2024). Above 0.5 their variance
-        is infinite: a chain may sit on one point for long, or have missed what would hold it.
+        Maximum Pareto shape of the ratios of posterior to proposal (Vehtari et al. 2024). Above 0.5 their variance
+        is infinite: a chain may stay at one point for many steps, or may never have reached such a point.
     """
 
     ess_bulk: float = 400.0
@@ -35,7 +35,7 @@ class Demands:
 
 @dataclass(frozen=True, eq=False)
 class BlockDraws:
-    """Draws from B posteriors of dimension d, and how good they are.
+    """Draws from B posteriors of dimension d, and their quality.
 
     Attributes
     ----------
@@ -43,18 +43,18 @@ class BlockDraws:
         Chain, draw, block, parameter. The chains of a block are independent. NaN where a chain found no point of
         finite density.
     log_density : (W, n, B) array
-        Log density at each.
+        Log density at each draw.
     acceptance : (B,) array
-        Share of proposals accepted.
+        Fraction of accepted proposals.
     ess_bulk, rhat : (B, d) arrays
-        Bulk effective sample size and R-hat of each parameter over the chains, as ArviZ gives them; NaN for a
-        parameter that never moved.
+        Bulk effective sample size and R-hat of each parameter over the chains, as in ArviZ; NaN for a
+        constant parameter.
     pareto_k : (B,) array
         Pareto shape of the ratios of posterior to proposal; NaN in round 3, which has no proposal.
     rounds : (B,) int array
-        Which round the draws come from: 1 the given proposal, 2 one fitted to the first draws, 3 ensembles.
+        Round of the draws: 1 with the given proposal, 2 with one fitted to the posterior, 3 with ensembles.
     grade : (B,) bool array
-        Whether the demands are met.
+        Whether the targets are met.
     """
 
     draws: FloatArray
@@ -68,24 +68,24 @@ class BlockDraws:
 
     @property
     def second_round(self) -> BoolArray:
-        """Blocks that the given proposal did not serve, (B,)."""
+        """True for blocks whose draws are not from the first round, (B,)."""
         return self.rounds > 1
 
     @property
     def worst_ess(self) -> FloatArray:
-        """Least bulk effective sample size of a block's parameters, (B,); 0 where one never moved."""
+        """Smallest bulk effective sample size among a block's parameters, (B,); 0 if one is constant."""
         return np.asarray(np.nan_to_num(self.ess_bulk).min(axis=1))
 
     @property
     def worst_rhat(self) -> FloatArray:
-        """Largest R-hat of a block's parameters, (B,); inf where one never moved."""
+        """Largest R-hat among a block's parameters, (B,); inf if one is constant."""
         return np.asarray(np.nan_to_num(self.rhat, nan=np.inf).max(axis=1))
 
 
 def empty_draws(chains: int, n: int, blocks: int, dimension: int, round_: int) -> BlockDraws:
-    """Room for the draws of one round, filled in later."""
+    """Return empty arrays for the draws of one round."""
     return BlockDraws(
-        # The draws of one parameter lie together in memory, as files and diagnostics want them.
+        # The draws of one parameter are contiguous in memory, as files and diagnostics need them.
         draws=np.moveaxis(np.empty((dimension, chains, n, blocks)), 0, -1),
         log_density=np.empty((chains, n, blocks)),
         acceptance=np.empty(blocks),
@@ -98,12 +98,12 @@ def empty_draws(chains: int, n: int, blocks: int, dimension: int, round_: int) -
 
 
 def grade(result: BlockDraws, part: slice, demands: Demands) -> None:
-    """Fill in the statistics and the grade of some blocks, whose draws are there."""
+    """Compute the statistics and the grade of the blocks `part` from their draws."""
     draws = result.draws[:, :, part]
     draws[np.isneginf(result.log_density[:, :, part])] = np.nan
     for j in range(draws.shape[-1]):
         result.ess_bulk[part, j], result.rhat[part, j] = bulk_statistics(draws[..., j])
-    # A comparison with NaN is false, so whatever could not be computed is not good.
+    # A comparison with NaN is false, so that a block without computable statistics is not good.
     good = (result.ess_bulk[part] >= demands.ess_bulk).all(axis=1) & (result.rhat[part] <= demands.rhat).all(axis=1)
     proposed = ~np.isnan(result.pareto_k[part])
     served = (result.acceptance[part] >= demands.acceptance) & (result.pareto_k[part] <= demands.pareto_k)
@@ -111,12 +111,12 @@ def grade(result: BlockDraws, part: slice, demands: Demands) -> None:
 
 
 def put(result: BlockDraws, part: BlockDraws, blocks: IndexArray) -> None:
-    """Put the draws of some blocks in place."""
+    """Copy the draws of some blocks into `result`."""
     _copy(result, part, blocks, np.ones(len(blocks), dtype=bool))
 
 
 def keep_better(result: BlockDraws, again: BlockDraws, blocks: IndexArray) -> None:
-    """Put the draws of a further round of some blocks in place, where they are the better ones."""
+    """Copy the draws of a further round into `result` for the blocks where they are better."""
     _copy(result, again, blocks, again.grade | (again.worst_ess > result.worst_ess[blocks]))
 
 

@@ -1,4 +1,4 @@
-"""A round of ensembles that move by their own shape, for blocks that no proposal serves."""
+"""Third round of sampling: ensemble moves, for blocks without a good proposal."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
 
-# Purposes of the random streams: round 3, its starts.
+# Purpose numbers of the random streams: round 3, and its starting points.
 ROUND, STARTS = 3, 4
-# Walkers of an ensemble and steps for each parameter and one more; half as many steps again are left out at the start.
+# Walkers of an ensemble, and steps, each times (number of parameters + 1). Half as many steps before are discarded.
 WALKERS, STEPS = 4, 192
-# Points of the proposal among which walkers start.
+# Number of proposal points from which the starting points are chosen.
 CANDIDATES = 4096
 POINTS_HELD = 1 << 21
 
 
 def ensemble_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BlockDraws:
-    """Draw with stretch and differential-evolution moves, one independent ensemble for each chain.
+    """Return draws with stretch and differential-evolution moves, one independent ensemble for each chain.
 
-    The draws of a chain are those of its ensemble's walkers, one walker after the other.
+    The draws of a chain are those of the walkers of its ensemble, one walker after the other.
     """
     d = proposal.dimension
     result = empty_draws(run.walkers, run.draws, proposal.n_blocks, d, ROUND)
@@ -42,10 +42,10 @@ def ensemble_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> Bl
 
 
 def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: IndexArray, n: int) -> FloatArray:
-    """Pick n different points a block (B, n, d) among the proposals, likelier where the posterior is larger."""
+    """Choose n different points per block (B, n, d) from the proposals, with probability by importance weight."""
     streams = BlockStreams(run.seed, numbers, purpose=STARTS)
     x, log_q = proposal.draw(streams, max(CANDIDATES, 2 * n))
-    # The n largest sums of log weight and Gumbel number are a weighted sample without replacement.
+    # The n largest sums of log weight and Gumbel random number are a weighted sample without replacement.
     keys = density(x) - log_q - np.log(streams.exponential(x.shape[1]))
     best = np.argpartition(keys, -n, axis=1)[:, -n:]
     return np.take_along_axis(x, best[..., None], axis=1)
@@ -70,7 +70,7 @@ def _ensembles(
     streams = BlockStreams(run.seed, numbers, purpose=ROUND)
     moves = [(move(streams, density, run.walkers), 0.5) for move in (GroupStretchMove, GroupDifferenceMove)]
     sampler = emcee.EnsembleSampler(n_blocks * n, d, density, moves=moves, vectorize=True)
-    # emcee's own numbers only choose the move of each step, the same for all blocks.
+    # The random numbers of emcee only choose the move of each step, the same for all blocks.
     chooser = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(run.seed, spawn_key=(ROUND,))))
     state = emcee.State(
         np.ascontiguousarray(start).reshape(-1, d),

@@ -1,4 +1,4 @@
-"""Posteriors of many blocks by Pareto-smoothed importance sampling."""
+"""Pareto-smoothed importance sampling of many posteriors."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from bayestouch.sampling.pareto import pareto_smooth, systematic_resample
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
-# Purpose of the random streams: apart from those of the rounds of `sample_blocks`.
+# Purpose number of the random streams, different from those of `sample_blocks`.
 PURPOSE = 5
 
 
 @dataclass(frozen=True, eq=False)
 class ImportanceDraws:
-    """Equally weighted draws from B posteriors of dimension d, and how good they are.
+    """Equally weighted draws from B posteriors of dimension d, and their quality.
 
     Attributes
     ----------
     draws : (W, n, B, d) array
-        Chain, draw, block, parameter, resampled with the smoothed weights. A point of large weight comes several times
-        running, so that ArviZ sees its weight as autocorrelation. NaN where no proposal had finite density.
+        Chain, draw, block, parameter, resampled with the smoothed weights. A point of large weight is repeated
+        consecutively, so that ArviZ sees its weight as autocorrelation. NaN if no proposal had a finite density.
     log_density : (W, n, B) array
-        Log density at each.
+        Log density at each draw.
     mean, sd : (B, d) arrays
         Weighted mean and standard deviation of all proposals: less noisy than those of the draws.
     ess : (B,) array
@@ -36,7 +36,7 @@ class ImportanceDraws:
     pareto_k : (B,) array
         Pareto shape of the weights.
     grade : (B,) bool array
-        Whether `ess` and `pareto_k` are good enough; where not, `sample_blocks` serves.
+        Whether `ess` and `pareto_k` are good enough; if not, use `sample_blocks`.
     """
 
     draws: FloatArray
@@ -61,25 +61,25 @@ def importance_blocks(
     largest_k: float = 0.7,
     progress: Callable[[float], None] | None = None,
 ) -> ImportanceDraws:
-    """Draw from many posteriors by weighting proposals with Pareto-smoothed importance weights.
+    """Return draws from many posteriors by Pareto-smoothed importance sampling.
 
     Parameters
     ----------
     log_density, proposal, seed, blocks, progress
         As `sample_blocks`.
     proposals : int
-        Points a block at which the density is evaluated.
+        Number of points per block at which the density is evaluated.
     walkers, draws : int
         Shape of the draws; ``walkers * draws`` of them are resampled from the proposals.
     least_ess, largest_k : float
-        When a block is good.
+        Limits of `ess` and `pareto_k` for a good block.
     """
     numbers = np.arange(proposal.n_blocks) if blocks is None else np.asarray(blocks, dtype=np.intp)
     n_blocks, d, n = proposal.n_blocks, proposal.dimension, walkers * draws
     if numbers.shape != (n_blocks,):
         raise ValueError(f"expected one number for each of {n_blocks} blocks, got {numbers.shape}")
     result = ImportanceDraws(
-        # The draws of one parameter lie together in memory, as files and diagnostics want them.
+        # The draws of one parameter are contiguous in memory, as files and diagnostics need them.
         draws=np.moveaxis(np.empty((d, walkers, draws, n_blocks)), 0, -1),
         log_density=np.empty((walkers, draws, n_blocks)),
         mean=np.empty((n_blocks, d)),

@@ -1,4 +1,4 @@
-"""A round of independence chains."""
+"""First and second round of sampling: independence Metropolis chains."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from bayestouch.sampling.moves import IndependenceMove
 
 
-# Proposals held in memory together.
+# Maximum number of proposals in memory.
 POINTS_HELD = 1 << 19
-# Share of the draws left out at the start, and at least so many: a chain forgets its start as fast as it accepts.
+# Discarded fraction at the start of a chain, and the minimum number: the first accepted proposal removes the start.
 LEFT_OUT, LEAST_LEFT_OUT = 1 / 16, 8
 
 
@@ -33,7 +33,7 @@ def independence_round(
     thin: int,
     progress: Callable[[float], None] | None = None,
 ) -> BlockDraws:
-    """Draw with one independence chain a walker; every `thin`-th step is kept."""
+    """Return draws from one independence chain per walker; every `thin`-th step is kept."""
     from bayestouch.sampling.moves import IndependenceMove
 
     n_blocks = proposal.n_blocks
@@ -77,7 +77,7 @@ def _chains(run: Run, move: IndependenceMove, result: BlockDraws, part: slice, l
     backend = BlockBackend(result.draws[:, :, part], result.log_density[:, :, part])
     n_walkers = run.walkers * len(result.acceptance[part])
     sampler = emcee.EnsembleSampler(n_walkers, d, _evaluated, moves=move, vectorize=True, backend=backend)
-    # Parameters lie together in memory, like those of the proposals; the first proposal replaces this start.
+    # The same memory order as in the proposals; the first proposal replaces this starting point.
     state = emcee.State(np.zeros((d, n_walkers)).T, log_prob=np.full(n_walkers, -np.inf))
     state = sampler.run_mcmc(state, left_out, store=False, skip_initial_state_check=True)
     sampler.run_mcmc(state, run.draws, thin_by=thin, skip_initial_state_check=True)

@@ -1,4 +1,4 @@
-"""Maximum a posteriori fits and their Laplace covariance; nothing here knows of tactile sensors."""
+"""Maximum a posteriori fits and their Laplace covariance; independent of tactile sensors."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from bayestouch.array_types import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class LaplaceFit:
-    """Mode of a posterior and the normal distribution around it.
+    """Mode of a posterior and the normal approximation around it.
 
     Attributes
     ----------
     mode : (d,) array
-        Maximum a posteriori.
+        Maximum of the posterior.
     covariance : (d, d) array
         Inverse of the Gauss-Newton Hessian at the mode.
     cost : float
@@ -35,17 +35,17 @@ class LaplaceFit:
 
 
 def damped_newton_steps(gradient: FloatArray, hessian: FloatArray, damping: FloatArray) -> FloatArray:
-    """Newton steps of n independent minimisations, damped by Levenberg's and Marquardt's rule; (n, d).
+    """Newton steps (n, d) of n independent minimisations, with Levenberg-Marquardt damping.
 
     Parameters
     ----------
     gradient : (n, d) array
-        Of minus what is to be minimised.
+        Negative gradient of the objective.
     hessian : (n, d, d) array
-        Of what is to be minimised.
+        Hessian of the objective.
     damping : (n,) array
-        Share by which each diagonal element of the Hessian is raised: 0 gives Newton's step, a large one a short step
-        along the gradient. Not less than 0.
+        Relative increase of each diagonal element of the Hessian, not negative: 0 gives Newton's step, a large value a
+        short step along the gradient.
     """
     diagonal = np.einsum("nii->ni", hessian)
     damped = hessian + damping[:, None, None] * np.eye(hessian.shape[1]) * diagonal[:, :, None]
@@ -58,16 +58,16 @@ def least_squares_map(
     start: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
 ) -> LaplaceFit:
-    """Maximum a posteriori of a model with normal residuals.
+    """Return the maximum a posteriori fit of a model with normal residuals.
 
     Parameters
     ----------
     residuals : callable
         Whitened residuals (data and prior rows), ``(d,) -> (n,)``.
     jacobian : callable
-        Their derivative, ``(d,) -> (n, d)``.
+        Derivative of the residuals, ``(d,) -> (n, d)``.
     start : (d,) array
-        Start, inside the bounds.
+        Starting point, inside the bounds.
     bounds : pair of (d,) arrays
         Lower and upper bounds.
     """

@@ -1,4 +1,4 @@
-"""Thousands of independent posteriors drawn by emcee side by side."""
+"""Sampling of thousands of independent posteriors at once with emcee."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
 
-# Beyond this many parameters a mixture cannot be fitted to a thousand draws, and ensembles mix too slowly.
+# With more parameters than this, a thousand draws do not suffice to fit a mixture, and ensembles mix too slowly.
 LARGEST_RESHAPED = 8
-# Steps for each draw kept of a block that is drawn again.
+# Steps per kept draw of a block that is sampled again.
 THIN_AGAIN = 4
-# A proposal serves if its points are worth this share of their number as independent draws; so many are tried.
-SERVED, POINTS = 0.5, 1024
-# Purpose of the random streams.
+# A proposal is good if the effective size of its points is at least this fraction of their number; points tried.
+GOOD_PROPOSAL, POINTS = 0.5, 1024
+# Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 7
 
 
@@ -41,41 +41,41 @@ def sample_blocks(
     rounds: int = 3,
     progress: Callable[[float], None] | None = None,
 ) -> BlockDraws:
-    """Draw from many posteriors at once with emcee.
+    """Return draws from many posteriors at once with emcee.
 
-    One `emcee.EnsembleSampler` holds the walkers of many blocks, with a move that proposes each walker by itself
-    from its block's proposal: every walker is an independence Metropolis chain. Blocks that miss the demands are
-    drawn again, four steps for each draw kept, from a mixture fitted to the posterior (or from the same proposal, where
-    that is good and the chains were only too short); those that still miss are drawn with stretch and
-    differential-evolution moves, in ensembles of their own. The better round is kept. Above eight parameters the second
-    round has the first proposal again and there is no third.
+    One `emcee.EnsembleSampler` moves the walkers of many blocks. In the first round each walker is an independence
+    Metropolis chain with the proposal of its block. Blocks that miss the targets are sampled again with four steps per
+    kept draw, from a mixture fitted to the posterior (or from the same proposal, if that is good and the chains were
+    only too short). Blocks that still miss the targets are sampled with stretch and differential-evolution moves, each
+    block in ensembles of its own. The better round is kept. With more than eight parameters the second round uses the
+    first proposal again and there is no third round.
 
     Parameters
     ----------
     log_density : callable
-        ``(x, blocks) -> (B', n)``: log density up to a constant a block, of points x (B', n, d) for the blocks
+        ``(x, blocks) -> (B', n)``: log density up to a constant per block, of points x (B', n, d) for the blocks
         numbered `blocks` (B',); ``-inf`` outside the support, never NaN.
     proposal : BlockProposal
-        Of the B blocks.
+        Proposals of the B blocks.
     walkers, draws : int
-        Independent chains a block, and draws kept of each. Few long chains are graded better than many short ones.
+        Independent chains per block, and draws kept of each. A few long chains get better grades than many short ones.
     seed : int
-        A block's draws depend on the seed and its number alone.
+        The draws of a block depend only on the seed and the number of the block.
     blocks : (B,) int array_like, optional
         Numbers of the blocks, 0 ... B - 1 by default.
     demands : Demands, optional
-        When a block is good.
+        Targets for a good block.
     first_round : int
-        1 or 2; 2 is for blocks that another run found poor with `proposal`.
+        1 or 2; use 2 for blocks that were poor with `proposal` in another run.
     rounds : int
-        1 to 3: how far to go for a poor block.
+        Maximum number of rounds for a poor block, 1 to 3.
     progress : callable, optional
-        Called with the share of the first round's work that is done, 0 to 1.
+        Called with the fraction of the first round that is done, 0 to 1.
 
     Raises
     ------
     ValueError
-        The log density is NaN somewhere, or the numbers do not fit.
+        The log density is NaN at some point, or the numbers of blocks differ.
     """
     numbers = np.arange(proposal.n_blocks) if blocks is None else np.asarray(blocks, dtype=np.intp)
     if numbers.shape != (proposal.n_blocks,):
@@ -84,19 +84,19 @@ def sample_blocks(
         raise ValueError(f"expected at least 2 walkers and 4 draws, got {walkers} and {draws}")
     run = Run(log_density, walkers, draws, seed, demands or Demands())
     if first_round > 1:
-        return _again(run, proposal, numbers, rounds)
+        return _further_rounds(run, proposal, numbers, rounds)
     result = independence_round(run, proposal, numbers, round_=1, thin=1, progress=progress)
     poor = np.flatnonzero(~result.grade)
     if rounds >= 2 and len(poor):
-        keep_better(result, _again(run, proposal.select(poor), numbers[poor], rounds), poor)
+        keep_better(result, _further_rounds(run, proposal.select(poor), numbers[poor], rounds), poor)
     return result
 
 
-def _again(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) -> BlockDraws:
-    """Second round, and third for blocks that are still poor."""
+def _further_rounds(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) -> BlockDraws:
+    """Draws of the second round, and of the third for blocks that are still poor."""
     small = proposal.dimension <= LARGEST_RESHAPED
     result = empty_draws(run.walkers, run.draws, proposal.n_blocks, proposal.dimension, 2)
-    served = _served(run, proposal, numbers) if small else np.ones(proposal.n_blocks, dtype=bool)
+    served = _with_good_proposal(run, proposal, numbers) if small else np.ones(proposal.n_blocks, dtype=bool)
     lucky, rest = np.flatnonzero(served), np.flatnonzero(~served)
     if len(lucky):
         longer = independence_round(run, proposal.select(lucky), numbers[lucky], round_=2, thin=THIN_AGAIN)
@@ -110,12 +110,12 @@ def _again(run: Run, proposal: BlockProposal, numbers: IndexArray, rounds: int) 
     return result
 
 
-def _served(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BoolArray:
-    """Blocks whose proposal is good, so that what their chains lacked was length or luck, (B,)."""
+def _with_good_proposal(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BoolArray:
+    """True for blocks with a good proposal, whose chains were only too short, (B,)."""
     served = np.empty(proposal.n_blocks, dtype=bool)
     streams = BlockStreams(run.seed, numbers, purpose=PURPOSE)
     for part, _, log_p, log_q in weighed(run.log_density, proposal, numbers, streams, POINTS):
         weights, shape = pareto_smooth(log_p - log_q)
-        enough = (weights * weights).sum(axis=1) * POINTS * SERVED <= 1
+        enough = (weights * weights).sum(axis=1) * POINTS * GOOD_PROPOSAL <= 1
         served[part] = enough & (shape <= run.demands.pareto_k) & (weights.sum(axis=1) > 0)
     return served

@@ -1,6 +1,6 @@
-"""Moves for emcee that advance many independent posteriors in lockstep; one class a move.
+"""Moves for emcee that advance the walkers of many independent posteriors in one step.
 
-The walkers of a block belong to one posterior and never meet those of another.
+The walkers of one block do not interact with those of another block.
 """
 
 from __future__ import annotations
@@ -21,24 +21,24 @@ from bayestouch.sampling.streams import BlockStreams
 
 
 class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
-    """Propose every walker from its block's proposal, whatever its state, and accept or reject it by itself.
+    """Independence move: each walker gets a point from the proposal of its block, which is accepted or rejected.
 
-    As nothing of a proposal depends on the state, those of all steps are drawn and evaluated at the first step.
-    Walkers do not see each other: they are independent chains. Walker ``w B + b`` is the w-th of block b. The first
-    step accepts any point of finite density, because a walker starts without one (log density ``-inf``).
+    Proposals do not depend on the state; therefore those of all steps are drawn and evaluated at the first step.
+    Walkers are independent chains. Walker ``w B + b`` is the w-th walker of block b. The first step accepts any point
+    of finite density, because a walker starts without a point (log density ``-inf``).
 
     Parameters
     ----------
     proposal : BlockProposal
         One distribution for each of B blocks.
     streams : BlockStreams
-        Their random numbers.
+        Random numbers of the blocks.
     log_density : callable
         See `LogDensity`.
     numbers : (B,) int array
-        Which blocks.
+        Numbers of the blocks.
     steps : int
-        Steps that will be made; no more can be.
+        Number of steps; more are not possible.
     points_a_call, called
         As `weighed`.
     """
@@ -61,7 +61,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         self.pareto_k: FloatArray = np.full(proposal.n_blocks, np.nan)
 
     def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
-        """Make one step; called by emcee."""
+        """Make one step; emcee calls this."""
         if self._step == 0:
             self._prepare(len(state.coords))
         s = self._step
@@ -74,7 +74,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         return state, accepted
 
     def acceptance(self) -> FloatArray:
-        """Share of the proposals accepted so far, (B,)."""
+        """Return the fraction of accepted proposals so far, (B,)."""
         return np.asarray(self._accepted.reshape(-1, self._proposal.n_blocks).mean(axis=0) / self._step)
 
     def _prepare(self, n_walkers: int) -> None:
@@ -93,7 +93,7 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
             for j in range(d):
                 points[:, j, :, part] = by_step(x[..., j])
             log_probs[..., part], weights[..., part] = by_step(log_p), by_step(log_weights)
-            # log u < new weight - old weight, with -log u a standard exponential number.
+            # log u < new weight - old weight, where -log u is a standard exponential number.
             log_weights += self._streams.select(part).exponential(n)
             bars[..., part] = by_step(log_weights)
         self._points = points.reshape(steps, d, n_walkers)
@@ -103,19 +103,19 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
 
 
 class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
-    """Move the walkers of each ensemble by the positions of its others: even ones by odd ones, then the reverse.
+    """Move the walkers of each ensemble: even walkers by the positions of the odd ones, then the reverse.
 
     Parameters
     ----------
     streams : BlockStreams
         Random numbers of the B blocks.
     log_density : callable
-        Of the blocks' points.
+        Log density of points of the blocks.
     ensembles : int
-        Independent ensembles in each block.
+        Number of independent ensembles in each block.
     """
 
-    _AHEAD = 64  # steps whose random numbers are drawn together
+    _AHEAD = 64  # number of steps for which random numbers are drawn at once
 
     def __init__(self, streams: BlockStreams, log_density: BlockDensity, ensembles: int) -> None:
         self._streams, self._log_density, self._ensembles = streams, log_density, ensembles
@@ -123,7 +123,7 @@ class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
         self._step = 0
 
     def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
-        """Make one step; called by emcee."""
+        """Make one step; emcee calls this."""
         n_walkers, d = state.coords.shape
         blocks = len(self._streams)
         shape = (blocks, self._ensembles, n_walkers // (blocks * self._ensembles))
@@ -143,7 +143,7 @@ class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
         return state, accepted.reshape(n_walkers)
 
     def _next_numbers(self, half: int) -> FloatArray:
-        """Uniform numbers of one step, (B, 2, ensembles, half, 4)."""
+        """Uniform random numbers of one step, (B, 2, ensembles, half, 4)."""
         if self._step % self._AHEAD == 0:
             self._numbers = self._streams.uniform(self._AHEAD, 2, self._ensembles, half, 4)
         numbers = self._numbers[:, self._step % self._AHEAD]
@@ -151,7 +151,7 @@ class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
         return np.asarray(numbers)
 
     def _move(self, x: FloatArray, others: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Proposals and the logarithm of their Hastings factor; u are three uniform numbers a walker."""
+        """Proposals and the logarithm of their Hastings factor; u are three uniform random numbers per walker."""
         raise NotImplementedError
 
 
@@ -171,13 +171,13 @@ class GroupStretchMove(_GroupMove):
 class GroupDifferenceMove(_GroupMove):
     """Differential evolution (ter Braak 2006, doi:10.1007/s11222-006-8769-1) within each ensemble.
 
-    One step in ten takes the whole difference between two walkers, which carries from mode to mode.
+    One step in ten uses the full difference between two walkers, which allows jumps between modes.
     """
 
     def _move(self, x: FloatArray, others: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         n, d = others.shape[2:]
         first = (u[..., 0] * n).astype(np.intp)
         second = (first + 1 + (u[..., 1] * (n - 1)).astype(np.intp)) % n
-        # The length varies by 20 % either way, so that walkers do not stay on a lattice.
+        # The length varies by ±20 %, so that walkers do not stay on a lattice.
         length = np.where(u[..., 2] < 0.1, 1.0, 2.38 / np.sqrt(2 * d) * (0.8 + 0.4 * (u[..., 2] - 0.1) / 0.9))
         return x + length[..., None] * (_pick(others, first) - _pick(others, second)), np.zeros(x.shape[:-1])

@@ -1,6 +1,7 @@
 """Pareto-smoothed importance weights of many blocks at once.
 
-Vehtari, Simpson, Gelman, Yao and Gabry (2024), Journal of Machine Learning Research 25(72), with the choices of ArviZ.
+Vehtari, Simpson, Gelman, Yao and Gabry (2024), Journal of Machine Learning Research 25(72), with the
+conventions of ArviZ.
 """
 
 from __future__ import annotations
@@ -9,25 +10,25 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 
-# Weights below the smallest normal number (relative to the largest) count as none.
+# Weights below the smallest normal number (relative to the largest) are taken as zero.
 _LEAST_LOG = float(np.log(np.finfo(float).tiny))
-_SLICE = 1 << 17  # points looked at together
+_SLICE = 1 << 17  # number of points processed together
 
 
 def pareto_smooth(log_weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Smooth the largest importance weights, and tell how heavy their tail is.
+    """Return importance weights with smoothed largest values, and the Pareto shape of their tail.
 
     Parameters
     ----------
     log_weights : (B, n) array
-        Log ratios of posterior to proposal up to a constant a block; ``-inf`` where the posterior is zero.
+        Log ratios of posterior to proposal up to a constant per block; ``-inf`` where the posterior is zero.
 
     Returns
     -------
     weights : (B, n) array
-        Smoothed weights; each row adds up to 1, or is zero where no weight is finite.
+        Smoothed weights; each row adds up to 1, or is zero if no weight is finite.
     shape : (B,) array
-        Pareto shape k: below 0.7 weighted means can be trusted; inf where fewer than five weights are in the tail.
+        Pareto shape k: below 0.7 weighted means are reliable; inf if fewer than five weights are in the tail.
     """
     weights, shape = np.empty(log_weights.shape), np.empty(len(log_weights))
     for part in _slices(log_weights):
@@ -40,7 +41,7 @@ def pareto_smooth(log_weights: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def pareto_shape(log_weights: FloatArray) -> FloatArray:
-    """Pareto shape k of importance weights, (B, n) -> (B,); as `pareto_smooth`, which also smooths them."""
+    """Return the Pareto shape k of importance weights, (B, n) -> (B,); see `pareto_smooth`."""
     shape = np.empty(len(log_weights))
     for part in _slices(log_weights):
         _replace_tails(_relative(log_weights[part]), None, shape[part])
@@ -48,16 +49,16 @@ def pareto_shape(log_weights: FloatArray) -> FloatArray:
 
 
 def systematic_resample(weights: FloatArray, n: int, offset: FloatArray) -> IndexArray:
-    """Indices (B, n) of which each comes as often as its weight (B, N) asks, rounded up or down.
+    """Return indices (B, n); each occurs n times its weight (B, N), rounded up or down.
 
     Parameters
     ----------
     weights : (B, N) array
-        Rows that add up to 1; a row of zeros is resampled evenly.
+        Rows that add up to 1; a row of zeros is resampled uniformly.
     n : int
         Number of indices.
     offset : (B, 1) array
-        Uniform numbers in [0, 1).
+        Uniform random numbers in [0, 1).
     """
     size = weights.shape[1]
     even = np.where(weights.sum(axis=1, keepdims=True) > 0, weights, 1 / size)
@@ -81,7 +82,7 @@ def _relative(log_weights: FloatArray) -> FloatArray:
 
 
 def _replace_tails(relative: FloatArray, smoothed: FloatArray | None, shape: FloatArray) -> None:
-    """Fit the tail of each row; write its shape, and its smoothed weights where asked for."""
+    """Fit the tail of each row; write the shape and, unless `smoothed` is None, the smoothed weights."""
     n = relative.shape[1]
     length = int(np.ceil(min(n / 5, 3 * np.sqrt(n))))
     if length >= n:
@@ -97,7 +98,7 @@ def _replace_tails(relative: FloatArray, smoothed: FloatArray | None, shape: Flo
         order = np.argsort(top, axis=1)
         top, places = np.take_along_axis(top, order, axis=1), np.take_along_axis(unordered, order, axis=1)
     cutoff = np.maximum(top[:, :1], _LEAST_LOG)
-    # Ties with the cut, and zero weights, make the tail of a row shorter: rows of one length are fitted together.
+    # Ties with the cut-off and zero weights shorten the tail of a row: rows with equal tail length are fitted together.
     lengths = (top[:, 1:] > cutoff).sum(axis=1)
     for size in np.unique(lengths):
         rows = np.flatnonzero(lengths == size)
@@ -117,7 +118,7 @@ def _replace_tails(relative: FloatArray, smoothed: FloatArray | None, shape: Flo
 def _fit_pareto(excess: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Shape and scale of generalised Pareto distributions, from ascending rows (B, n) of excesses.
 
-    Zhang and Stephens (2009), doi:10.1198/tech.2009.08017, with a weak prior that draws k to 0.5.
+    Zhang and Stephens (2009), doi:10.1198/tech.2009.08017, with a weak prior that shrinks k towards 0.5.
     """
     n = excess.shape[1]
     guesses = 30 + int(np.sqrt(n))

@@ -1,4 +1,4 @@
-"""Distributions that propose: one for each of many blocks."""
+"""Proposal distributions, one for each of many blocks."""
 
 from __future__ import annotations
 
@@ -16,34 +16,34 @@ from bayestouch.sampling.streams import BlockStreams
 
 
 class BlockProposal(Protocol):
-    """An independence proposal for each of B blocks of dimension d."""
+    """Protocol of an independence proposal for each of B blocks of dimension d."""
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         ...
 
     @property
     def dimension(self) -> int:
-        """d."""
+        """Dimension d."""
         ...
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        """Return n random points per block, (B, n, d), and their log density, (B, n)."""
         ...
 
     def log_density(self, x: FloatArray) -> FloatArray:
-        """Log density, normalised, (B, n, d) -> (B, n)."""
+        """Return the normalised log density, (B, n, d) -> (B, n)."""
         ...
 
     def select(self, blocks: ArrayLike) -> BlockProposal:
-        """Proposal of some of the blocks, by position or mask."""
+        """Return the proposal of the selected blocks, by index or mask."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class StudentT:
-    """Multivariate Student-t for each block.
+    """Multivariate Student-t distribution for each block.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class StudentT:
     root : (B, d, d) array
         Lower Cholesky factors of the scale matrices (the covariance is dof / (dof - 2) times the scale matrix).
     dof : float
-        Degrees of freedom: heavy tails keep the ratio of posterior to proposal bounded.
+        Degrees of freedom; heavy tails keep the ratio of posterior to proposal bounded.
     """
 
     centre: FloatArray
@@ -63,7 +63,7 @@ class StudentT:
     def from_covariance(
         cls, centre: ArrayLike, covariance: ArrayLike, dof: float = 7.0, scale: float = 1.0
     ) -> StudentT:
-        """Student-t with the scale matrix ``scale² covariance``; a Laplace fit's covariance is meant.
+        """Return Student-t distributions with scale matrix ``scale² covariance``, usually from a Laplace fit.
 
         Raises
         ------
@@ -75,31 +75,31 @@ class StudentT:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         return int(self.centre.shape[0])
 
     @property
     def dimension(self) -> int:
-        """d."""
+        """Dimension d."""
         return int(self.centre.shape[1])
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        """Return n random points per block, (B, n, d), and their log density, (B, n)."""
         z = standard_t(streams, self.dimension, n, self.dof)
         return self.place(z), self._log_density_of_squares((z * z).sum(axis=1))
 
     def place(self, z: FloatArray) -> FloatArray:
-        """Move and shape standard numbers, (B, d, n) -> (B, n, d)."""
-        # Coordinates stay apart in memory, so that a likelihood reads each as one piece.
+        """Return standard vectors shifted and scaled to the distribution, (B, d, n) -> (B, n, d)."""
+        # Each coordinate stays contiguous in memory, which a likelihood needs to be fast.
         return np.swapaxes(self.root @ z + self.centre[:, :, None], 1, 2)
 
     def log_density(self, x: FloatArray) -> FloatArray:
-        """Log density, normalised, (B, n, d) -> (B, n)."""
+        """Return the normalised log density, (B, n, d) -> (B, n)."""
         z = self._inverse_root @ (np.swapaxes(x, 1, 2) - self.centre[:, :, None])
         return self._log_density_of_squares((z * z).sum(axis=1))
 
     def select(self, blocks: ArrayLike) -> StudentT:
-        """Proposal of some of the blocks, by position or mask."""
+        """Return the proposal of the selected blocks, by index or mask."""
         index = np.asarray(blocks)
         return StudentT(self.centre[index], self.root[index], self.dof)
 
@@ -124,9 +124,9 @@ class Mixture:
     Attributes
     ----------
     components : tuple of StudentT
-        The parts, each over all B blocks.
+        The components, each for all B blocks.
     weights : (B, k) array
-        Their shares; each row adds up to 1.
+        Weights of the components; each row adds up to 1.
     """
 
     components: tuple[StudentT, ...]
@@ -134,16 +134,16 @@ class Mixture:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         return self.components[0].n_blocks
 
     @property
     def dimension(self) -> int:
-        """d."""
+        """Dimension d."""
         return self.components[0].dimension
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, d), and give their log density, (B, n)."""
+        """Return n random points per block, (B, n, d), and their log density, (B, n)."""
         z = standard_t(streams, self.dimension, n, self.components[0].dof)
         bounds = np.cumsum(self.weights, axis=1)[:, :, None]
         choice = (streams.uniform(n)[:, None, :] >= bounds[:, :-1]).sum(axis=1)
@@ -153,21 +153,21 @@ class Mixture:
         return x, self.log_density(x)
 
     def log_density(self, x: FloatArray) -> FloatArray:
-        """Log density, normalised, (B, n, d) -> (B, n)."""
+        """Return the normalised log density, (B, n, d) -> (B, n)."""
         total = np.full(x.shape[:2], -np.inf)
-        with np.errstate(divide="ignore"):  # a component without a share
+        with np.errstate(divide="ignore"):  # a component of weight zero
             shares = np.log(self.weights)
         for k, component in enumerate(self.components):
             np.logaddexp(total, shares[:, k, None] + component.log_density(x), out=total)
         return total
 
     def select(self, blocks: ArrayLike) -> Mixture:
-        """Proposal of some of the blocks, by position or mask."""
+        """Return the proposal of the selected blocks, by index or mask."""
         return Mixture(tuple(part.select(blocks) for part in self.components), self.weights[np.asarray(blocks)])
 
     @classmethod
     def concatenate(cls, mixtures: Sequence[Mixture]) -> Mixture:
-        """Join mixtures of as many components over one set of blocks after the other."""
+        """Return one mixture of all blocks from mixtures with equal numbers of components."""
         components = tuple(
             StudentT(np.concatenate([p.centre for p in parts]), np.concatenate([p.root for p in parts]), parts[0].dof)
             for parts in zip(*(mixture.components for mixture in mixtures), strict=True)
@@ -176,7 +176,7 @@ class Mixture:
 
 
 def standard_t(streams: BlockStreams, dimension: int, n: int, dof: float) -> FloatArray:
-    """Standard Student-t vectors, (B, d, n)."""
+    """Return standard Student-t random vectors, (B, d, n)."""
     z = streams.normal(dimension, n)
     z *= np.sqrt(dof / 2 / streams.gamma(dof / 2, n))[:, None, :]
     return z

@@ -1,4 +1,4 @@
-"""Covariances of independent errors and of a few that several readings share; nothing here knows of tactile sensors."""
+"""Covariances of independent errors plus a few shared errors; independent of tactile sensors."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from bayestouch.array_types import FloatArray
 
 @dataclass(frozen=True, eq=False)
 class DiagonalPlusRankOne:
-    """The covariance ``Σ = diag(sd²) + v vᵀ`` of the m entries of a row; any number of rows.
+    """Covariance ``Σ = diag(sd²) + v vᵀ`` of the m entries of a row, for any number of rows.
 
     Source: G. H. Golub and C. F. Van Loan, Matrix Computations (2013), section 2.1.4 (Sherman-Morrison).
 
     Attributes
     ----------
     sd : (..., m) array
-        Standard deviation of the independent errors; ``inf`` leaves an entry out.
+        Standard deviation of the independent errors; ``inf`` excludes an entry.
     direction : (..., m) array
-        ``v``: what one standard deviation of the shared error does to each entry; finite everywhere.
+        ``v``: change of each entry by one standard deviation of the shared error; always finite.
     """
 
     sd: FloatArray
@@ -40,7 +40,7 @@ class DiagonalPlusRankOne:
         return np.asarray((self.scaled * self.scaled).sum(axis=-1))
 
     def whiten(self, rows: FloatArray) -> FloatArray:
-        """``Σ^(-1/2)`` times rows (..., m), with the symmetric root; zero where an entry is left out."""
+        """Return ``Σ^(-1/2)`` times rows (..., m), with the symmetric root; zero for excluded entries."""
         z, u, length2 = rows / self.sd, self.scaled, self.length2[..., None]
         # (I + u uᵀ)^(-1/2) = I - c u uᵀ with c = (1 - 1/sqrt(1 + |u|²)) / |u|², finite as |u| goes to 0.
         root = np.sqrt(1 + length2)
@@ -48,19 +48,19 @@ class DiagonalPlusRankOne:
         return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))
 
     def solve(self, rows: FloatArray) -> FloatArray:
-        """``Σ^-1`` times rows (..., m); zero where an entry is left out."""
+        """Return ``Σ^-1`` times rows (..., m); zero for excluded entries."""
         z, u = rows / self.sd, self.scaled
         along = (u * z).sum(axis=-1, keepdims=True) / (1 + self.length2[..., None])
         return np.asarray((z - along * u) / self.sd)
 
     def squared_distance(self, rows: FloatArray) -> FloatArray:
-        """``xᵀ Σ^-1 x`` of rows x (..., m), shape (...)."""
+        """Return ``xᵀ Σ^-1 x`` for rows x (..., m), shape (...)."""
         z, u = rows / self.sd, self.scaled
         return np.asarray((z * z).sum(axis=-1) - (u * z).sum(axis=-1) ** 2 / (1 + self.length2))
 
     @property
     def shared_log_determinant(self) -> FloatArray:
-        """``log det Σ - log det diag(sd²)``, (...): what the shared error adds to that of the independent ones."""
+        """``log det Σ - log det diag(sd²)``, (...): contribution of the shared error to the log determinant."""
         return np.asarray(np.log1p(self.length2))
 
 
@@ -70,11 +70,11 @@ def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present
     Parameters
     ----------
     variance : (t, m) array
-        Of the independent errors; above zero also where nothing is present.
+        Variance of the independent errors; above zero also for absent entries.
     directions : sequence of (t, m) arrays
-        What one standard deviation of each shared error does to the entries.
+        Change of the entries by one standard deviation of each shared error.
     present : (t, m) bool array
-        Entries that are there; rows and columns of others are zero.
+        True for present entries; rows and columns of the others are zero.
     """
     eye = np.eye(variance.shape[1])
     covariance = np.einsum("ti,ij->tij", variance, eye)
@@ -86,7 +86,7 @@ def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present
 
 
 def normal_log_density(root: FloatArray, rows: FloatArray) -> float:
-    """Log density of all rows (t, m) together, up to a constant, from their `inverse_root`; NaN where not present."""
+    """Return the joint log density of all rows (t, m) up to a constant, from `inverse_root`; NaN in absent entries."""
     z = np.einsum("tij,tj->ti", root, np.nan_to_num(rows))
     diagonal = np.einsum("tii->ti", root)
     volume = np.log(np.maximum(diagonal, 1e-300))
@@ -96,16 +96,16 @@ def normal_log_density(root: FloatArray, rows: FloatArray) -> float:
 def shared_error(
     rows: FloatArray, slope: FloatArray, sd: FloatArray, shared_sd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Pull and precision (...) of the shared error given the rows: its mean is their ratio, its variance 1/precision.
+    """Return b and precision q (...) of the shared error given the rows: its mean is b/q, its variance 1/q.
 
     Parameters
     ----------
     rows, slope : (..., m) arrays
-        Errors of the entries, and what a shared error of one does to them; finite everywhere.
+        Errors of the entries, and their change by a shared error of 1; always finite.
     sd : (..., m) array
-        Standard deviation of the independent errors; ``inf`` leaves an entry out.
+        Standard deviation of the independent errors; ``inf`` excludes an entry.
     shared_sd : (...) array
-        Standard deviation of the shared error before the rows are known.
+        Prior standard deviation of the shared error.
     """
     weight = 1 / sd**2
     return (slope * rows * weight).sum(axis=-1), (slope**2 * weight).sum(axis=-1) + shared_sd**-2.0

@@ -1,4 +1,4 @@
-"""What the rounds of one run share."""
+"""Settings that all rounds of one run use."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from bayestouch.sampling.draws import Demands
 
 @dataclass(frozen=True)
 class Run:
-    """One run of `sample_blocks`.
+    """Settings of one run of `sample_blocks`.
 
     Attributes
     ----------
     log_density : callable
         See `bayestouch.sampling.density.LogDensity`.
     walkers, draws : int
-        Chains of each block, and draws kept of each.
+        Number of chains of each block, and of draws kept from each chain.
     seed : int
-        Of all random numbers.
+        Seed of all random numbers.
     demands : Demands
-        When a block is good.
+        Targets for a good block.
     """
 
     log_density: LogDensity

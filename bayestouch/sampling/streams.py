@@ -1,4 +1,4 @@
-"""One random stream for each block."""
+"""Random streams, one for each block."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from bayestouch.array_types import FloatArray
 
 
 class BlockStreams:
-    """Random numbers for many blocks at once, each block from a stream of its own.
+    """Random numbers for many blocks at once; each block has its own stream.
 
-    A block's numbers depend on the seed, the block's identifier and the purpose alone: not on which blocks are
-    sampled beside it, nor on how they are shared out among processes.
+    The numbers of a block depend only on the seed, the identifier of the block and the purpose. They do not depend on
+    the other blocks, or on the distribution of blocks over processes.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ class BlockStreams:
     blocks : iterable of int
         Identifiers of the blocks, not negative.
     purpose : int
-        Keeps what one block needs at different times (rounds, methods) apart.
+        Number that separates the streams of a block in different rounds and methods.
     """
 
     def __init__(self, seed: int, blocks: Iterable[int], purpose: int = 0) -> None:
@@ -32,7 +32,7 @@ class BlockStreams:
         ]
 
     def select(self, part: slice) -> BlockStreams:
-        """The streams of some of the blocks: the same streams, not copies."""
+        """Return the streams of the selected blocks (the same streams, not copies)."""
         some = BlockStreams(0, ())
         some._generators = self._generators[part]
         return some
@@ -41,28 +41,28 @@ class BlockStreams:
         return len(self._generators)
 
     def normal(self, *shape: int) -> FloatArray:
-        """Standard normal numbers, (blocks, *shape)."""
+        """Return standard normal numbers, (blocks, *shape)."""
         out = np.empty((len(self), *shape))
         for generator, row in zip(self._generators, out, strict=True):
             generator.standard_normal(out=row)
         return out
 
     def gamma(self, alpha: float, *shape: int) -> FloatArray:
-        """Standard gamma numbers of shape parameter `alpha`, (blocks, *shape)."""
+        """Return standard gamma numbers of shape parameter `alpha`, (blocks, *shape)."""
         out = np.empty((len(self), *shape))
         for generator, row in zip(self._generators, out, strict=True):
             generator.standard_gamma(alpha, out=row)
         return out
 
     def exponential(self, *shape: int) -> FloatArray:
-        """Standard exponential numbers, (blocks, *shape)."""
+        """Return standard exponential numbers, (blocks, *shape)."""
         out = np.empty((len(self), *shape))
         for generator, row in zip(self._generators, out, strict=True):
             generator.standard_exponential(out=row)
         return out
 
     def uniform(self, *shape: int) -> FloatArray:
-        """Uniform numbers in [0, 1), (blocks, *shape)."""
+        """Return uniform numbers in [0, 1), (blocks, *shape)."""
         out = np.empty((len(self), *shape))
         for generator, row in zip(self._generators, out, strict=True):
             generator.random(out=row)

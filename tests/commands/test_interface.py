@@ -251,7 +251,7 @@ def test_control_c_in_infer_says_how_to_go_on(
         str(tmp_path / "p.nc"),
     ]
     assert main(arguments) == 130
-    assert capsys.readouterr().err == "bayestouch: stopped; the same command goes on from here\n"
+    assert capsys.readouterr().err == "bayestouch: stopped; repeat the same command to continue\n"
     shutil.rmtree(tmp_path / "p.nc.partial", ignore_errors=True)
 
 

@@ -1,4 +1,4 @@
-"""The paper's own fits, mostly by the simplex method of Nelder and Mead: point estimates to compare with."""
+"""Fitting methods of the paper, mostly the simplex method of Nelder and Mead: point estimates for comparison."""
 
 from __future__ import annotations
 

@@ -3,10 +3,10 @@
 For each element the simplex method of Nelder and Mead minimises the squared error over Poisson's ratio, sensing
 radius and angle, with the gain solved linearly at every step.
 
-The criterion as printed, ``Σ (G D - ε̂)²``, does not identify them: with the best G it is ``|ε̂|²`` times the
-squared sine of the angle between readings and model, and goes to zero with the strain itself as the element
-nears the core of an incompressible rubber. What is minimised here is that sine: the squared error of the
-readings, ``Σ (D - ε̂/G)²``, over ``Σ D²``.
+The criterion as printed, ``Σ (G D - ε̂)²``, does not identify these parameters: with the best G it is ``|ε̂|²``
+times the squared sine of the angle between readings and model. It goes to zero with the strain itself if the element
+approaches the core of an incompressible rubber. This module minimises the squared sine: the squared error of the
+readings, ``Σ (D - ε̂/G)²``, divided by ``Σ D²``.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from bayestouch.errors import InputError
 from bayestouch.paper.simplex.pressure import KnownPressure, shallowest_radius
 
 WINDOW_DEG = 50.0
-"""The paper's range of touches about an element."""
+"""Range of touches about an element in the paper, degree."""
 LARGEST_POISSON_RATIO = 0.4999
-# One step of the first simplex, and the unit in which it is measured when it has shrunk enough.
+# Step of the first simplex, and unit of its size in the convergence criterion.
 STEPS = np.array([0.02, 0.1, 1.0])  # σ, r_s (mm), θ_s (degree)
-FEWEST_TOUCHES = 6  # four numbers are fitted
+FEWEST_TOUCHES = 6  # the fit has four unknowns
 
 
 @dataclass(frozen=True)
@@ -36,20 +36,20 @@ class ElementFit:
     Attributes
     ----------
     element : int
-        Its number, from 0.
+        Number of the element, from 0.
     poisson_ratio, sensing_radius_mm, angle_deg : float
         σ, r_s, θ_s.
     gain : float
         Reading per unit of compressive strain, ``1/G_ii``.
     error_percent_peak : float
-        Root mean square of reading minus fit in % of the peak: the fitted reading right under an edge of the
-        mean load.
+        Root mean square of reading minus fit in % of the peak: the fitted reading directly under a knife edge with
+        the mean load.
     noise_percent_peak : float
-        Standard deviation of one reading in the same unit; NaN without repeats.
+        Standard deviation of one reading in the same unit; NaN without repeated readings.
     n_touches : int
-        Touches fitted.
+        Number of touches in the fit.
     converged : bool
-        Whether the simplex shrank as asked.
+        Whether the simplex reached the convergence criterion.
     """
 
     element: int
@@ -73,25 +73,25 @@ def fit_element(
     window_deg: float = WINDOW_DEG,
     pressure: KnownPressure | None = None,
 ) -> ElementFit:
-    """Fit σ, r_s, θ_s and gain of one element to the touches around it.
+    """Return the fit of σ, r_s, θ_s and gain of one element to the touches around it.
 
     Parameters
     ----------
     means : TouchMeans
-        Averaged touches, rest reading subtracted.
+        Averaged touches with the no-contact reading subtracted.
     sensor : Sensor
         A finger.
     element : int
-        Which element, from 0.
+        Number of the element, from 0.
     shear_modulus_MPa : float
-        μ: only scales the gain where all touches are knife edges.
+        μ; it only scales the gain if all touches are knife edges.
     contact : str, optional
-        Contact model (`bayestouch.contact.CONTACT_MODELS`): fit flats and round tips too. By default knife
-        edges alone, which need none.
+        Contact model (`bayestouch.contact.CONTACT_MODELS`) to fit flats and round tips too. By default only
+        knife edges are fitted, which need no contact model.
     window_deg : float
         Width of the range of touches about the element's design angle.
     pressure : KnownPressure, optional
-        Pressures of these touches if at hand, to save working them out for each element.
+        Pressures of these touches, if already computed; they are the same for all elements.
 
     Raises
     ------
@@ -119,14 +119,14 @@ def fit_element(
         power = float(model @ model)
         return 1.0 if power == 0 else 1 - float(data @ model) ** 2 / (power * float(data @ data))
 
-    # The mode count holds up to this radius, and the strain vanishes at the core itself.
+    # The number of modes is sufficient up to this radius, and the strain is zero at the core.
     thickness = finger.outer_radius_mm - finger.core_radius_mm
     depths = (finger.core_radius_mm + 1e-3 * thickness, shallowest_radius(finger))
     bounds = [(0.0, LARGEST_POISSON_RATIO), depths, (design - window_deg / 4, design + window_deg / 4)]
     nominal = 0.46 if sensor.rubber.poisson_ratio is None else sensor.rubber.poisson_ratio
     start = np.array([min(nominal, 0.48), finger.sensing_radius_mm, design]) / STEPS
     limits = [(low / step, high / step) for (low, high), step in zip(bounds, STEPS, strict=True)]
-    for _ in range(4):  # started anew where it ended, as Numerical Recipes advises, until that changes nothing
+    for _ in range(4):  # restarted at the result until it does not change, as Numerical Recipes advises
         simplex = np.vstack([start, start + np.eye(3) * np.where(start + 1 > np.array(limits)[:, 1], -1, 1)])
         found = minimize(
             misfit,

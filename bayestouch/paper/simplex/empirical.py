@@ -1,10 +1,10 @@
 """Direct identification of the E map: section 3.2, equation (6) and Table 2 of the paper.
 
 Only linearity and superposition are assumed: every element has a row of 2 n_c + 1 numbers, fitted by least
-squares (`bayestouch.body.emap.empirical_e_matrix`). The paper asks for touches all the way around; where they
-cover a part of the finger the rows of P are close to dependent, and directions of P below a hundredth of the
-strongest are left out: touches say nothing of the response elsewhere. The number of coefficients is not printed;
-by default they end where the elastic model's response has fallen to half a per cent of its largest.
+squares (`bayestouch.body.emap.empirical_e_matrix`). The paper requires touches all the way around. If they cover only
+a part of the finger, the rows of P are almost dependent, and directions of P below 1 % of the largest are omitted,
+because the touches do not determine the response elsewhere. The paper does not print the number of coefficients; by
+default the series ends where the response of the elastic model has fallen to 0.5 % of its maximum.
 """
 
 from __future__ import annotations
@@ -24,29 +24,29 @@ from bayestouch.paper.simplex.summary import summary
 SMALLEST_SINGULAR_VALUE = 0.01
 SMALLEST_RESPONSE = 0.005
 REACH_DEG = 15.0
-"""An element is identified if a knife edge comes this close to it."""
+"""An element is identified if a knife edge is at most this far from it, degree."""
 
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalTable:
-    """Direct identification of every element: Table 2.
+    """Directly identified E map of all elements: Table 2.
 
     Attributes
     ----------
     error_percent_peak : (m,) array
-        Root mean square of reading minus fit over all touches fitted, in % of the peak: the fitted reading right
-        under an edge of the mean load.
+        Root mean square of reading minus fit over all fitted touches, in % of the peak: the fitted reading
+        directly under a knife edge with the mean load.
     held_out_percent_peak : (m,) array
-        The same with each touch predicted from the others (leave-one-out).
+        The same for touches held out one at a time (leave-one-out prediction).
     noise_percent_peak : (m,) array
-        Standard deviation of one reading; NaN without repeats.
+        Standard deviation of one reading; NaN without repeated readings.
     map : (m, 2 n_c + 1) array
         E in readings per MPa of the traction coefficients ``p_0, p_1^s, p_1^c, …`` (tension positive); NaN for
         an element without enough readings.
     response : (m,) array
         Largest reading per N/m of a knife edge on the part of the finger that was touched.
     rank : int
-        Directions of the pressures that were used.
+        Number of directions of the pressures that were used.
     """
 
     error_percent_peak: FloatArray
@@ -57,18 +57,18 @@ class EmpiricalTable:
     rank: int
 
     def summary(self, quantity: str) -> tuple[float, float, float]:
-        """Minimum, mean and maximum over the elements of an array above; NaN left out."""
+        """Return minimum, mean and maximum over the elements of one of the arrays, without NaN."""
         return summary(getattr(self, quantity))
 
     @property
     def condition_number(self) -> float:
-        """Largest over smallest singular value of the map with every element's peak made one."""
+        """Ratio of largest to smallest singular value of the map, with the peak of every element scaled to 1."""
         fitted = np.isfinite(self.response)
         return condition_number(self.map[fitted] / self.response[fitted, None])
 
 
 def coefficients_needed(finger: Finger, poisson_ratio: float = 0.46) -> int:
-    """Fourier mode n_c after which the designed finger's response stays below half a per cent of its largest."""
+    """Return the Fourier mode n_c above which the response of the designed finger is below 0.5 % of its maximum."""
     modes = np.arange(400)
     strain = np.abs(
         radial_strain_response(
@@ -83,12 +83,12 @@ def coefficients_needed(finger: Finger, poisson_ratio: float = 0.46) -> int:
 
 
 def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = None) -> EmpiricalTable:
-    """Identify the E map of a finger from knife edges (section 3.2).
+    """Return the E map of a finger identified from knife edges (section 3.2).
 
     Parameters
     ----------
     means : TouchMeans
-        Averaged calibration touches, rest reading subtracted.
+        Averaged calibration touches with the no-contact reading subtracted.
     sensor : Sensor
         A finger.
     n_coefficients : int, optional
@@ -117,7 +117,7 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
     enough = (there.sum(axis=0) > rank) & (there & (np.abs(off) < REACH_DEG)).any(axis=0)
     if not enough.any():
         raise InputError(
-            f"no element has more than {rank} knife edges (the coefficients that they tell apart) and one of "
+            f"no element has more than {rank} knife edges (the number of coefficients that they determine) and one of "
             f"them within {REACH_DEG:g} degrees"
         )
     identified = np.full((finger.n_elements, 2 * n_c + 1), np.nan)
@@ -140,7 +140,7 @@ def table_2(means: TouchMeans, sensor: Sensor, *, n_coefficients: int | None = N
 
 
 def _left_out(design: FloatArray, residual: FloatArray) -> FloatArray:
-    """Residuals of touches predicted from all the others: divided by one minus their leverage."""
+    """Residuals of leave-one-out predictions: the residuals divided by one minus their leverage."""
     there = np.isfinite(residual)
     if not there.any():
         return residual
@@ -151,7 +151,7 @@ def _left_out(design: FloatArray, residual: FloatArray) -> FloatArray:
 
 
 def _rms(residual: FloatArray) -> FloatArray:
-    """Root mean square of each column, NaN left out; NaN where all are."""
+    """Root mean square of each column without NaN; NaN if all values are NaN."""
     there = np.isfinite(residual)
     total = np.where(there, residual, 0.0) ** 2
     count = there.sum(axis=0)

@@ -1,4 +1,4 @@
-"""A finger read through its identified E map: the paper's "empirical calibration" of Tables 3 and 4."""
+"""A finger with an identified E map: the "empirical calibration" of Tables 3 and 4 of the paper."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bayestouch.paper.simplex.empirical import EmpiricalTable
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalFinger:
-    """A finger with an identified E map, to read touches with: a `FingerModel`.
+    """A finger with an identified E map, for reading touches; a `TouchPredictor`.
 
     Attributes
     ----------
@@ -26,7 +26,7 @@ class EmpiricalFinger:
     angle : (m,) array
         ``θ_s`` as designed, rad.
     response : (m,) array
-        Reading per N/m of a knife edge where it is largest.
+        Largest reading per N/m of a knife edge over all locations.
     map : (m, 2 n_c + 1) array
         E, readings per MPa of the traction coefficients.
     kappa_scale, coordinates, spectra
@@ -54,7 +54,7 @@ class EmpiricalFinger:
         largest_load: float,
         contact: str = "layer",
     ) -> EmpiricalFinger:
-        """Join an identified map and a contact model."""
+        """Return the finger with an identified map and a contact model."""
         finger = finger_of(sensor, "the empirical map of Table 2")
         scale = 0.1 * (finger.outer_radius_mm - finger.core_radius_mm) ** 2
         largest_kappa = largest_load / 1000 * finger.outer_radius_mm / shear_modulus_MPa
@@ -75,11 +75,11 @@ class EmpiricalFinger:
 
     @property
     def gain(self) -> FloatArray:
-        """Reading per unit of relative strain, the peak being one; shape (m,)."""
+        """Reading per unit of relative strain (1 at the peak), shape (m,)."""
         return self.response
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
+        """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
         radius, theta, newtons = np.broadcast_arrays(
             np.asarray(radius_mm, float), np.asarray(angle, float), np.asarray(load, float)
         )

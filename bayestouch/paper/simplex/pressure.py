@@ -1,4 +1,4 @@
-"""Touches with known indenter, location and load, and the strain they give: the series summed at each touch."""
+"""Strain under touches with known indenter, location and load, from the sum of the Fourier series at each touch."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 
-# Contact spectra over σ are interpolated by the polynomial through these nodes: off by less than 2e-6.
+# Nodes of the polynomial that interpolates contact spectra over σ; its error is below 2e-6.
 POISSON_NODES = 0.25 * (1 - np.cos(np.pi * np.arange(13) / 12))
 
 
 def shallowest_radius(finger: Finger) -> float:
-    """Largest sensing radius (mm) a fit may try: half way from the design to the surface."""
+    """Return the largest sensing radius (mm) in a fit: halfway from the design radius to the surface."""
     return 0.5 * (finger.sensing_radius_mm + finger.outer_radius_mm)
 
 
 @dataclass(frozen=True, eq=False)
 class KnownPressure:
-    """Touches with known indenter, location and load as the series of their pressures.
+    """Fourier series of the pressures of touches with known indenter, location and load.
 
     Attributes
     ----------
     rows : (t,) bool array
-        Which of the touches of the means these are.
+        True for the touches of the means that are used.
     angle_deg, load : (t,) arrays
         Location (degree), load over shear modulus (mm).
     modes, cosine, sine : arrays
         Fourier modes (k,), ``cos kθ_c`` and ``sin kθ_c`` (t, k).
     spectrum : callable
-        Poisson's ratio to ``q_k``, (t, k), or 1 where all are knife edges.
+        Function from Poisson's ratio to ``q_k``, (t, k), or to 1 if all touches are knife edges.
     """
 
     finger: Finger
@@ -52,7 +52,7 @@ class KnownPressure:
 
     @classmethod
     def of(cls, means: TouchMeans, finger: Finger, shear_modulus_MPa: float, contact: str | None) -> KnownPressure:
-        """Knife edges of `means`, or with a contact model every touch whose indenter is known."""
+        """Return the pressures of the knife edges or, with a contact model, of every touch with a known indenter."""
         if means.angle_deg is None:
             raise InputError("the simplex fits need angle_deg")
         known = np.isfinite(means.load) & np.isfinite(means.angle_deg)
@@ -72,7 +72,7 @@ class KnownPressure:
         return cls(finger, rows, means.angle_deg[rows], load, modes, np.cos(phase), np.sin(phase), spectrum)
 
     def peak_strain(self, poisson_ratio: float, sensing_radius_mm: float) -> float:
-        """Compressive strain right under an edge of the mean load."""
+        """Return the compressive strain directly under a knife edge with the mean load."""
         finger = self.finger
         strain = solve_annulus(
             self.modes,
@@ -84,7 +84,7 @@ class KnownPressure:
         return float(self.load.mean()) / (2 * np.pi * finger.outer_radius_mm) * series
 
     def strain(self, near: NDArray[np.bool_]) -> Callable[[float, float, float], FloatArray]:
-        """Compressive strain under the touches `near`, as a function of σ, r_s (mm) and θ_s (degree)."""
+        """Return the compressive strain under the touches `near` as a function of σ, r_s (mm) and θ_s (degree)."""
         finger, cosine, sine = self.finger, self.cosine[near], self.sine[near]
         twice = np.where(self.modes == 0, 1.0, 2.0)
         scale = self.load[near] / (2 * np.pi * finger.outer_radius_mm)
@@ -111,7 +111,7 @@ def _edges(poisson_ratio: float) -> FloatArray:
 
 
 def _spectra(finger: Finger, contact: str, kappa: FloatArray, modes: FloatArray) -> Callable[[float], FloatArray]:
-    """Spectra (t, k) as a function of σ: the contact is solved at a few values, and interpolated between."""
+    """Spectra (t, k) as a function of σ, interpolated between the contacts solved at a few values."""
     radii = (finger.core_radius_mm, finger.outer_radius_mm)
     solved = [contact_model(contact, radii, float(node)).spectrum(kappa, modes) for node in POISSON_NODES]
     nodes = np.stack(solved)

@@ -1,4 +1,4 @@
-"""Minimum, mean and maximum, the form of the paper's Tables 1 and 2."""
+"""Minimum, mean and maximum, as in Tables 1 and 2 of the paper."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 
 def summary(values: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Minimum, mean and maximum, NaN left out; NaN where nothing is left."""
+    """Return minimum, mean and maximum of the values that are not NaN; NaN if there are none."""
     some = values[np.isfinite(values)]
     if not some.size:
         return np.nan, np.nan, np.nan

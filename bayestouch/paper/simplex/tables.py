@@ -1,4 +1,4 @@
-"""Fits of every element by itself: Table 1 of the paper."""
+"""Separate fits of all elements: Table 1 of the paper."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from bayestouch.paper.simplex.summary import summary
 
 @dataclass(frozen=True)
 class ElementTable:
-    """Fits of the elements of a finger one by one: Table 1.
+    """Separate fits of the elements of a finger: Table 1.
 
     Attributes
     ----------
     fits : tuple of ElementFit
         One for each element that could be fitted.
     contact : str or None
-        Contact model; None where only knife edges were fitted.
+        Contact model; None if only knife edges were fitted.
     left_out : tuple of str
-        Why an element has no fit, one sentence each.
+        Reasons why elements have no fit, one sentence each.
     """
 
     fits: tuple[ElementFit, ...]
@@ -33,29 +33,29 @@ class ElementTable:
     left_out: tuple[str, ...] = ()
 
     def summary(self, quantity: str) -> tuple[float, float, float]:
-        """Minimum, mean and maximum over the elements of an attribute of `ElementFit`; NaN left out."""
+        """Return minimum, mean and maximum over the elements of an attribute of `ElementFit`, without NaN."""
         return summary(np.array([getattr(fit, quantity) for fit in self.fits], dtype=float))
 
 
 def table_1(means: TouchMeans, sensor: Sensor, shear_modulus_MPa: float, *, contact: str | None = None) -> ElementTable:
-    """Fit every element by itself (section 3.1).
+    """Return separate fits of all elements (section 3.1).
 
     Parameters
     ----------
     means : TouchMeans
-        Averaged calibration touches, rest reading subtracted.
+        Averaged calibration touches with the no-contact reading subtracted.
     sensor : Sensor
         A finger.
     shear_modulus_MPa : float
         μ; without a contact model it only scales the gains.
     contact : str, optional
-        With a contact model flats and round tips are fitted with the edges, as in the paper's comparison of
-        4.2 % (Hertz) and 2.2 % (frictionless on the layer).
+        With a contact model, flats and round tips are fitted together with the edges, as in the paper's comparison
+        of 4.2 % (Hertz) and 2.2 % (frictionless on the layer).
 
     Raises
     ------
     InputError
-        If not one element can be fitted.
+        If no element can be fitted.
     """
     finger = finger_of(sensor, "the simplex fit of Table 1")
     pressure = KnownPressure.of(means, finger, shear_modulus_MPa, contact)

@@ -1,8 +1,8 @@
 """Contact parameters of one touch at a time: section 4 of the paper (its Figure 11), by Nelder-Mead.
 
-Minimises the squared strain error of the elements, ``Σ (D_i/gain_i - ε̂_i)²``, over radius, location and load;
-with the force sensor's load given, over the first two. These are point estimates without an error;
-`bayestouch.inference` gives posteriors.
+The fit minimises the squared strain error of the elements, ``Σ (D_i/gain_i - ε̂_i)²``, over radius, location and
+load, or over radius and location if the load of the force sensor is given. The results are point estimates without
+errors; use `bayestouch.inference` for posteriors.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from bayestouch.errors import InputError
 
 Radius = Literal["R", "r_c"]
 
-# The simplex starts from the best of these: shares of r_b, and locations every so many degrees.
+# Starting points of the simplex, of which the best is used: radii as fractions of r_b, and steps of location, degree.
 START_SHARES = (0.05, 0.35, 0.65, 0.93)
 START_STEP_DEG, START_MARGIN_DEG = 2.0, 20.0
-STEPS = np.array([1.0, 1.0, 10.0])  # first simplex: mm, degree, N/m
-LARGEST_INDENTER_MM = 1e4  # a flat, where r_c is the unknown
+STEPS = np.array([1.0, 1.0, 10.0])  # size of the first simplex: mm, degree, N/m
+LARGEST_INDENTER_MM = 1e4  # radius of a flat, if r_c is the unknown
 
 
 class TouchPredictor(Protocol):
-    """What the fit needs of a calibrated finger: `FingerChain`, or an `EmpiricalFinger`."""
+    """Protocol of a calibrated finger for the fit: `FingerChain` or `EmpiricalFinger`."""
 
     @property
     def outer_radius_mm(self) -> float:
@@ -37,7 +37,7 @@ class TouchPredictor(Protocol):
 
     @property
     def largest_load(self) -> float:
-        """Largest load it can predict, N/m."""
+        """Largest load that can be predicted, N/m."""
         ...
 
     @property
@@ -52,11 +52,11 @@ class TouchPredictor(Protocol):
 
     @property
     def response(self) -> FloatArray:
-        """Reading per N/m of a knife edge right above each element, shape (m,)."""
+        """Reading per N/m of a knife edge directly above each element, shape (m,)."""
         ...
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
+        """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with P (N/m)."""
         ...
 
 
@@ -67,18 +67,18 @@ class TouchFit:
     Attributes
     ----------
     composite_radius_mm, indenter_radius_mm : float
-        R and r_c; r_c is inf where R is that of a flat.
+        R and r_c; r_c is inf for a flat.
     angle_deg : float
         θ_c.
     load : float
         P, N/m: fitted, or as given.
     error_percent_peak : float
-        Root mean square of reading minus fit in % of each element's peak, its reading right under an edge of
-        this load.
+        Root mean square of reading minus fit in % of each element's peak, its reading directly under a knife edge
+        with this load.
     evaluations : int
-        Predictions made by the simplex.
+        Number of predictions in the simplex method.
     converged : bool
-        Whether the simplex shrank as asked.
+        Whether the simplex reached the convergence criterion.
     """
 
     composite_radius_mm: float
@@ -93,23 +93,23 @@ class TouchFit:
 def fit_touch(
     finger: TouchPredictor, reading: ArrayLike, *, load: float | None = None, radius: Radius = "R"
 ) -> TouchFit:
-    """Fit radius, location and load of one touch.
+    """Return the fit of radius, location and load of one touch.
 
     Parameters
     ----------
     finger : FingerModel
-        Calibrated finger; its contact model is the one fitted with (``chain.with_(contact="hertz")``).
+        Calibrated finger; the fit uses its contact model (``chain.with_(contact="hertz")`` changes it).
     reading : (m,) array_like
         Readings of the elements, NaN missing.
     load : float, optional
-        The force sensor's load, N/m, taken as exact; without one the load is fitted.
+        Load of the force sensor, N/m, taken as exact; by default the load is fitted.
     radius : {"R", "r_c"}
-        Which radius the simplex moves in. The minimum is the same, except that no flat has a finite r_c.
+        Radius that the simplex varies. The minimum is the same, except that a flat has no finite r_c.
 
     Raises
     ------
     InputError
-        If fewer readings than unknowns are there, or the load is out of range.
+        If there are fewer readings than unknowns, or the load is out of range.
     """
     loads = None if load is None else [load]
     return fit_touches(finger, np.asarray(reading, dtype=float)[None], loads=loads, radius=radius)[0]
@@ -122,12 +122,12 @@ def fit_touches(
     loads: Sequence[float] | FloatArray | None = None,
     radius: Radius = "R",
 ) -> tuple[TouchFit, ...]:
-    """Fit touches one by one; readings (t, m), loads (t,) where they are given. See `fit_touch`."""
+    """Return the fits of touches one by one, from readings (t, m) and optional loads (t,). See `fit_touch`."""
     data = np.atleast_2d(np.asarray(readings, dtype=float))
     given = None if loads is None else np.asarray(loads, dtype=float)
     if given is not None and not np.all((given > 0) & (given <= finger.largest_load)):
         raise InputError(f"load of a touch: expected above 0, at most {finger.largest_load:g} N/m")
-    data = np.where(np.isfinite(finger.response), data, np.nan)  # an element that could not be calibrated
+    data = np.where(np.isfinite(finger.response), data, np.nan)  # for elements that could not be calibrated
     few = int(np.isfinite(data).sum(axis=1).min(initial=data.shape[1]))
     unknowns = 3 if given is None else 2
     if few < unknowns:
@@ -158,7 +158,7 @@ class _Starts:
         return cls(radius, angle, signal / finger.gain / load)
 
     def best(self, strain: FloatArray, load: float | None, largest: float) -> FloatArray:
-        """R (mm), θ_c (rad) and P (N/m) of the touch on the grid that is nearest; strain NaN missing."""
+        """R (mm), θ_c (rad) and P (N/m) of the grid point with the closest strain; NaN strains are missing."""
         there = np.isfinite(strain)
         model, data = self.strain[:, there], strain[there]
         power, cross = (model**2).sum(axis=1), model @ data
@@ -168,7 +168,7 @@ class _Starts:
 
 
 def _rest(finger: TouchPredictor) -> FloatArray:
-    """Readings without touch."""
+    """Readings without contact."""
     return finger.predict(0.0, 0.0, 0.0)
 
 
