@@ -33,7 +33,7 @@ def numbers(word: str = "explained", **changes: Any) -> dict[str, Any]:
         "lack_of_fit_limits": {"after": LIMITS},
         "verdict": word,
         "effects": [],
-        "unexplained": {"fraction": 0.404, "where": "most at load 3 to 4 N/m"},
+        "unexplained": {"fraction": 0.55, "where": "most at load 3 to 4 N/m"},
         "correction": None,
         "measure": None,
     }
@@ -56,7 +56,7 @@ def test_all_of_it() -> None:
         VERDICTS["partly explained"],
         "Found crosstalk (neighbours are heard): crosstalk_share 0.0612 ± 0.0023, crosstalk_width 3 mm. "
         "These data cannot tell it from bleed or sag.",
-        "Unexplained: 40 % of the misfit, most at load 3 to 4 N/m.",
+        "Unexplained: 55 % of the misfit, most at load 3 to 4 N/m.",
         "Errors after are with a correction by element and location, which is no cause.",
         "To decide: measure.",
         "On 100 held-out touches: prediction error 1.00 → 0.50 % of the peak (noise alone 0.45), lack of fit 2.00 → "
@@ -166,3 +166,34 @@ def test_word_follows_the_lack_of_fit() -> None:
     del old["lack_of_fit_limits"]
     assert verdict_word(old) == "unattributed"
     assert verdict_word(old | {"after": AFTER | {"lack_of_fit": 1.1}}) == "adequate"
+
+
+def test_every_error_in_its_unit() -> None:
+    """Of samples and of touch means where these differ; of a pad beside those of a finger."""
+    found = {
+        "prediction_error_percent_peak": 1.111,
+        "touch_error_percent_peak": 0.888,
+        "lack_of_fit": None,
+        "R_rms_mm": 0.222,
+        "R_bias_mm": -0.333,
+        "theta_rms_deg": 0.4444,
+        "location_rms_mm": 0.555,
+        "P_rms_N_per_m": 66.6,
+        "P_rms_N": 0.777,
+        "coverage_90": 0.878,
+    }
+    made = numbers("adequate", before=found, after=found, after_against_stated=found, noise_floor_percent_peak=None)
+    assert sentences(made)[-1] == (
+        "On 100 held-out touches: prediction error of samples 1.11 % of the peak, prediction error of touch means "
+        "0.89 % of the peak, rms error of R 0.22 mm, bias of R -0.33 mm, rms error of the location 0.444 degree, "
+        "rms error of the location 0.56 mm, rms error of the load, read without the force sensor, 67 N/m, rms error of "
+        "the load, read without the force sensor, 0.78 N, coverage of 90 % intervals 88 %."
+    )
+
+
+def test_limits_that_are_not_known() -> None:
+    """No limits are printed, and no lack of fit is beyond them."""
+    unknown = {"after": {"low": None, "high": None, "expected": 1.0}}
+    told = sentences(numbers(lack_of_fit_limits=unknown))
+    assert "lack of fit 2.00 → 1.02, bias" in told[-1]
+    assert verdict_word(numbers(lack_of_fit_limits=unknown, after=AFTER | {"lack_of_fit": 9.0})) == "explained"

@@ -258,3 +258,43 @@ def test_wires_in_words() -> None:
     assert fault_notes(check(), "N") == () and fault_settings(check()) == {"touches_checked": 200.0}
     assert check().sound and not swapped.sound and not check(excess=1.5).sound
     assert _exchanged(4, (1, 3)).tolist() == [0, 3, 2, 1]
+
+
+@pytest.mark.parametrize(("size", "faulty"), [(0.24, False), (0.255, True)])
+def test_differences_among_sound_elements_count(size: float, faulty: bool) -> None:
+    """Offsets of ±2 % in turn: 4 % from their median, a robust sd of 5.9 %; beside that a fault stands out at 25 %."""
+    shift, n = np.array([0.02, -0.02, 0.02, -0.02, 0.02, -0.02, size, 0.0]), 10_000
+    sign = np.where(np.arange(n) % 2, -1.0, 1.0)[:, None]
+    made = misfit(
+        n,
+        score=(sign + shift / 0.2) * 5,
+        information=np.full((n, 8), 25.0),
+        signal=np.zeros((n, 8)),
+        signal_sd=np.zeros((n, 8)),
+        shared=lambda direction: np.zeros(8),
+        discrepancy=np.zeros(8),
+        scale=np.ones(8),
+    )
+    found = fault_tests.tested(made)
+    np.testing.assert_allclose(found.offset[:7], shift[:7])
+    assert found.differ and not found.agree and found.faulty.tolist() == [False] * 6 + [faulty, False]
+
+
+def test_scatter_that_is_less_than_noise_counts_as_noise() -> None:
+    made = misfit(20)
+    made.score[:] *= 0.1
+    found = fault_tests.tested(made)
+    assert found.usual == 1.0
+    np.testing.assert_allclose(found.scatter, 0.1 / 0.6744897501960817)
+    np.testing.assert_allclose(found.offset_sd[:2], 0.01 / np.sqrt(20))
+
+
+def test_readings_that_hardly_anything_tells_count() -> None:
+    """Information far below one: the unit of the readings is of no account."""
+    made = misfit(20, information=np.full((20, 3), 1e-6), score=np.full((20, 3), 2e-3))
+    np.testing.assert_allclose(fault_tests.tested(made).drop, 20 * 4.0)
+    value, sd = fault_tests._coefficient(made, np.zeros((20, 3)), 1.0)
+    assert not value.any() and np.isinf(sd).all()
+    # About -0.3 the values are ±1: their robust sd is 1.48.
+    found, _ = fault_tests._excess(np.array([-1.3, 0.7, -0.3, 0.7, -1.3]), np.full(5, 0.3))
+    assert found == pytest.approx(np.sqrt((1 / 0.6744897501960817) ** 2 - 0.09))
