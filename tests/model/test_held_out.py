@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.diagnosis.held_out import HeldOut, design_of, free_load, rms_percent
-from bayestouch.diagnosis.touch_errors import errors_by_touch, summarised
+from bayestouch.finger.touch_errors import errors_by_touch
+from bayestouch.model.held_out import HeldOut, design_of, free_load, rms_percent
 from bayestouch.model.linear import Linearised
+from bayestouch.model.touch_errors import summarised
 
 NAN = np.nan
 

@@ -1,0 +1,41 @@
+"""Sizes of corrections and what they gain, by closed forms."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from bayestouch.model.correction import SIZES, _best_sizes, _gain
+from bayestouch.model.linear import Score
+
+SLOPE, INFORMATION = np.array([60.0, -150.0]), np.array([[400.0, 100.0], [100.0, 900.0]])
+
+
+def evidence(slope: np.ndarray, information: np.ndarray, size: np.ndarray) -> float:
+    """Log density of a slope whose weights have these sds, over that without."""
+    wide = information + information @ np.diag(size**2) @ information
+    zero = np.zeros(len(slope))
+    return float(
+        stats.multivariate_normal(zero, wide).logpdf(slope) - stats.multivariate_normal(zero, information).logpdf(slope)
+    )
+
+
+def test_gain_of_a_correction() -> None:
+    score = Score(SLOPE, INFORMATION, np.diag(INFORMATION))
+    for size in ([0.1, 0.03], [0.0, 0.1], [0.2, 0.0]):
+        assert _gain(score, np.array(size)) == pytest.approx(evidence(SLOPE, INFORMATION, np.array(size)))
+    assert _gain(score, np.zeros(2)) == 0.0
+
+
+def test_sizes_of_the_parts_of_a_correction() -> None:
+    """Independent parts of one and of two functions: each has its own best size."""
+    assert SIZES == (0.0, 0.003, 0.01, 0.03, 0.1)
+    information = np.diag([1e4, 1e4, 1e4])
+    slope = np.array([400.0, 50.0, -60.0])
+    score, part = Score(slope, information, np.diag(information)), np.array([0, 1, 1])
+    sizes, gain = _best_sizes(score, part, 2)
+    best = max(((a, b) for a in SIZES for b in SIZES), key=lambda s: evidence(slope, information, np.array(s)[part]))
+    assert tuple(sizes) == best and gain == pytest.approx(evidence(slope, information, np.array(best)[part]))
+    nothing, gain = _best_sizes(Score(np.zeros(3), information, np.ones(3)), part, 2)
+    assert not nothing.any() and gain == 0.0
