@@ -123,3 +123,40 @@ def test_unsure_evidence(monkeypatch: pytest.MonkeyPatch, shape: float, log_weig
         monkeypatch, [[log_weight, 0.0], [0.0, 0.0], [-50.0, 0.0]], [[shape, 0.1], [0.1, 0.1], [0.1, 0.1]]
     )
     assert np.isnan(found[:, 0]).all() == unsure and np.isfinite(found[:, 1]).all()
+
+
+def test_proposals_at_every_tip(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Searches begin in the middle of each cell at the mode; roots are those of the inverse curvature."""
+    curvature = np.array([[4.0, 1.0], [1.0, 9.0]])
+    seen: list[Any] = []
+
+    def modes(posterior: Any, w: np.ndarray, start: np.ndarray) -> Any:
+        seen.append((np.array(w), start))
+        return start + w[..., None], None, np.array([4.0, 1.0, 9.0])[:, None, None] * np.ones((3, 2, 3))
+
+    monkeypatch.setattr(alternatives, "conditional_modes", modes)
+    posterior: Any = SimpleNamespace(indenter=SimpleNamespace(cells=np.array([-19.0, -18.0, -17.0])))
+    mode = np.array([[9.0, 0.1, 50.0], [9.0, -0.2, 80.0]])
+    made = alternatives._tip_proposals(posterior, mode)
+    np.testing.assert_array_equal(seen[0][0], [[-18.5, -17.5, -16.5]] * 2)
+    np.testing.assert_array_equal(seen[0][1], np.repeat(mode[:, None, 1:], 3, axis=1))
+    assert [each.cell for each in made] == [-19.0, -18.0, -17.0] and made[0].rest.dof == 8.0
+    np.testing.assert_allclose(made[1].rest.centre, mode[:, 1:] - 17.5)
+    np.testing.assert_allclose(made[2].rest.root, np.tile(np.linalg.cholesky(np.linalg.inv(curvature)), (2, 1, 1)))
+
+
+def test_density_beside_tips_has_the_profile_proposal(monkeypatch: pytest.MonkeyPatch) -> None:
+    weighed: list[Any] = []
+    monkeypatch.setattr(alternatives, "_tip_proposals", lambda posterior, mode: [tip(0.0), tip(1.0), tip(2.0)])
+    monkeypatch.setattr(alternatives, "profile_proposal", lambda *given: tip(7.0))
+    monkeypatch.setattr(alternatives, "replace", lambda made, **changes: made)
+
+    def log_evidence(posterior: Any, part: TipProposal) -> Any:
+        weighed.append(part.cell)
+        return np.zeros(2), np.zeros(2)
+
+    monkeypatch.setattr(alternatives, "_log_evidence", log_evidence)
+    indenter = SimpleNamespace(tips=SimpleNamespace(share=0.25), density="density")
+    posterior: Any = SimpleNamespace(indenter=indenter, priors=None)
+    alternatives.propose_alternatives(posterior, np.zeros((2, 3)), np.zeros((2, 3, 3)))
+    assert weighed == [0.0, 1.0, 2.0, 7.0]

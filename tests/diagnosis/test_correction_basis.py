@@ -1,0 +1,116 @@
+"""A correction without a cause on a finger: what each of its functions does to readings, written out."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.smooth import SmoothBasis
+from bayestouch.diagnosis import correction_basis
+from bayestouch.diagnosis.correction_basis import Correction, FingerCorrectionBasis, fit_correction
+from bayestouch.model.linear import Score
+
+ELEMENT, PEAK = np.array([-10.0, 5.0, 20.0]), np.array([3.0, 4.0, 5.0])
+ANGLE, LOAD, RADIUS = (
+    np.array([-15.0, 0.0, 12.0, 30.0]),
+    np.array([20.0, 40.0, 60.0, 80.0]),
+    np.array([0.0, 2.0, 4.0, 8.0]),
+)
+
+
+def basis(monkeypatch: pytest.MonkeyPatch, load: np.ndarray = LOAD) -> FingerCorrectionBasis:
+    """Elements at -10, 5 and 20 degree, touched from -15 to 30, under loads about 40 N/m."""
+    model = SimpleNamespace(
+        layout=SimpleNamespace(angle=slice(1, 4)),
+        reference_load=40.0,
+        peak=PEAK,
+        finger=SimpleNamespace(outer_radius_mm=16.0),
+        poses=lambda vector: SimpleNamespace(place=(ANGLE,), load=load),
+    )
+    monkeypatch.setattr(correction_basis, "finger_model", lambda given: given)
+    fitted: Any = SimpleNamespace(model=model, vector=np.array([9.0, *np.radians(ELEMENT), 9.0]))
+    return FingerCorrectionBasis.of(fitted)
+
+
+def test_settings() -> None:
+    lengths = (correction_basis.SHARED_LENGTH, correction_basis.OWN_LENGTH, correction_basis.WIDE_LENGTH)
+    assert lengths == (5.0, 9.0, 7.0)
+    assert (correction_basis.LOADED_REACH, correction_basis.LOADS_VARY) == (30.0, 0.02)
+
+
+def test_basis_over_what_was_touched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """From the first touch less the last element to the last touch less the first element."""
+    found = basis(monkeypatch)
+    np.testing.assert_allclose(found.element_deg, ELEMENT)
+    assert (found.reference_load, found.widest) == (40.0, 16.0)
+    assert found.load_mean == pytest.approx(1.25) and found.load_sd == pytest.approx(np.std([0.5, 1, 1.5, 2]))
+    at = np.array([-35.0, -3.0, 17.0, 40.0])
+    np.testing.assert_array_equal(found.shared(at), SmoothBasis.of(-35, 40, 5.0, most=90)(at))
+    np.testing.assert_array_equal(found.wide(at), SmoothBasis.of(-35, 40, 7.0, most=60)(at))
+    np.testing.assert_array_equal(found.loaded(at[1:3]), SmoothBasis.of(-30, 30, 9.0)(at[1:3]))
+    for own, element in zip(found.own, ELEMENT, strict=True):
+        np.testing.assert_allclose(own(at), SmoothBasis.of(-15 - element, 30 - element, 9.0)(at), rtol=1e-9, atol=1e-12)
+
+
+def test_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In proportion to load and peak; wide contacts by P R over a flat's; the load about its mean."""
+    made = basis(monkeypatch)
+    parts = made.columns(RADIUS, ANGLE, LOAD)
+    assert list(parts) == ["shared", "own", "wide", "loaded"]
+    for t in range(4):
+        share = LOAD[t] / 40
+        own_rows, loaded_rows = np.zeros((2, 3), dtype=object)
+        for e in range(3):
+            away, scale = ANGLE[t] - ELEMENT[e], share * PEAK[e]
+            at = np.array([away])
+            np.testing.assert_allclose(parts["shared"][:, t, e], made.shared(at)[0] * scale, atol=1e-12)
+            wide = RADIUS[t] / 16 * share
+            np.testing.assert_allclose(parts["wide"][:, t, e], made.wide(at)[0] * scale * wide, atol=1e-12)
+            own_rows[e] = made.own[e](at)[0] * scale
+            loaded_rows[e] = made.loaded(at)[0] * scale * (share - 1.25) / made.load_sd
+        for name, rows in (("own", own_rows), ("loaded", loaded_rows)):
+            k = len(parts[name]) // 3
+            for e in range(3):
+                wanted = np.zeros((k, 3))
+                wanted[:, e] = rows[e]
+                np.testing.assert_allclose(parts[name][e * k : (e + 1) * k, t], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(("spread", "there"), [(0.0199, False), (0.0201, True)])
+def test_loads_that_hardly_vary_tell_nothing(monkeypatch: pytest.MonkeyPatch, spread: float, there: bool) -> None:
+    load = 40 * (1 + spread * np.array([1.0, -1.0, 1.0, -1.0]))
+    assert ("loaded" in basis(monkeypatch, load).columns(RADIUS, ANGLE, load)) == there
+
+
+def test_columns_of_a_chosen_correction() -> None:
+    """Each part at its size; those of none are left out."""
+    parts = {"a": np.ones((2, 3, 1)), "b": np.full((1, 3, 1), 5.0), "c": np.full((1, 3, 1), 7.0)}
+    made: Any = SimpleNamespace(columns=lambda *where: parts)
+    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
+    np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
+
+
+@pytest.mark.parametrize(("slope", "chosen"), [(0.0, None), (400.0, 0.03)])
+def test_a_correction_that_gains_nothing_is_none(
+    monkeypatch: pytest.MonkeyPatch, slope: float, chosen: float | None
+) -> None:
+    """Information 1e4: a slope of 400 is a weight of 0.04 with sd 0.01; none, no correction."""
+    made = SimpleNamespace(columns=lambda *where: {"a": np.ones((1, 2, 1))})
+    score = Score(np.array([slope]), np.array([[1e4]]), np.array([1e4]))
+    monkeypatch.setattr(correction_basis, "FingerCorrectionBasis", SimpleNamespace(of=lambda fitted: made))
+    monkeypatch.setattr(correction_basis, "where_of", lambda fitted: ())
+    monkeypatch.setattr(correction_basis, "Scorer", lambda linear: SimpleNamespace(of_columns=lambda columns: score))
+    monkeypatch.setattr(correction_basis, "functions_of", lambda *given: given[-1])
+    monkeypatch.setattr(correction_basis, "with_functions", lambda linear, functions: ("with", functions))
+    monkeypatch.setattr(correction_basis, "replace", lambda one, linear: (one, linear))
+    whitening = SimpleNamespace(columns=lambda raw: raw)
+    fitted: Any = SimpleNamespace(model=None, vector=None, linear=None, whitening=whitening, drifts=())
+    found: Any = fit_correction(fitted)
+    if chosen is None:
+        assert found is None
+    else:
+        assert found[0].sizes == {"a": chosen} and found[0].gain > 0
+        np.testing.assert_allclose(found[1][1], chosen * np.ones((1, 2, 1)))

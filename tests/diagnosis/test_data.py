@@ -1,0 +1,67 @@
+"""Which touches of a table a diagnosis can use, and what it says of them."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.diagnosis import data
+from bayestouch.diagnosis.data import _known, _vary, remarks_on
+
+NAN = np.nan
+
+
+def table(**changes: Any) -> Any:
+    """Touches 3, 3, 1, 2 on a finger; the first row is at rest."""
+    values: dict[str, Any] = {
+        "touch": np.array([3, 3, 1, 2]),
+        "in_contact": np.array([False, True, True, True]),
+        "readings": np.array([[NAN, NAN], [1.0, NAN], [2.0, NAN], [3.0, NAN]]),
+        "load": np.array([0.0, 5.0, NAN, 6.0]),
+        "indenter_radius_mm": np.full(4, 3.0),
+        "angle_deg": np.zeros(4),
+        "x_mm": np.zeros(4),
+        "y_mm": None,
+        "reads": None,
+    }
+    return SimpleNamespace(**(values | changes))
+
+
+def test_settings() -> None:
+    assert (data.ENOUGH_READ, data.ENOUGH_CALIBRATION, data.BLOCKS) == (20, 40, 40)
+
+
+def test_touches_with_every_reference() -> None:
+    """Rows that press with something read; unknown loads are no hindrance, loads of zero are."""
+    assert _known(table(), True).tolist() == [True, True, True]
+    assert _known(table(load=np.array([5.0, 0.0, NAN, -1.0])), True).tolist() == [False, True, False]
+    assert _known(table(angle_deg=np.array([1.0, NAN, 1.0, 1.0])), True).tolist() == [False, True, True]
+    assert _known(table(indenter_radius_mm=np.array([1.0, 1.0, NAN, 1.0])), True).tolist() == [True, False, True]
+    assert _known(table(indenter_radius_mm=np.full(4, NAN)), False).tolist() == [True, True, True]
+    assert _known(table(y_mm=np.array([0.0, 0.0, 0.0, NAN])), False).tolist() == [True, True, False]
+    readings = np.array([[1.0, 1.0], [NAN, NAN], [2.0, NAN], [3.0, NAN]])
+    assert _known(table(readings=readings), True).tolist() == [False, True, True]
+
+
+def test_remarks() -> None:
+    """On elements without readings, and touches that were read once."""
+    rows = np.ones(4, dtype=bool)
+    dead, once = remarks_on(table(), rows)
+    assert dead == "e02: no readings, or the same one in every row; left out"
+    assert once.startswith("no touch was read twice")
+    assert remarks_on(table(reads=np.array([1.0, NAN, 1.0, 2.0])), rows) == (dead,)
+    assert len(remarks_on(table(reads=np.array([1.0, NAN, 1.0, 1.0])), rows)) == 2
+    assert remarks_on(table(in_contact=np.ones(4, dtype=bool)), rows) == (dead,)
+    assert len(remarks_on(table(in_contact=np.ones(4, dtype=bool)), np.array([False, True, True, True]))) == 2
+
+
+@pytest.mark.parametrize(
+    ("load", "varies"),
+    [([1.0, 1.0, 1.2], False), ([1.0, 1.0, 1.21], True), ([NAN, NAN], False), ([NAN, 1.0, 2.0], True)],
+)
+def test_loads_that_vary(load: list[float], varies: bool) -> None:
+    """By more than a fifth of their median."""
+    assert _vary(np.array(load) - np.array([0, 0, 1e-9])[: len(load)]) == varies
