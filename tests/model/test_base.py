@@ -48,6 +48,12 @@ class Plain(SensorModel):
     def derivatives(self, vector: Any) -> Any:
         raise NotImplementedError
 
+    def correction_basis(self, vector: Any) -> Any:
+        raise NotImplementedError
+
+    def correction_inputs(self, vector: Any) -> Any:
+        raise NotImplementedError
+
 
 class Square(Effect):
     """Adds amount · signal² · exp(log size)."""

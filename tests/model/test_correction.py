@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import stats
 
-from bayestouch.model.correction import SIZES, _best_sizes, _gain
+from bayestouch.model import correction
+from bayestouch.model.correction import SIZES, Correction, _best_sizes, _gain, fit_correction
 from bayestouch.model.linear import Score
 
 SLOPE, INFORMATION = np.array([60.0, -150.0]), np.array([[400.0, 100.0], [100.0, 900.0]])
@@ -39,3 +43,33 @@ def test_sizes_of_the_parts_of_a_correction() -> None:
     assert tuple(sizes) == best and gain == pytest.approx(evidence(slope, information, np.array(best)[part]))
     nothing, gain = _best_sizes(Score(np.zeros(3), information, np.ones(3)), part, 2)
     assert not nothing.any() and gain == 0.0
+
+
+def test_columns_of_a_chosen_correction() -> None:
+    """Each part at its size; those of none are left out."""
+    parts = {"a": np.ones((2, 3, 1)), "b": np.full((1, 3, 1), 5.0), "c": np.full((1, 3, 1), 7.0)}
+    made: Any = SimpleNamespace(columns=lambda *where: parts)
+    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
+    np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
+
+
+@pytest.mark.parametrize(("slope", "chosen"), [(0.0, None), (400.0, 0.03)])
+def test_a_correction_that_gains_nothing_is_none(
+    monkeypatch: pytest.MonkeyPatch, slope: float, chosen: float | None
+) -> None:
+    """Information 1e4: a slope of 400 is a weight of 0.04 with sd 0.01; none, no correction."""
+    made = SimpleNamespace(columns=lambda *where: {"a": np.ones((1, 2, 1))})
+    score = Score(np.array([slope]), np.array([[1e4]]), np.array([1e4]))
+    model = SimpleNamespace(correction_basis=lambda vector: made, correction_inputs=lambda vector: ())
+    monkeypatch.setattr(correction, "Scorer", lambda linear: SimpleNamespace(of_columns=lambda columns: score))
+    monkeypatch.setattr(correction, "functions_of", lambda *given: given[-1])
+    monkeypatch.setattr(correction, "with_functions", lambda linear, functions: ("with", functions))
+    monkeypatch.setattr(correction, "replace", lambda one, linear: (one, linear))
+    whitening = SimpleNamespace(columns=lambda raw: raw)
+    fitted: Any = SimpleNamespace(model=model, vector=None, linear=None, whitening=whitening, drifts=())
+    found: Any = fit_correction(fitted)
+    if chosen is None:
+        assert found is None
+    else:
+        assert found[0].sizes == {"a": chosen} and found[0].gain > 0
+        np.testing.assert_allclose(found[1][1], chosen * np.ones((1, 2, 1)))

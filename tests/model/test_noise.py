@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.noise import Noise
+from bayestouch.effects.noise import Outliers
 from bayestouch.model.noise import AddedNoise, NoiseModel
 
 M, DRAWS = 4, 100_000
@@ -66,4 +67,4 @@ def test_nothing_is_added_by_default() -> None:
     np.testing.assert_array_equal(plain.own_variance(SIGNAL), np.tile(SD**2, (2, 1)))
     assert not plain.shared_sd(READS).any() and not plain.shared_sd_of_sample(READS).any() and plain.names == ()
     assert AddedNoise() == AddedNoise(0.0, 1.0, 0.0, 0.0, 0.0)
-    assert plain.with_(effects=(("outliers", (0.1, 0.2)),)).names == ("outliers",)
+    assert plain.with_(effects=((Outliers(), (0.1, 0.2)),)).names == ("outliers",)

@@ -1,0 +1,76 @@
+"""A correction without a cause on a finger: what each of its functions does to readings, written out."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.smooth import SmoothBasis
+from bayestouch.finger import correction_basis
+from bayestouch.finger.correction_basis import FingerCorrectionBasis
+
+ELEMENT, PEAK = np.array([-10.0, 5.0, 20.0]), np.array([3.0, 4.0, 5.0])
+ANGLE, LOAD, RADIUS = (
+    np.array([-15.0, 0.0, 12.0, 30.0]),
+    np.array([20.0, 40.0, 60.0, 80.0]),
+    np.array([0.0, 2.0, 4.0, 8.0]),
+)
+
+
+def basis(load: np.ndarray = LOAD) -> FingerCorrectionBasis:
+    """Elements at -10, 5 and 20 degree, touched from -15 to 30, under loads about 40 N/m."""
+    recording: Any = SimpleNamespace(place=(ANGLE,), load=load)
+    return FingerCorrectionBasis.of(ELEMENT, PEAK, 40.0, 16.0, recording)
+
+
+def test_settings() -> None:
+    lengths = (correction_basis.SHARED_LENGTH, correction_basis.OWN_LENGTH, correction_basis.WIDE_LENGTH)
+    assert lengths == (5.0, 9.0, 7.0)
+    assert (correction_basis.LOADED_REACH, correction_basis.LOADS_VARY) == (30.0, 0.02)
+
+
+def test_basis_over_what_was_touched() -> None:
+    """From the first touch less the last element to the last touch less the first element."""
+    found = basis()
+    np.testing.assert_allclose(found.element_deg, ELEMENT)
+    assert (found.reference_load, found.widest) == (40.0, 16.0)
+    assert found.load_mean == pytest.approx(1.25) and found.load_sd == pytest.approx(np.std([0.5, 1, 1.5, 2]))
+    at = np.array([-35.0, -3.0, 17.0, 40.0])
+    np.testing.assert_array_equal(found.shared(at), SmoothBasis.of(-35, 40, 5.0, most=90)(at))
+    np.testing.assert_array_equal(found.wide(at), SmoothBasis.of(-35, 40, 7.0, most=60)(at))
+    np.testing.assert_array_equal(found.loaded(at[1:3]), SmoothBasis.of(-30, 30, 9.0)(at[1:3]))
+    for own, element in zip(found.own, ELEMENT, strict=True):
+        np.testing.assert_allclose(own(at), SmoothBasis.of(-15 - element, 30 - element, 9.0)(at), rtol=1e-9, atol=1e-12)
+
+
+def test_columns() -> None:
+    """In proportion to load and peak; wide contacts by P R over a flat's; the load about its mean."""
+    made = basis()
+    parts = made.columns(RADIUS, ANGLE, LOAD)
+    assert list(parts) == ["shared", "own", "wide", "loaded"]
+    for t in range(4):
+        share = LOAD[t] / 40
+        own_rows, loaded_rows = np.zeros((2, 3), dtype=object)
+        for e in range(3):
+            away, scale = ANGLE[t] - ELEMENT[e], share * PEAK[e]
+            at = np.array([away])
+            np.testing.assert_allclose(parts["shared"][:, t, e], made.shared(at)[0] * scale, atol=1e-12)
+            wide = RADIUS[t] / 16 * share
+            np.testing.assert_allclose(parts["wide"][:, t, e], made.wide(at)[0] * scale * wide, atol=1e-12)
+            own_rows[e] = made.own[e](at)[0] * scale
+            loaded_rows[e] = made.loaded(at)[0] * scale * (share - 1.25) / made.load_sd
+        for name, rows in (("own", own_rows), ("loaded", loaded_rows)):
+            k = len(parts[name]) // 3
+            for e in range(3):
+                wanted = np.zeros((k, 3))
+                wanted[:, e] = rows[e]
+                np.testing.assert_allclose(parts[name][e * k : (e + 1) * k, t], wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(("spread", "there"), [(0.0199, False), (0.0201, True)])
+def test_loads_that_hardly_vary_tell_nothing(spread: float, there: bool) -> None:
+    load = 40 * (1 + spread * np.array([1.0, -1.0, 1.0, -1.0]))
+    assert ("loaded" in basis(load).columns(RADIUS, ANGLE, load)) == there
