@@ -6,12 +6,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import pytest
 
-from bayestouch.diagnosis import data
-from bayestouch.diagnosis.data import _known, _vary, remarks_on
+from bayestouch.finger import body as finger
+from bayestouch.model import split_data as data
+from bayestouch.model.split_data import _known, remarks_on
+from bayestouch.pad import body as pad
 
 NAN = np.nan
+FINGER, PAD = finger.BODY.references, pad.BODY.references
 
 
 def table(**changes: Any) -> Any:
@@ -36,14 +38,14 @@ def test_settings() -> None:
 
 def test_touches_with_every_reference() -> None:
     """Rows that press with something read; unknown loads are no hindrance, loads of zero are."""
-    assert _known(table(), True).tolist() == [True, True, True]
-    assert _known(table(load=np.array([5.0, 0.0, NAN, -1.0])), True).tolist() == [False, True, False]
-    assert _known(table(angle_deg=np.array([1.0, NAN, 1.0, 1.0])), True).tolist() == [False, True, True]
-    assert _known(table(indenter_radius_mm=np.array([1.0, 1.0, NAN, 1.0])), True).tolist() == [True, False, True]
-    assert _known(table(indenter_radius_mm=np.full(4, NAN)), False).tolist() == [True, True, True]
-    assert _known(table(y_mm=np.array([0.0, 0.0, 0.0, NAN])), False).tolist() == [True, True, False]
+    assert _known(table(), FINGER).tolist() == [True, True, True]
+    assert _known(table(load=np.array([5.0, 0.0, NAN, -1.0])), FINGER).tolist() == [False, True, False]
+    assert _known(table(angle_deg=np.array([1.0, NAN, 1.0, 1.0])), FINGER).tolist() == [False, True, True]
+    assert _known(table(indenter_radius_mm=np.array([1.0, 1.0, NAN, 1.0])), FINGER).tolist() == [True, False, True]
+    assert _known(table(indenter_radius_mm=np.full(4, NAN)), PAD).tolist() == [True, True, True]
+    assert _known(table(y_mm=np.array([0.0, 0.0, 0.0, NAN])), PAD).tolist() == [True, True, False]
     readings = np.array([[1.0, 1.0], [NAN, NAN], [2.0, NAN], [3.0, NAN]])
-    assert _known(table(readings=readings), True).tolist() == [False, True, True]
+    assert _known(table(readings=readings), FINGER).tolist() == [False, True, True]
 
 
 def test_remarks() -> None:
@@ -56,12 +58,3 @@ def test_remarks() -> None:
     assert len(remarks_on(table(reads=np.array([1.0, NAN, 1.0, 1.0])), rows)) == 2
     assert remarks_on(table(in_contact=np.ones(4, dtype=bool)), rows) == (dead,)
     assert len(remarks_on(table(in_contact=np.ones(4, dtype=bool)), np.array([False, True, True, True]))) == 2
-
-
-@pytest.mark.parametrize(
-    ("load", "varies"),
-    [([1.0, 1.0, 1.2], False), ([1.0, 1.0, 1.21], True), ([NAN, NAN], False), ([NAN, 1.0, 2.0], True)],
-)
-def test_loads_that_vary(load: list[float], varies: bool) -> None:
-    """By more than a fifth of their median."""
-    assert _vary(np.array(load) - np.array([0, 0, 1e-9])[: len(load)]) == varies

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.smooth import SmoothBasis
-from bayestouch.diagnosis import correction_basis
-from bayestouch.diagnosis.correction_basis import Correction, FingerCorrectionBasis, fit_correction
-from bayestouch.model.linear import Score
+from bayestouch.finger import correction_basis
+from bayestouch.finger.correction_basis import FingerCorrectionBasis
+from bayestouch.model.correction import Correction
 
 ELEMENT, PEAK = np.array([-10.0, 5.0, 20.0]), np.array([3.0, 4.0, 5.0])
 ANGLE, LOAD, RADIUS = (
@@ -21,18 +21,10 @@ ANGLE, LOAD, RADIUS = (
 )
 
 
-def basis(monkeypatch: pytest.MonkeyPatch, load: np.ndarray = LOAD) -> FingerCorrectionBasis:
+def basis(load: np.ndarray = LOAD) -> FingerCorrectionBasis:
     """Elements at -10, 5 and 20 degree, touched from -15 to 30, under loads about 40 N/m."""
-    model = SimpleNamespace(
-        layout=SimpleNamespace(angle=slice(1, 4)),
-        reference_load=40.0,
-        peak=PEAK,
-        finger=SimpleNamespace(outer_radius_mm=16.0),
-        poses=lambda vector: SimpleNamespace(place=(ANGLE,), load=load),
-    )
-    monkeypatch.setattr(correction_basis, "finger_model", lambda given: given)
-    fitted: Any = SimpleNamespace(model=model, vector=np.array([9.0, *np.radians(ELEMENT), 9.0]))
-    return FingerCorrectionBasis.of(fitted)
+    recording: Any = SimpleNamespace(place=(ANGLE,), load=load)
+    return FingerCorrectionBasis.of(ELEMENT, PEAK, 40.0, 16.0, recording)
 
 
 def test_settings() -> None:
@@ -41,9 +33,9 @@ def test_settings() -> None:
     assert (correction_basis.LOADED_REACH, correction_basis.LOADS_VARY) == (30.0, 0.02)
 
 
-def test_basis_over_what_was_touched(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_basis_over_what_was_touched() -> None:
     """From the first touch less the last element to the last touch less the first element."""
-    found = basis(monkeypatch)
+    found = basis()
     np.testing.assert_allclose(found.element_deg, ELEMENT)
     assert (found.reference_load, found.widest) == (40.0, 16.0)
     assert found.load_mean == pytest.approx(1.25) and found.load_sd == pytest.approx(np.std([0.5, 1, 1.5, 2]))
@@ -55,9 +47,9 @@ def test_basis_over_what_was_touched(monkeypatch: pytest.MonkeyPatch) -> None:
         np.testing.assert_allclose(own(at), SmoothBasis.of(-15 - element, 30 - element, 9.0)(at), rtol=1e-9, atol=1e-12)
 
 
-def test_columns(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_columns() -> None:
     """In proportion to load and peak; wide contacts by P R over a flat's; the load about its mean."""
-    made = basis(monkeypatch)
+    made = basis()
     parts = made.columns(RADIUS, ANGLE, LOAD)
     assert list(parts) == ["shared", "own", "wide", "loaded"]
     for t in range(4):
@@ -80,9 +72,9 @@ def test_columns(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize(("spread", "there"), [(0.0199, False), (0.0201, True)])
-def test_loads_that_hardly_vary_tell_nothing(monkeypatch: pytest.MonkeyPatch, spread: float, there: bool) -> None:
+def test_loads_that_hardly_vary_tell_nothing(spread: float, there: bool) -> None:
     load = 40 * (1 + spread * np.array([1.0, -1.0, 1.0, -1.0]))
-    assert ("loaded" in basis(monkeypatch, load).columns(RADIUS, ANGLE, load)) == there
+    assert ("loaded" in basis(load).columns(RADIUS, ANGLE, load)) == there
 
 
 def test_columns_of_a_chosen_correction() -> None:
@@ -91,26 +83,3 @@ def test_columns_of_a_chosen_correction() -> None:
     made: Any = SimpleNamespace(columns=lambda *where: parts)
     chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
     np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
-
-
-@pytest.mark.parametrize(("slope", "chosen"), [(0.0, None), (400.0, 0.03)])
-def test_a_correction_that_gains_nothing_is_none(
-    monkeypatch: pytest.MonkeyPatch, slope: float, chosen: float | None
-) -> None:
-    """Information 1e4: a slope of 400 is a weight of 0.04 with sd 0.01; none, no correction."""
-    made = SimpleNamespace(columns=lambda *where: {"a": np.ones((1, 2, 1))})
-    score = Score(np.array([slope]), np.array([[1e4]]), np.array([1e4]))
-    monkeypatch.setattr(correction_basis, "FingerCorrectionBasis", SimpleNamespace(of=lambda fitted: made))
-    monkeypatch.setattr(correction_basis, "where_of", lambda fitted: ())
-    monkeypatch.setattr(correction_basis, "Scorer", lambda linear: SimpleNamespace(of_columns=lambda columns: score))
-    monkeypatch.setattr(correction_basis, "functions_of", lambda *given: given[-1])
-    monkeypatch.setattr(correction_basis, "with_functions", lambda linear, functions: ("with", functions))
-    monkeypatch.setattr(correction_basis, "replace", lambda one, linear: (one, linear))
-    whitening = SimpleNamespace(columns=lambda raw: raw)
-    fitted: Any = SimpleNamespace(model=None, vector=None, linear=None, whitening=whitening, drifts=())
-    found: Any = fit_correction(fitted)
-    if chosen is None:
-        assert found is None
-    else:
-        assert found[0].sizes == {"a": chosen} and found[0].gain > 0
-        np.testing.assert_allclose(found[1][1], chosen * np.ones((1, 2, 1)))
