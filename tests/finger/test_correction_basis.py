@@ -11,6 +11,7 @@ import pytest
 from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.finger import correction_basis
 from bayestouch.finger.correction_basis import FingerCorrectionBasis
+from bayestouch.model.correction import Correction
 
 ELEMENT, PEAK = np.array([-10.0, 5.0, 20.0]), np.array([3.0, 4.0, 5.0])
 ANGLE, LOAD, RADIUS = (
@@ -74,3 +75,11 @@ def test_columns() -> None:
 def test_loads_that_hardly_vary_tell_nothing(spread: float, there: bool) -> None:
     load = 40 * (1 + spread * np.array([1.0, -1.0, 1.0, -1.0]))
     assert ("loaded" in basis(load).columns(RADIUS, ANGLE, load)) == there
+
+
+def test_columns_of_a_chosen_correction() -> None:
+    """Each part at its size; those of none are left out."""
+    parts = {"a": np.ones((2, 3, 1)), "b": np.full((1, 3, 1), 5.0), "c": np.full((1, 3, 1), 7.0)}
+    made: Any = SimpleNamespace(columns=lambda *where: parts)
+    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
+    np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from bayestouch.model import correction
-from bayestouch.model.correction import SIZES, Correction, _best_sizes, _gain, fit_correction
+from bayestouch.model.correction import SIZES, _best_sizes, _gain, fit_correction
 from bayestouch.model.linear import Score
 
 SLOPE, INFORMATION = np.array([60.0, -150.0]), np.array([[400.0, 100.0], [100.0, 900.0]])
@@ -43,14 +43,6 @@ def test_sizes_of_the_parts_of_a_correction() -> None:
     assert tuple(sizes) == best and gain == pytest.approx(evidence(slope, information, np.array(best)[part]))
     nothing, gain = _best_sizes(Score(np.zeros(3), information, np.ones(3)), part, 2)
     assert not nothing.any() and gain == 0.0
-
-
-def test_columns_of_a_chosen_correction() -> None:
-    """Each part at its size; those of none are left out."""
-    parts = {"a": np.ones((2, 3, 1)), "b": np.full((1, 3, 1), 5.0), "c": np.full((1, 3, 1), 7.0)}
-    made: Any = SimpleNamespace(columns=lambda *where: parts)
-    chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
-    np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
 
 
 @pytest.mark.parametrize(("slope", "chosen"), [(0.0, None), (400.0, 0.03)])

@@ -7,11 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from bayestouch.model import split_data
+from bayestouch.finger import body as finger
+from bayestouch.model import split_data as data
 from bayestouch.model.split_data import _known, remarks_on
+from bayestouch.pad import body as pad
 
 NAN = np.nan
-FINGER, PAD = ("indenter_radius_mm", "angle_deg"), ("x_mm", "y_mm")
+FINGER, PAD = finger.BODY.references, pad.BODY.references
 
 
 def table(**changes: Any) -> Any:
@@ -31,7 +33,7 @@ def table(**changes: Any) -> Any:
 
 
 def test_settings() -> None:
-    assert (split_data.ENOUGH_READ, split_data.ENOUGH_CALIBRATION, split_data.BLOCKS) == (20, 40, 40)
+    assert (data.ENOUGH_READ, data.ENOUGH_CALIBRATION, data.BLOCKS) == (20, 40, 40)
 
 
 def test_touches_with_every_reference() -> None:
