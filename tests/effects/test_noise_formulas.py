@@ -112,3 +112,14 @@ def test_a_drift_of_zeros_is_in_peaks_and_one_of_gains_in_signals() -> None:
     np.testing.assert_array_equal(gains.scale(replace(recording, signal=SIGNAL * PEAK)), SIGNAL * PEAK)
     assert zeros.own((0.01, 60.0))
     assert gains.own((0.01, 60.0, 1.0)) and not gains.own((0.01, 60.0, 0.0))
+
+
+def test_what_is_left_of_an_elements_own_noise() -> None:
+    """The pooled variance less the mean of what is added: over readings that are there, and never below a floor."""
+    signal = np.array([[1.0, 0.5, 1.0], [0.5, -0.25, 0.0], [0.25, 0.25, 1.0]])
+    z = np.array([[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [1.0, np.nan, 1.0]])
+    scatter = Scatter(z, signal, np.array([0.1, 0.05, 0.01]), np.ones(3))
+    # (0.05/sd)² times the mean of |signal|: 0.25 · 7/12, 1 · 3/8, 25 · 2/3.
+    np.testing.assert_allclose(SignalDependentNoise().own(scatter, (0.05, 0.5)), [1 - 1.75 / 12, 1 - 0.375, 0.02])
+    # 1 - 0.01 (0.5/sd)²: 1 - 0.25, 1 - 1 and below.
+    np.testing.assert_allclose(Outliers().own(scatter, (0.01, 0.5)), [0.75, 0.005, 0.005])
