@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from bayestouch.reading.fault_kinds import ColumnFault
 from bayestouch.reading.faults import SensorCheck
+
+# Settings of a result that say how many touches were checked, and what was found.
+_CHECKED = "touches_checked"
+_FAULTS = _LEFT_OUT, _FORCE, _ORDER, _WIDENED = "elements_left_out", "force_sensor", "element_order", "noise_widened"
 
 
 def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
@@ -39,18 +45,23 @@ def fault_notes(check: SensorCheck, load_unit: str) -> tuple[str, ...]:
     return tuple(f"sensor check ({check.touches} touches): {note}" for note in notes)
 
 
+def is_sound(settings: Mapping[str, str | float]) -> bool:
+    """True if the settings of a result say that the check of the sensor found no fault."""
+    return _CHECKED in settings and not any(key in settings for key in _FAULTS)
+
+
 def fault_settings(check: SensorCheck) -> dict[str, str | float]:
     """Result of the check as settings of a result."""
     m = len(check.order)
-    found: dict[str, str | float] = {"touches_checked": float(check.touches)}
+    found: dict[str, str | float] = {_CHECKED: float(check.touches)}
     if check.left_out.any():
-        found["elements_left_out"] = " ".join(_name(int(column)) for column in np.flatnonzero(check.left_out))
+        found[_LEFT_OUT] = " ".join(_name(int(column)) for column in np.flatnonzero(check.left_out))
     if check.force_left_out:
-        found["force_sensor"] = "left out"
+        found[_FORCE] = "left out"
     if (check.order != np.arange(m)).any():
-        found["element_order"] = " ".join(_name(int(column)) for column in check.order)
+        found[_ORDER] = " ".join(_name(int(column)) for column in check.order)
     if check.excess > 1:
-        found["noise_widened"] = check.excess
+        found[_WIDENED] = check.excess
     return found
 
 

@@ -11,6 +11,7 @@ from study_modules import study
 import bayestouch
 from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
+from bayestouch.reading.fault_notes import is_sound
 from bayestouch.reading.fault_tests import FEWEST
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
@@ -137,6 +138,13 @@ def test_missing_readings_and_loads_are_no_faults(sound: tuple[Calibration, Touc
     holes = np.where(rng.random(touches.readings.shape) < 0.2, np.nan, touches.readings)
     assert found(infer(sound, readings=holes, load=np.full(touches.n_rows, np.nan))) == []
     assert found(infer(sound, readings=changed(sound, 3, np.nan))) == []
+
+
+def test_a_sound_sensor_is_said_to_be_sound(sound: tuple[Calibration, Touches]) -> None:
+    """By the settings of the result; one that was not checked is not."""
+    assert is_sound(infer(sound).settings)
+    assert not is_sound({})
+    assert not is_sound(infer(sound, readings=changed(sound, 3, 0.0)).settings)
 
 
 def test_what_was_found_is_kept_in_the_file(sound: tuple[Calibration, Touches], tmp_path: Path) -> None:
