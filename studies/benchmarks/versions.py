@@ -1,0 +1,97 @@
+"""Time of the verbs in two checkouts of the project, run in turn on the same data: the ratio of processor times.
+
+Each verb runs in a process of its own, in one checkout and then in the other, so many times; medians are compared.
+The data are a simulated finger without an effect and one with cross-talk, written once by this checkout. Loading the
+data is not counted; importing what a verb needs is.
+
+    git worktree add ../before COMMIT
+    python studies/benchmarks/versions.py ../before
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import click
+
+import bayestouch
+
+HERE = Path(__file__).resolve().parents[2]
+TOUCHES = 4800
+CASES = {
+    "calibrate": ("finger", "bayestouch.calibrate(data)"),
+    "calibrate, cross-talk": ("crosstalk", "bayestouch.calibrate(data)"),
+    f"infer {TOUCHES} touches, importance": ("many", "infer('importance')"),
+    f"infer {TOUCHES} touches, emcee": ("many", "infer('emcee')"),
+    "diagnose": ("finger", "bayestouch.diagnose(data)"),
+    "diagnose, cross-talk": ("crosstalk", "bayestouch.diagnose(data)"),
+    "report": ("finger", "bayestouch.report(data, 'report', diagnosis=False)"),
+}
+PROGRAM = """
+import sys, time
+import bayestouch
+
+data = bayestouch.load_dataset(sys.argv[1])
+infer = None
+if "infer" in sys.argv[2]:
+    calibration = bayestouch.load(sys.argv[3])
+    infer = lambda method: bayestouch.infer(data.touches, calibration, method=method, workers=1, draws=1024)
+began = time.process_time()
+eval(sys.argv[2])
+print(time.process_time() - began)
+"""
+
+
+def prepare(folder: Path) -> None:
+    """Write the data sets, and a calibration that both checkouts read."""
+    design = bayestouch.FingerDesign()
+    dataset = bayestouch.simulate(design, seed=3).dataset
+    bayestouch.save_dataset(dataset, folder / "finger")
+    bayestouch.save_dataset(
+        bayestouch.simulate(design, effects={"crosstalk": 0.04}, seed=3).dataset, folder / "crosstalk"
+    )
+    bayestouch.calibrate(dataset).save(folder / "calibration.nc")
+    tips = tuple(float(r) for r in range(1, 41))
+    many = bayestouch.FingerDesign(touch_radii_mm=tips, samples_per_touch=1, touch_step_deg=0.5)
+    touches = bayestouch.simulate(many, seed=4).dataset
+    ids = touches.touches.touch
+    kept = touches.touches.select(ids < sorted(set(ids.tolist()))[min(TOUCHES, len(set(ids.tolist())) - 1)])
+    bayestouch.save_dataset(bayestouch.DataSet(touches.sensor, touches.calibration, kept), folder / "many")
+
+
+def seconds(checkout: Path, folder: Path, case: str) -> float:
+    """Processor time of a verb in a checkout."""
+    data, call = CASES[case]
+    environment = os.environ | {"PYTHONPATH": str(checkout), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", PROGRAM, str(folder / data), call, str(folder / "calibration.nc")]
+    with tempfile.TemporaryDirectory() as work:
+        done = subprocess.run(command, env=environment, cwd=work, capture_output=True, text=True, check=False)
+    if done.returncode:
+        raise click.ClickException(f"{case} in {checkout}: {done.stderr.strip().splitlines()[-1]}")
+    return float(done.stdout.split()[-1])
+
+
+@click.command()
+@click.argument("before", type=click.Path(exists=True, file_okay=False, path_type=Path))
+@click.option("--repeats", default=3, show_default=True)
+@click.option("--only", help="Cases whose name begins so.")
+def main(before: Path, repeats: int, only: str | None) -> None:
+    """Compare this checkout with the one at BEFORE."""
+    with tempfile.TemporaryDirectory() as folder:
+        prepare(Path(folder))
+        print(f"{'processor seconds, medians':38s}{'before':>9s}{'now':>9s}{'ratio':>8s}")
+        for case in CASES:
+            if only and not case.startswith(only):
+                continue
+            runs = [[seconds(tree, Path(folder), case) for tree in (before.resolve(), HERE)] for _ in range(repeats)]
+            old, new = (statistics.median(one) for one in zip(*runs, strict=True))
+            print(f"{case:38s}{old:9.2f}{new:9.2f}{new / old:8.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
