@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ import bayestouch
 from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
 from bayestouch.reading.fault_notes import is_sound
-from bayestouch.reading.fault_tests import FEWEST
+from bayestouch.reading.fault_tests import FEWEST, SensorMisfit
+from bayestouch.reading.faults import _failed_tests, find_faults
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
 
@@ -186,3 +188,50 @@ def test_study_of_faults_runs(capsys: pytest.CaptureFixture[str], monkeypatch: p
         # 61 touches: two standard errors are 8 per cent
         assert rows[name]["after"].min() > 80
         assert rows[name]["before"].min() < rows[name]["after"].min() - 5
+
+
+@dataclass
+class Fitted:
+    """Twelve touches of two elements and a force sensor: residuals of so many standard deviations, in turn ±.
+
+    Every column should read 20, and its scale is 40. The residuals are the same in any order of the elements.
+    """
+
+    sizes: tuple[float, float, float]
+    columns: np.ndarray
+    few: bool = False
+
+    def with_order(self, order: np.ndarray) -> Fitted:
+        return self
+
+    def __call__(self, out: np.ndarray) -> SensorMisfit:
+        sign = np.where(np.arange(12) % 2, -1.0, 1.0)[:, None]
+        used = np.tile(~out, (12, 1))
+        return SensorMisfit(
+            score=sign * np.array(self.sizes) * used,
+            information=used.astype(float),
+            signal=np.full((12, 3), 20.0),
+            signal_sd=np.zeros((12, 3)),
+            shared=lambda direction: np.zeros(3),
+            discrepancy=np.zeros(3),
+            scale=np.full(3, 40.0),
+        )
+
+
+def test_a_force_sensor_that_no_factor_corrects_puts_the_whole_sensor_in_doubt() -> None:
+    """Its loads are 0 and 40 in turn in place of 20: more likely the elements, off by 1.5 sd, are at fault."""
+    columns = np.full((12, 3), 20.0)
+    columns[:, 2] = np.tile([0.0, 40.0], 6)
+    check = find_faults(Fitted((1.5, 1.5, 9.0), columns))
+    assert check.faults == () and not check.force_left_out
+    assert check.excess == pytest.approx(1.5)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "few", "misfits"),
+    [(2.1, 2.1, True, True), (2.4, 1.0, True, False), (2.1, 2.1, False, False)],
+)
+def test_columns_that_agree_may_misfit_together(first: float, second: float, few: bool, misfits: bool) -> None:
+    """Of few elements, where all together are off by more than 2 sd: 2.1 here, else sqrt((2.4² + 1)/2) = 1.8."""
+    fitted = Fitted((first, second, 1.0), np.full((12, 3), 20.0), few)
+    assert (_failed_tests(fitted, np.zeros(3, dtype=bool)) is not None) == misfits
