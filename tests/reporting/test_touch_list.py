@@ -1,0 +1,33 @@
+"""Touches that the interactive figures show: an even selection of many, all of a few."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.reporting.touch_list import about_touches
+
+
+def evidence(count: int) -> Any:
+    rows = SimpleNamespace(
+        touch=np.arange(count),
+        radius_mm=np.zeros(count),
+        observed=np.ones((count, 1)),
+        predicted=np.zeros((count, 1)),
+        sd=np.ones((count, 1)),
+    )
+    posterior = {name: np.zeros((1, 2, count)) for name in ("x", "P")}
+    return SimpleNamespace(posteriors=SimpleNamespace(rows=rows, posterior=posterior, parameters=()))
+
+
+@pytest.mark.parametrize(("count", "shown"), [(3, 3), (480, 480), (961, 480)])
+def test_shown_touches_reach_from_the_first_to_the_last(count: int, shown: int) -> None:
+    found = about_touches(evidence(count))
+    assert found["of"] == count
+    assert len(found["touch"]) == len(found["indenter"]) == len(found["residuals"]) == shown
+    assert found["touch"][0] == 0 and found["touch"][-1] == count - 1
+    # one of two, or the one after it where rounding says so
+    assert np.diff(found["touch"]).max() <= -(-(count - 1) // (shown - 1))
