@@ -1,0 +1,41 @@
+"""The likelihood of outliers with the mean of a touch integrated out, against normal integrals in closed form."""
+
+from __future__ import annotations
+
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.model.noise_search import TouchScatter
+from bayestouch.model.outlier_likelihood import OutlierLikelihood
+
+
+def scatter(z: list[float]) -> Any:
+    """One touch of one element, whose noise is 0.5 of the peak."""
+    n = len(z)
+    made = object.__new__(TouchScatter)
+    values = {"z": np.array(z)[:, None], "sd": np.array([0.5]), "weight": np.ones(n), "touch": np.zeros(n, dtype=int)}
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
+    return made
+
+
+def integral(z: np.ndarray, variances: np.ndarray) -> float:
+    """Of the product of exp(-(z - mean)²/2v)/sqrt(v) over the mean: sqrt(2π/Σ1/v) exp(-Σ(z - weighted mean)²/2v)."""
+    weight = 1 / variances
+    about = z - weight @ z / weight.sum()
+    return float(np.sqrt(weight.prod()) * np.sqrt(2 * np.pi / weight.sum()) * np.exp(-0.5 * weight @ about**2))
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.1])
+def test_mean_of_a_touch_is_integrated_out(probability: float) -> None:
+    """Each of five samples is usual, or wrong with the variance 0.8 + (1/0.5)² = 4.8: all 32 ways, summed."""
+    z = [-1.2, 0.3, 0.1, 0.9, -0.4]
+    wanted = 0.0
+    for wrong in product((False, True), repeat=5):
+        share = np.where(wrong, probability, 1 - probability).prod()
+        wanted += float(share) * integral(np.array(z), np.where(wrong, 4.8, 0.8))
+    found = OutlierLikelihood.of(scatter(z))((probability, 1.0), np.array([0.8]))
+    assert found == pytest.approx(np.array([np.log(wanted)]), abs=1e-4)
