@@ -12,7 +12,8 @@ import bayestouch
 from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
 from bayestouch.reading.fault_notes import is_sound
-from bayestouch.reading.fault_tests import FEWEST
+from bayestouch.reading.fault_tests import FEWEST, SensorMisfit
+from bayestouch.reading.faults import _root_mean_squares
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
 
@@ -186,3 +187,18 @@ def test_study_of_faults_runs(capsys: pytest.CaptureFixture[str], monkeypatch: p
         # 61 touches: two standard errors are 8 per cent
         assert rows[name]["after"].min() > 80
         assert rows[name]["before"].min() < rows[name]["after"].min() - 5
+
+
+def test_misfit_of_a_single_informative_reading_is_that_reading() -> None:
+    """A residual of three standard deviations, the only one, is a root mean square of three, not a share of it."""
+    misfit = SensorMisfit(
+        score=np.array([[6.0, 5.0, 9.0]]),
+        # the second element has no reading, and the force sensor does not count among the elements
+        information=np.array([[4.0, 0.0, 1.0]]),
+        signal=np.ones((1, 3)),
+        signal_sd=np.zeros((1, 3)),
+        shared=lambda _: np.zeros(3),
+        discrepancy=np.zeros(3),
+        scale=np.ones(3),
+    )
+    assert _root_mean_squares(misfit) == pytest.approx((3.0, 3.0))
