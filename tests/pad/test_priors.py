@@ -27,7 +27,7 @@ def test_every_element_needs_a_reading_more_than_it_has_unknowns() -> None:
     kernel, both = GaussianKernel(6.0), np.array([True, True])
     check_identifiable(line_of_touches((8, 4)), kernel, both)
     few = line_of_touches((8, 3))
-    with pytest.raises(InputError, match="3 calibration touches have a reading.*at least 4") as caught:
+    with pytest.raises(InputError, match=r"3 calibration touches have a reading.*at least 4") as caught:
         check_identifiable(few, kernel, both)
     assert caught.value.column == "e02"
     check_identifiable(few, kernel, np.array([True, False]))
