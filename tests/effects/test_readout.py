@@ -30,13 +30,13 @@ def recording(signal: list[float], before: list[float]) -> Recording:
 @pytest.mark.parametrize(
     ("effect", "values"),
     [
-        (GainNonlinearity(), np.array([0.2, 1.5])),
-        (Saturation(), np.array([0.8, 8.0, 0.5])),
-        (Creep(()), np.array([0.3, 1.5])),
-        (Memory((), 3.0), np.array([0.1, 4.0, 0.5])),
+        (GainNonlinearity(), (0.2, 1.5)),
+        (Saturation(), (0.8, 8.0, 0.5)),
+        (Creep(()), (0.3, 1.5)),
+        (Memory((), 3.0), (0.1, 4.0, 0.5)),
     ],
 )
-def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values: np.ndarray) -> None:
+def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values: tuple[float, ...]) -> None:
     """So says `mixes`, on which derivatives by the signal rely that are taken for all elements at once."""
     first = effect.signal(recording([2.0, 3.0], [1.0, 2.0]), values)[0]
     second = effect.signal(recording([2.0, 1.0], [1.0, 0.5]), values)[0]

@@ -18,7 +18,7 @@ def line_of_touches(read: tuple[int, ...]) -> TouchMeans:
     unknown = np.full(t, np.nan)
     return TouchMeans(
         np.arange(t), readings, np.isfinite(readings).astype(np.int64), np.full(m, np.nan), np.zeros(m),
-        np.ones(t), unknown, unknown, unknown, None, np.arange(t) * 1.0, None,
+        np.ones(t), unknown, unknown, unknown, None, np.linspace(0, 7, t), None,
     )  # fmt: skip
 
 
