@@ -70,7 +70,8 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
     signal = np.nan_to_num(0.5 * (last.readings + first.readings))[several]
     # Readings far below the element's largest tell of offsets rather than of creep.
     signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
-    weight = 1 / np.maximum(np.abs(signal).max(axis=0), 1e-300) ** 2
+    # Elements without a signal have weights that are finite, so that they add nothing and spoil nothing.
+    weight = 1 / np.maximum(np.abs(signal).max(axis=0), 1e-150) ** 2
     across, along = (weight * change * signal).sum(axis=1), (weight * signal * signal).sum(axis=1)
     if along.sum() == 0:
         return "mean", ""

@@ -14,7 +14,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import StatedModel
 from bayestouch.reading.fault_notes import is_sound
 from bayestouch.reading.fault_tests import FEWEST, SensorMisfit
-from bayestouch.reading.faults import _failed_tests, find_faults
+from bayestouch.reading.faults import _failed_tests, _root_mean_squares, find_faults
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation import FingerDesign, simulate
 
@@ -235,3 +235,18 @@ def test_columns_that_agree_may_misfit_together(first: float, second: float, few
     """Of few elements, where all together are off by more than 2 sd: 2.1 here, else sqrt((2.4² + 1)/2) = 1.8."""
     fitted = Fitted((first, second, 1.0), np.full((12, 3), 20.0), few)
     assert (_failed_tests(fitted, np.zeros(3, dtype=bool)) is not None) == misfits
+
+
+def test_misfit_of_a_single_informative_reading_is_that_reading() -> None:
+    """A residual of three standard deviations, the only one, is a root mean square of three, not a share of it."""
+    misfit = SensorMisfit(
+        score=np.array([[6.0, 5.0, 9.0]]),
+        # the second element has no reading, and the force sensor does not count among the elements
+        information=np.array([[4.0, 0.0, 1.0]]),
+        signal=np.ones((1, 3)),
+        signal_sd=np.zeros((1, 3)),
+        shared=lambda _: np.zeros(3),
+        discrepancy=np.zeros(3),
+        scale=np.ones(3),
+    )
+    assert _root_mean_squares(misfit) == pytest.approx((3.0, 3.0))

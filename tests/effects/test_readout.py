@@ -1,0 +1,45 @@
+"""Effects of the readout: each element on its own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bayestouch.chain.recording import History, Recording
+from bayestouch.effects.effect import Effect
+from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
+
+
+def recording(signal: list[float], before: list[float]) -> Recording:
+    """One row of two elements, 2 s into its touch, after a touch that ended 3 s before it began."""
+    one = np.zeros(1)
+    return Recording(
+        indenter_radius_mm=one,
+        place=(one,),
+        load=one,
+        signal=np.array([signal]),
+        held_s=np.array([2.0]),
+        element_place=(np.zeros(2),),
+        reference_load=1.0,
+        time_s=np.array([10.0]),
+        peak=np.array([3.0, 4.0]),
+        history=History(np.array([1.0]), np.array([5.0]), np.array([before])),
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"),
+    [
+        (GainNonlinearity(), (0.2, 1.5)),
+        (Saturation(), (0.8, 8.0, 0.5)),
+        (Creep(()), (0.3, 1.5)),
+        (Memory((), 3.0), (0.1, 4.0, 0.5)),
+    ],
+)
+def test_signal_of_one_element_does_not_reach_the_others(effect: Effect, values: tuple[float, ...]) -> None:
+    """So says `mixes`, on which derivatives by the signal rely that are taken for all elements at once."""
+    first = effect.signal(recording([2.0, 3.0], [1.0, 2.0]), values)[0]
+    second = effect.signal(recording([2.0, 1.0], [1.0, 0.5]), values)[0]
+    assert first[0] == second[0] != 2.0
+    assert first[1] != second[1]
+    assert not effect.mixes
