@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -83,3 +84,9 @@ def test_columns_of_a_chosen_correction() -> None:
     made: Any = SimpleNamespace(columns=lambda *where: parts)
     chosen = Correction(made, {"a": 0.1, "b": 0.0, "c": 0.03}, 1.0, None)  # type: ignore[arg-type]
     np.testing.assert_allclose(chosen.columns()[:, 0, 0], [0.1, 0.1, 0.21])
+
+
+def test_loads_that_vary_by_just_the_limit_tell_nothing() -> None:
+    """More than the limit is asked for."""
+    at_limit = replace(basis(), load_sd=correction_basis.LOADS_VARY)
+    assert "loaded" not in at_limit.columns(RADIUS, ANGLE, LOAD)

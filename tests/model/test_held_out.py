@@ -132,3 +132,19 @@ def test_touches_without_wrong_readings(monkeypatch: pytest.MonkeyPatch) -> None
     assert seen == [("from table", "sd", "peak", (0.1, 0.2))]
     noise.effects = noise.effects[:1]
     assert module.without_wrong_readings(SimpleNamespace(noise=noise), observed) is observed  # type: ignore[arg-type]
+
+
+def test_weights_of_a_correction_follow_those_of_the_drifts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two drifts, and a correction of one function: 2 a + 3 b + 5 c, where the fit's own list has all three."""
+    drifts = np.array([[[1.0, 0.0]], [[0.0, 1.0]]])
+    own = np.array([[[10.0, 100.0]]])
+    monkeypatch.setattr(module, "drift_columns", lambda model, vector, drifts_: drifts)
+    monkeypatch.setattr(module, "weights_of", lambda fitted: (np.array([5.0]), np.array([[7.0]])))
+    model = SimpleNamespace(observing=lambda observed: model, correction_inputs=lambda vector: (1, 2))
+    fitted: Any = SimpleNamespace(
+        model=model, vector=None, drifts=(), linear=SimpleNamespace(weights=lambda: np.array([2.0, 3.0, 5.0]))
+    )
+    correction: Any = SimpleNamespace(columns=lambda *inputs: own)
+    total, functions = module.functions_at(fitted, correction, SimpleNamespace())  # type: ignore[arg-type]
+    np.testing.assert_allclose(total, [[52.0, 503.0]])
+    assert functions.shape == (3, 1, 2)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from bayestouch.diagnosis.outcome import VERDICTS
-from bayestouch.reporting.verdict import _fix, _trusted
+from bayestouch.reporting.verdict import _fix, _gain, _trusted
 
 LIMITS = {"low": 0.9, "high": 1.1, "expected": 1.0}
 
@@ -82,3 +82,13 @@ def test_the_last_row_has_the_same_verdict() -> None:
     beyond = numbers(diagnosis("adequate", lack_of_fit=1.5), lack_of_fit=1.0)
     assert _fix(beyond)["short"] == "Something that no known effect explains"
     assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing that was looked for"
+
+
+def test_prediction_errors_are_stated_to_two_digits() -> None:
+    """More digits than two would be noise; one would hide what a small effect gains."""
+    found = {
+        "before": {"prediction_error_percent_peak": 3.14159},
+        "after": {"prediction_error_percent_peak": 1.2345},
+        "correction": None,
+    }
+    assert _gain(found) == " (3.1 % of the peak falls to 1.2 %)"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,6 +13,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.effects.effect import Effect
 from bayestouch.finger.reading import touches_with_effects as module
 from bayestouch.finger.reading.effects import EffectContext
+from bayestouch.finger.reading.reader import TouchReadings
 
 MODE = np.array([[0.3, 0.1, 20.0], [0.6, -0.2, 50.0]])
 PLACES = np.array([0.0, 0.2])
@@ -144,3 +146,48 @@ def test_columns_of_drifts(monkeypatch: pytest.MonkeyPatch, own: bool) -> None:
         np.testing.assert_array_equal(found[1], [[0, 0, 0, 0], [0, 0, 300, 400]])
     else:
         np.testing.assert_array_equal(found, [[[1, 2], [10, 20]], [[0, 0], [300, 400]]])
+
+
+@pytest.mark.parametrize(("drifts", "shift"), [((), 0.0), (("one",), 0.25)])
+def test_drifts_are_looked_for_only_where_there_are_any(
+    monkeypatch: pytest.MonkeyPatch, drifts: tuple[str, ...], shift: float
+) -> None:
+    """Loads are set right in both cases; what drifts add to a reading, 0.25, is taken only where one is listed."""
+
+    @dataclass
+    class Posterior:
+        chain: Any
+        touches: Any
+        priors: Any
+        whitener: Any
+        table: Any
+
+        def radius(self, logit: np.ndarray) -> np.ndarray:
+            return logit
+
+    one, many = np.ones((2, 2)), np.zeros((2, 2, 2))
+    monkeypatch.setattr(EffectContext, "covariance", lambda *given: many)
+    stubs: dict[str, Any] = {
+        "timed_scale_and_shift": lambda *given: (one, 0 * one),
+        "timed_slopes": lambda *given: np.zeros((0, 2, 2, 2)),
+        "changes_load": lambda chain: True,
+        "true_loads": lambda chain, angle, load, sd: (load + 1.0, sd),
+        "FingerPosterior": Posterior,
+        "noise_whitener": lambda *given: None,
+        "full_whitener": lambda *given: None,
+        "with_whitener": lambda posterior, whitener: posterior,
+        "find_modes": lambda posterior, start: (MODE, None),
+        "_evidence": lambda *given: SimpleNamespace(about_addition=lambda: (None, None)),
+        "_predicted": lambda *given: None,
+        "_columns": lambda *given: None,
+        "drift_of_others": lambda *given: (0.25 * one, many),
+    }
+    for name, stub in stubs.items():
+        monkeypatch.setattr(module, name, stub)
+    readings = TouchReadings(one, np.full((2, 2), 4), np.array([20.0, 30.0]), np.ones(2))
+    chain: Any = SimpleNamespace(vector=None, listed=SimpleNamespace(drifts=drifts))
+    sampler: Any = SimpleNamespace(noise=None, chain=None, priors=None, table=None)
+    found = module.prepare(readings, None, chain, sampler, plug_in=True)  # type: ignore[arg-type]
+    assert isinstance(found.context, EffectContext)
+    np.testing.assert_array_equal(found.context.shift, np.full((2, 2), shift))
+    np.testing.assert_array_equal(found.load, [21.0, 31.0])

@@ -1,0 +1,15 @@
+"""The object that a diagnosis returns."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+from bayestouch.diagnosis.result import Diagnosis
+
+
+def test_a_diagnosis_can_be_a_key() -> None:
+    """It holds mappings and arrays, which have no hash: it counts as itself, whatever another one contains."""
+    part: Any = SimpleNamespace()
+    one, other = (Diagnosis({"verdict": "adequate"}, part, part, {}, part) for _ in range(2))
+    assert {one: 1, other: 2}[one] == 1

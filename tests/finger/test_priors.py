@@ -1,0 +1,22 @@
+"""What tables and files say of a finger's parameters and their priors."""
+
+from __future__ import annotations
+
+import pytest
+
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.priors.parameters import LogNormal, Normal, Prior
+
+
+@pytest.mark.parametrize(
+    ("stated", "said"),
+    [
+        (None, "noise of one raw reading (prior in units of 1 % of the element's peak)"),
+        (LogNormal(0.1, 0.5), "noise of one raw reading"),
+    ],
+)
+def test_a_prior_of_the_noise_that_was_not_stated_is_in_units_of_the_peak(stated: Prior | None, said: str) -> None:
+    """A stated one is in the unit of the readings, which needs no words."""
+    priors = FingerPriors(LogNormal(8.0, 0.1), Normal(0.0, 3.0), Normal(0.45, 0.02), LogNormal(1.0, 0.3), noise=stated)
+    described = {each.name: each.description for each in priors.parameters("mV", discrepancy=False)}
+    assert described["noise_sd"] == said
