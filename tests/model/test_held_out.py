@@ -140,7 +140,7 @@ def test_weights_of_a_correction_follow_those_of_the_drifts(monkeypatch: pytest.
     own = np.array([[[10.0, 100.0]]])
     monkeypatch.setattr(module, "drift_columns", lambda model, vector, drifts_: drifts)
     monkeypatch.setattr(module, "weights_of", lambda fitted: (np.array([5.0]), np.array([[7.0]])))
-    model = SimpleNamespace(observing=lambda observed: model, correction_inputs=lambda vector: (1, 2))
+    model: Any = SimpleNamespace(observing=lambda observed: model, correction_inputs=lambda vector: (1, 2))
     fitted: Any = SimpleNamespace(
         model=model, vector=None, drifts=(), linear=SimpleNamespace(weights=lambda: np.array([2.0, 3.0, 5.0]))
     )
