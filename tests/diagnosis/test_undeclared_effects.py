@@ -19,7 +19,6 @@ from independent.sizes import OutOfReach
 from independent.unlisted import PLACED
 
 import bayestouch
-from bayestouch.calibration.with_effects import calibrate_with_effects
 from bayestouch.contact import composite_radius
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.chain_with_effects import ChainWithEffects
@@ -73,7 +72,7 @@ def test_touches_are_read_as_they_were_fitted_where_a_correction_stands_beside_a
     wanted = [(EFFECTS[key], 3.0) for key in keys]
     dataset = bayestouch.load_dataset(write(simulate(SMALL, wanted, SEED), tmp_path / "finger"))
     model = StatedModel("finger", "layer", (("crosstalk", {}),), correction=True)
-    calibration = calibrate_with_effects(dataset, model, draws=200, seed=0, progress=None)
+    calibration = bayestouch.calibrate(dataset, model=model, draws=200)
     affected, rows = ChainWithEffects.of(calibration), calibration.rows
     assert affected.correction_table is not None and affected.correction_table.loaded.any()
     touch = composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), rows.load
