@@ -9,7 +9,7 @@ import numpy as np
 
 mpl.use("Agg")
 import matplotlib.pyplot as plt
-from _error_rate_tables import Record, alike, at_least, of_kind, said
+from _error_rate_tables import Record, at_least, indistinguishable, of_kind, said
 
 BLUE, ORANGE, GREY = "#1f6fb4", "#d9730d", "#8a8a8a"
 
@@ -41,15 +41,19 @@ def detection(ones: list[Record]) -> plt.Figure:
     rows = -(-len(names) // 5)
     figure, axes = plt.subplots(rows, 5, figsize=(13, 2.3 * rows), sharex=True, sharey=True, layout="constrained")
     for axis, name in zip(axes.flat, names, strict=False):
-        shares: dict[str, list[float]] = {"seen": [], "named": [], "alike": []}
+        shares: dict[str, list[float]] = {"seen": [], "named": [], "indistinguishable": []}
         for size in sizes:
             here = [r for r in ones if r["names"][0] == name and r["effects"][0][1] == size]
             named = [said(r) == name for r in here]
             shares["seen"].append(_mean([r["diagnosis"]["verdict"] != "adequate" for r in here]))
             shares["named"].append(_mean(named))
-            shares["alike"].append(_mean([n or name in alike(r) for n, r in zip(named, here, strict=True)]))
+            shares["indistinguishable"].append(
+                _mean([n or name in indistinguishable(r) for n, r in zip(named, here, strict=True)])
+            )
         axis.plot(sizes, shares["seen"], "o--", color=GREY, label="not called adequate")
-        axis.plot(sizes, shares["alike"], "s:", color=ORANGE, label="named first or declared alike")
+        axis.plot(
+            sizes, shares["indistinguishable"], "s:", color=ORANGE, label="named first or declared indistinguishable"
+        )
         axis.plot(sizes, shares["named"], "o-", color=BLUE, label="named first")
         axis.axhline(0.9, color="black", lw=0.6)
         axis.set(title=name.replace("_", " "), xscale="log", ylim=(-0.05, 1.05))

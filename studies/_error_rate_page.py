@@ -16,7 +16,7 @@ from _error_rate_tables import (
     found,
     is_member,
     is_named,
-    is_named_or_alike,
+    is_named_or_indistinguishable,
     named_first,
     of_kind,
     print_tables,
@@ -231,7 +231,11 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
     return [
         count("no effect: `adequate`", plain, says("adequate"), "95 %"),
         *by_form("size 1 and above: named first", large, is_named, "90 %"),
-        count("size 1 and above: named first, or indistinguishable from what was named", large, is_named_or_alike),
+        count(
+            "size 1 and above: named first, or indistinguishable from what was named",
+            large,
+            is_named_or_indistinguishable,
+        ),
         *by_form("pairs, size 1.5 each: both found", two, lambda r: set(r["names"]) <= set(found(r)), "80 %"),
         count("outside the catalogue: `unattributed`", outside, says("unattributed"), "90 %"),
         count("... and half of the held-out excess or more corrected", outside, lambda r: excess_cut(r) >= 0.5),

@@ -43,7 +43,7 @@ def said(record: Record) -> str:
     return names[0] if names else str(record["diagnosis"]["verdict"])
 
 
-def alike(record: Record) -> set[str]:
+def indistinguishable(record: Record) -> set[str]:
     """Effects that the data could not tell from one that was added."""
     return {name for effect in record["diagnosis"]["effects"] for name in effect.get("indistinguishable_from", ())}
 
@@ -64,9 +64,9 @@ def is_named(record: Record) -> bool:
     return said(record) == record["names"][0]
 
 
-def is_named_or_alike(record: Record) -> bool:
+def is_named_or_indistinguishable(record: Record) -> bool:
     """The same, or declared indistinguishable from what was named."""
-    return is_named(record) or record["names"][0] in alike(record)
+    return is_named(record) or record["names"][0] in indistinguishable(record)
 
 
 def is_member(record: Record) -> bool:
@@ -96,7 +96,7 @@ def detection(records: list[Record]) -> None:
     """Detected (anything but adequate), named first, named first or not told from what was, by form and size."""
     ones = of_kind(records, "one")
     sizes = sorted({record["effects"][0][1] for record in ones})
-    print("detected / named first / named first or declared alike, by size (noise of an averaged touch)")
+    print("detected / named first / named first or declared indistinguishable, by size (noise of an averaged touch)")
     print("* forms that the catalogue's formula can be")
     print(f"{'':42s}" + "".join(f"{size:>22g}" for size in sizes))
     forms = sorted({record["effects"][0][0] for record in ones}, key=list(EFFECTS).index)
@@ -107,7 +107,7 @@ def detection(records: list[Record]) -> None:
             counts = (
                 rate(here, lambda r: r["diagnosis"]["verdict"] != "adequate"),
                 rate(here, is_named),
-                rate(here, is_named_or_alike),
+                rate(here, is_named_or_indistinguishable),
             )
             cells.append(" ".join(f"{count:>6s}" for count in counts))
         star = " *" if form != "all" and EFFECTS[form].in_catalogue else ""

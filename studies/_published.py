@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from _page import RELIABILITY, docs_of, put_into_page
 
 from bayestouch.output.pictures import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, SKY
 from bayestouch.reliability.comparison import Beside, shown_number
@@ -53,6 +55,20 @@ def options(description: str | None, arguments: list[str] | None = None) -> tupl
     parser.add_argument("--no-pictures", action="store_true")
     chosen = parser.parse_args(arguments)
     return chosen.small, None if chosen.no_pictures else chosen.folder
+
+
+def run_study(
+    main: Callable[[bool, Path | None], Any], description: str | None, script: str, for_the_page: Callable[[Any], str]
+) -> None:
+    """Run a study with the options of the command line.
+
+    With ``--docs``, the tables that `for_the_page` makes of its result are written into docs/reliability.md.
+    """
+    docs, arguments = docs_of(sys.argv[1:])
+    found = main(*options(description, arguments))
+    # Without the measured data a study finds nothing.
+    if docs and found:
+        put_into_page(script, for_the_page(found), RELIABILITY)
 
 
 def figure(columns: int = 1, rows: int = 1, **changes: Any) -> tuple[Any, Any]:

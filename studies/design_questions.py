@@ -9,7 +9,6 @@ that stays the same as a strain. Last a pad of two rows of four barometers (`pad
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -18,8 +17,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from _page import RELIABILITY, docs_of, markdown_table, put_into_page
-from _published import figure, options, plain_ticks, save
+from _page import markdown_table
+from _published import figure, plain_ticks, run_study, save
 from nicolson_fearing.paper_design import indenter, paper_design
 from nicolson_fearing.paper_finger import MISFIT_PERCENT
 
@@ -228,7 +227,4 @@ def main(small: bool = False, folder: Path | None = None) -> Answers:
 
 
 if __name__ == "__main__":
-    docs, arguments = docs_of(sys.argv[1:])
-    answers = main(*options(__doc__, arguments))
-    if docs:
-        put_into_page("design_questions.py", for_the_page(answers), RELIABILITY)
+    run_study(main, __doc__, "design_questions.py", for_the_page)

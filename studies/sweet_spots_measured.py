@@ -11,7 +11,6 @@ Half of the locations calibrate, the others are read. Location takes the place o
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -20,8 +19,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from _page import RELIABILITY, docs_of, markdown_table, put_into_page
-from _published import figure, options, plain_ticks, rms, save
+from _page import markdown_table
+from _published import figure, plain_ticks, rms, run_study, save
 from scipy.spatial import cKDTree
 from scipy.stats import spearmanr
 
@@ -284,7 +283,4 @@ def main(small: bool = False, folder: Path | None = None) -> list[PadResult]:
 
 
 if __name__ == "__main__":
-    docs, arguments = docs_of(sys.argv[1:])
-    pads = main(*options(__doc__, arguments))
-    if docs and pads:
-        put_into_page("sweet_spots_measured.py", for_the_page(pads), RELIABILITY)
+    run_study(main, __doc__, "sweet_spots_measured.py", for_the_page)

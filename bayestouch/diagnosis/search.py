@@ -43,7 +43,7 @@ TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
 # Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
-ALIKE = 2.0
+INDISTINGUISHABLE = 2.0
 # A cause is preferred to a random function of time if it explains this share of what that explains of the means.
 NEARLY = 0.9
 # A random function of time is one of place if less than this share of it is distinct from the model.
@@ -266,7 +266,7 @@ def _as_good(other: Tried, best: Tried) -> bool:
     if other.difference is None or best.difference is None:
         return False
     gain, error = paired(best.difference - other.difference)
-    return gain < ALIKE * error
+    return gain < INDISTINGUISHABLE * error
 
 
 def _schwarz_criterion(tried: Tried) -> float:

@@ -1,4 +1,4 @@
-"""Effects of the noise: readings scatter in other ways than independently and alike."""
+"""Effects of the noise: readings scatter in other ways than independently and identically."""
 
 from __future__ import annotations
 

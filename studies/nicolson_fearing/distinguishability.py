@@ -10,7 +10,6 @@ Table 1 reports (which no averaging removes), and of Figure 4's deep sensor.
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -19,8 +18,8 @@ from pathlib import Path
 
 import _path  # noqa: F401
 import numpy as np
-from _page import RELIABILITY, docs_of, markdown_table, put_into_page
-from _published import Beside, figure, options, plain_ticks, print_beside, save
+from _page import markdown_table
+from _published import Beside, figure, plain_ticks, print_beside, run_study, save
 from figure_4 import deep_finger
 from scipy.special import ndtr, ndtri
 
@@ -273,7 +272,4 @@ def main(small: bool = False, folder: Path | None = None) -> list[Beside]:
 
 
 if __name__ == "__main__":
-    docs, arguments = docs_of(sys.argv[1:])
-    main(*options(__doc__, arguments))
-    if docs:
-        put_into_page("nicolson_fearing/distinguishability.py", for_the_page(), RELIABILITY)
+    run_study(main, __doc__, "nicolson_fearing/distinguishability.py", lambda _: for_the_page())

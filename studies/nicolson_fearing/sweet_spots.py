@@ -20,15 +20,14 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import json
-import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import _path  # noqa: F401
 import numpy as np
-from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
-from _published import figure, options, save
+from _page import ends, markdown_table
+from _published import figure, run_study, save
 
 from bayestouch import infer, load_dataset, simulate
 from bayestouch.chain.noise import Noise
@@ -353,7 +352,4 @@ def main(
 
 
 if __name__ == "__main__":
-    docs, arguments = docs_of(sys.argv[1:])
-    answers = main(*options(__doc__, arguments))
-    if docs:
-        put_into_page("nicolson_fearing/sweet_spots.py", for_the_page(*answers), RELIABILITY)
+    run_study(main, __doc__, "nicolson_fearing/sweet_spots.py", lambda found: for_the_page(*found))

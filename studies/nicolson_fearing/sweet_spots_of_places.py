@@ -10,7 +10,6 @@ practice/finger-a.
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
@@ -20,8 +19,8 @@ from pathlib import Path
 
 import _path  # noqa: F401
 import numpy as np
-from _page import RELIABILITY, docs_of, ends, markdown_table, put_into_page
-from _published import figure, options, rms, save
+from _page import ends, markdown_table
+from _published import figure, rms, run_study, save
 
 from bayestouch import load_dataset, simulate
 from bayestouch.data.averages import average
@@ -164,7 +163,4 @@ def main(small: bool = False, folder: Path | None = None) -> dict[str, list[Fore
 
 
 if __name__ == "__main__":
-    docs, arguments = docs_of(sys.argv[1:])
-    kinds = main(*options(__doc__, arguments))
-    if docs:
-        put_into_page("nicolson_fearing/sweet_spots_of_places.py", for_the_page(kinds), RELIABILITY)
+    run_study(main, __doc__, "nicolson_fearing/sweet_spots_of_places.py", for_the_page)

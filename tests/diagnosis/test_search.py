@@ -37,7 +37,7 @@ def one_round(added: Tried | None, best_share: float = 100.0, **changes: Any) ->
 def test_settings() -> None:
     """What docs/diagnose.md says of the search rests on these."""
     assert (search.CHANCE, search.ERRORS, search.MATERIAL, search.SHARE) == (0.01, 3.0, 0.1, 0.3)
-    assert (search.TOGETHER, search.TOGETHER_RANDOM, search.ALIKE, search.NEARLY) == (0.75, 0.6, 2.0, 0.9)
+    assert (search.TOGETHER, search.TOGETHER_RANDOM, search.INDISTINGUISHABLE, search.NEARLY) == (0.75, 0.6, 2.0, 0.9)
     assert (search.LEADING, search.MOST_EFFECTS, search.OTHER_STARTS, search.VISIBLE) == (5, 4, 2, 0.2)
 
 
