@@ -143,6 +143,10 @@ class PadEffects:
         """True load (n,), of loads as the force sensor reads them; NaN stays."""
         return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
 
+    def acting_of_pressed(self, load: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        return self._posed(load, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
     def as_read(self, acting: FloatArray) -> FloatArray:
         """Load as the force sensor reads it, of loads as they act, any shape: inverse of `acting`, where that rises."""
         return self._inverse(acting, self._corrected)
