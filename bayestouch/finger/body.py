@@ -35,11 +35,17 @@ def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
 
 
 def _calibrate(
-    dataset: DataSet, *, contact: str, e_map: str, priors: Mapping[str, Prior] | None, **common: Any
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str,
+    priors: Mapping[str, Prior] | None,
+    groups: tuple[str, ...],
+    **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, groups=groups, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -66,6 +72,7 @@ BODY = Body(
         "contact": Option("layer"),
         "e_map": Option("model", ("model", "empirical")),
         "priors": Option(),
+        "groups": Option(()),
         "each_sample": Option(False),
         "method": Option("emcee"),
         "indenter": Option(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,12 +19,14 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of, public_noise
 from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.requested import requested_groups
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
 
 
@@ -36,6 +38,7 @@ def calibrate_finger(
     draws: int,
     seed: int,
     stated: Mapping[str, Prior] | None = None,
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
@@ -68,6 +71,7 @@ def calibrate_finger(
         draws=draws,
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        groups=groups,
         progress=progress,
     )
     return calibration if e_map == "model" else _with_identified_map(calibration, fit)
@@ -84,6 +88,7 @@ def finger_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> Calibration:
     """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
@@ -102,7 +107,7 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
+    draws, seed, groups, progress
         As of `bayestouch.calibrate`.
     notes : tuple of str
         For the report; what the touches cannot tell of the noise is added to them.
@@ -148,6 +153,10 @@ def finger_calibration(
         },
         extra={} if rest is None else {REST_READING: rest},
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
+        groups={
+            "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+            **requested_groups(fit, vectors, groups, seed, public_draws),
+        },
     )
 
 
