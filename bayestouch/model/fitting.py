@@ -101,7 +101,7 @@ def drift_basis(drift: RandomEffect, values: Values, observed: Observations) -> 
 
 
 def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> FloatArray:
-    """Basis (k, t) or (k, t, m) times `scale` (t, m) as columns (k, t, m), or (m k, t, m) if each element has its own."""
+    """Basis (k, t) or (k, t, m) times `scale` (t, m) as columns (k, t, m); (m k, t, m) if each element has its own."""
     full = basis[:, :, None] * scale if basis.ndim == 2 else basis * scale
     if not own:
         return np.asarray(full)
