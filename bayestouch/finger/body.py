@@ -1,4 +1,4 @@
-"""What the verbs ask of a finger. Everything is imported when it is used."""
+"""The `Body` of fingers. Modules are imported when they are used."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
-    # Errors of loads are no errors of gain: the contact is not linear in the load.
+    # On a finger errors of loads differ from errors of gains: the contact is not linear in the load.
     return {
         "finger": True,
         "element_place": (np.asarray(finger.element_angles_deg, dtype=float),),

@@ -1,4 +1,4 @@
-"""The calibration of a finger as a posterior, ready to be saved and used."""
+"""`Calibration` of a finger without effects."""
 
 from __future__ import annotations
 
@@ -40,8 +40,8 @@ def calibrate_finger(
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
-    The mode and the normal (Laplace) approximation around it come first; emcee then draws from the exact posterior
-    of the chain's parameters and of all noise together, with proposals from that normal.
+    First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
+    joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
@@ -86,26 +86,26 @@ def finger_calibration(
     notes: tuple[str, ...],
     progress: Progress | None = None,
 ) -> Calibration:
-    """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
+    """Calibration of a fitted finger without effects, with posterior draws by emcee.
 
     Parameters
     ----------
     fit : FingerFit
         The fit.
     means : TouchMeans
-        t touches.
+        Mean readings of t touches.
     used : (t,) bool array
-        Those of them that were fitted.
+        Touches that were used in the fit.
     sensor : Sensor
-        A finger as built.
+        The finger, with its nominal dimensions.
     priors : FingerPriors
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
     draws, seed, progress
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     notes : tuple of str
-        For the report; what the touches cannot tell of the noise is added to them.
+        Notes; those on the noise and on touches that are left out are added.
     """
     drawn = sample_fit(fit, draws, seed, progress)
     vectors = drawn.draws[:, :, 0]
@@ -152,7 +152,7 @@ def finger_calibration(
 
 
 def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
-    """The calibration with its E map identified directly, as a regression about the elastic one."""
+    """The calibration with its E map identified by a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
 
     identified = fit_empirical(fit)
@@ -176,13 +176,13 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
 
 
 def layout(n_elements: int) -> tuple[str, ...]:
-    """Names of the rows of a finger's covariance (angles in rad, μ as its logarithm)."""
+    """Names of the rows of the covariance of a finger (angles in rad, μ as its logarithm)."""
     by_element = [f"{name}[{e}]" for name in ("response", "r_s", "theta_s_rad") for e in range(n_elements)]
     return (*by_element, "sigma", "log_mu")
 
 
 def finger_chain(calibration: Calibration) -> FingerChain:
-    """The finger at the mode of its calibration."""
+    """The elastic finger at the mode of its calibration."""
     finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
@@ -204,7 +204,7 @@ def _file(dataset: DataSet) -> str | None:
 
 
 def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
-    """What the touches cannot tell of the noise, so that its prior speaks."""
+    """Notes on the parts of the noise that the touches do not determine and that depend on the prior."""
     notes = []
     if not known.repeated:
         notes.append(
@@ -245,7 +245,7 @@ def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
 
 
 def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, 3 m + 2) of the chain's parameters with responses in place of their logarithms."""
+    """Flat vectors (n, 3 m + 2) of the parameters of the chain, with responses instead of their logarithms."""
     at = fit.likelihood.layout
     linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
     linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
@@ -253,7 +253,7 @@ def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
 
 
 def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
-    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d); gains follow from them."""
+    """Draws of every parameter and of the gains, by name, (chain, draw[, m]), from flat vectors (chain, draw, d)."""
     at = fit.likelihood.layout
     flat = vectors.reshape(-1, vectors.shape[-1])
     response = fit.likelihood.sign * np.exp(flat[:, at.response])

@@ -1,4 +1,4 @@
-"""A correction of a finger's readings by element and location, as a table that a calibration file holds."""
+"""Empirical correction of the readings of a finger by element and location, as a table for a calibration file."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bayestouch.model.fitting import Fitted
 
 PREFIX = "placed_"
 NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
-# Between the locations of a table, degree: features of the strain are some 10° wide.
+# Distance between the locations of a table, degree: features of the strain are about 10° wide.
 STEP_DEG = 0.5
 
 
@@ -26,11 +26,11 @@ class CorrectionTable:
     Attributes
     ----------
     angle_deg : (a,) array
-        Locations, equally spaced.
+        Contact locations, equally spaced, degree.
     even, wide, loaded : (a, m) arrays
-        Readings added for each N/m, and those that come to them times ``P R`` in N and times the load in N/m.
+        The correction is ``P (even + wide P R + loaded P)``, with P in N/m and ``P R`` in N.
     sd : (a, m) array
-        Standard deviation of the addition for each N/m.
+        Standard deviation of the correction per N/m.
     """
 
     angle_deg: FloatArray
@@ -40,12 +40,12 @@ class CorrectionTable:
     sd: FloatArray
 
     def sd_at(self, angle_deg: FloatArray) -> FloatArray:
-        """Standard deviation (n, m) of what is added for each N/m at locations (n,); zero outside the table."""
+        """Standard deviation (n, m) of the correction per N/m at locations (n,), degree; zero outside the table."""
         (sd,) = self._at(angle_deg, self.sd)
         return sd
 
     def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
-        """Tables (a, m) at locations (n,), each (n, m); zero outside."""
+        """Tables (a, m) interpolated at locations (n,), each (n, m); zero outside the table."""
         step = self.angle_deg[1] - self.angle_deg[0]
         place = (np.asarray(angle_deg) - self.angle_deg[0]) / step
         inside = (place >= 0) & (place <= len(self.angle_deg) - 1)
@@ -55,23 +55,23 @@ class CorrectionTable:
         return [np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0) for table in tables]
 
     def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Readings added (n, m) to touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
+        """Correction (n, m) of touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
         even, wide, loaded = self._at(np.degrees(angle), self.even, self.wide, self.loaded)
         share = even + (load * radius_mm / 1000)[:, None] * wide + load[:, None] * loaded
         return np.asarray(load[:, None] * share)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """By name, for a file."""
+        """Arrays by name, for a file."""
         return {PREFIX + name: getattr(self, name) for name in NAMES}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> CorrectionTable | None:
-        """From a file's arrays; None where they hold no correction.
+        """Table from the arrays of a file; None if they have no correction.
 
         Raises
         ------
         InputError
-            They hold a part of one.
+            The correction is incomplete.
         """
         missing = [PREFIX + name for name in NAMES if PREFIX + name not in arrays]
         if len(missing) == len(NAMES):
@@ -82,7 +82,7 @@ class CorrectionTable:
 
 
 def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
-    """The correction of a corrected fit over the locations that were touched."""
+    """The correction of a corrected fit, over the range of its touches."""
     model = finger_model(fitted.model)
     angle = model.correction_inputs(fitted.vector)[1]
     grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, STEP_DEG)
@@ -90,13 +90,13 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     one, outer, load = np.ones(len(grid)), model.finger.outer_radius_mm, model.reference_load
 
     def under(radius: float, load: float) -> FloatArray:
-        """Addition over the load."""
+        """Correction over the load, (a, m)."""
         columns = chosen.columns(radius * one, grid, load * one)
         return np.asarray(np.tensordot(weights, columns, axes=1) / load)
 
     edge = chosen.columns(0 * one, grid, load * one) / load
     even = under(0.0, load)
-    # Columns grow with the load as P and P²: two loads give both.
+    # Columns are a sum of terms in P and P²: two loads give both.
     loaded = (under(0.0, 2 * load) - even) / load
     wide = (under(outer, load) - even) / (load * outer / 1000)
     variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
