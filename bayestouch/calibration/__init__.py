@@ -40,7 +40,9 @@ def calibrate(
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
-        E map of a finger: that of the elastic model (default), or identified directly about it.
+        E map of a finger: that of the elastic model (default), or identified directly about it. With effects they are
+        fitted with the elastic model first, and the map is identified from what the body did; a correction of the model
+        is then left out, because the map holds it.
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
@@ -82,8 +84,6 @@ def calibrate(
             own = body.own({**given, "contact": contact or model.contact or None})
         if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
-        if own.pop("e_map", None) == "empirical":
-            raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
         return calibrate_with_effects(dataset, model, **own, **common)

@@ -20,6 +20,7 @@ from bayestouch.finger.noise import noise_of, public_noise
 from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
+from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
@@ -70,7 +71,7 @@ def calibrate_finger(
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
         progress=progress,
     )
-    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+    return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
 def finger_calibration(
@@ -151,11 +152,16 @@ def finger_calibration(
     )
 
 
-def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
-    """The calibration with its E map identified by a regression about the elastic one."""
+def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
+    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
+    from bayestouch.finger.empirical.with_effects import identify_beside_effects
 
-    identified = fit_empirical(fit)
+    if isinstance(fit, FingerFit):
+        identified = fit_empirical(fit)
+    else:
+        shared = slice(3 * calibration.sensor.n_elements, None)
+        identified = identify_beside_effects(fit, calibration.noise, calibration.covariance[shared, shared])
     lack_of_fit = float(np.nanmean(identified.lack_of_fit))
     notes = calibration.notes
     if lack_of_fit > 1.5:

@@ -13,6 +13,8 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.derivatives import by_signal
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.reader import TouchContext
 from bayestouch.model.observations import Observations, UntimedTouches
@@ -102,8 +104,12 @@ class EffectContext:
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
         model = self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
-        vector = self.effects_chain.vector[self._static_rows]
-        signal = model.predict(vector).touches
+        vector, identified = self.effects_chain.vector[self._static_rows], self.effects_chain.identified
+        if identified is None:
+            recording = model.signal(vector)
+        else:
+            recording = replace(model.poses(vector), signal=identified.chain.series(radius_mm, angle, load))
+        signal = model.readings(recording, vector).touches
         total = self.extra + self.effects_chain.listed.noise.covariance(signal, model.peak, self.reads)
         correction_table = self.effects_chain.correction_table
         if correction_table is not None:
@@ -111,6 +117,8 @@ class EffectContext:
             total = total + ((load[:, None] * sd) ** 2)[:, :, None] * np.eye(signal.shape[1])
         if self.exact:
             return total
+        if identified is not None:
+            return np.asarray(total + self._spread_of_map(identified, recording, model))
         static, _ = model.derivatives(vector)
         jacobian = np.empty((len(self.effects_chain.vector), *signal.shape))
         jacobian[self._static_rows] = static * self.scale
@@ -121,6 +129,27 @@ class EffectContext:
         )
         spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
         return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
+
+    def _spread_of_map(self, identified: EmpiricalCalibration, recording: Recording, model: FingerModel) -> FloatArray:
+        """Covariance (t, m, m) of the readings that an identified map leaves, with the effects."""
+        assert model.pose is not None
+        vector, n_elements = self.effects_chain.vector[self._static_rows], model.n_elements
+        own, shared = identified.signal_spread(*model.pose)
+        jacobian = by_signal(model, recording, vector)
+        rows = np.einsum("tij,stj->sti", jacobian, shared)
+        for place in range(model.n_base, len(vector)):
+            up, down, step = model.about_value(vector, place)
+            moved = model.readings(recording, up).touches - model.readings(recording, down).touches
+            rows[self._static_rows[place] - 3 * n_elements] += moved / (2 * step)
+        rows *= self.scale
+        signal = model.readings(recording, vector).touches
+        for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
+            rows[row - 3 * n_elements] += factor * signal + addition
+        scaled = self.scale[:, :, None] * jacobian
+        of_own = np.einsum("tij,tj,tkj->tik", scaled, own, scaled, optimize=True)
+        return np.asarray(
+            of_own + np.einsum("sti,su,utj->tij", rows, identified.contact_covariance, rows, optimize=True)
+        )
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

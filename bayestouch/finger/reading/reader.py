@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -42,8 +41,17 @@ class CalibratedFinger(Protocol):
         """Name of the contact model."""
         ...
 
+    @property
+    def finite_strain(self) -> float:
+        """Fraction of the finite strain in the readings; 0 where they are in proportion to the load."""
+        ...
+
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Readings (..., m) under touches of composite radius R (mm), location (rad) and load (N/m)."""
+        ...
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """The part of them due to finite strain."""
         ...
 
 
@@ -191,7 +199,7 @@ class FingerPosterior:
             rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
             rows *= load.astype(np.float32).reshape(-1, 1)
             rows = rows.reshape(*load.shape, -1)
-            if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
+            if self.chain.finite_strain:
                 rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
             rows = self.effects_chain(rows, radius, angle, load, blocks)
             rows -= readings.astype(np.float32)

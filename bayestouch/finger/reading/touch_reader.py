@@ -223,6 +223,7 @@ def _model(
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 
-        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        identified = None if effects_chain is None else effects_chain.identified
+        empirical = identified or EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
