@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bayestouch.effects import Setting, catalogue
 from bayestouch.errors import InputError
@@ -26,7 +27,13 @@ from bayestouch.results.objects import Calibration
 
 
 def begin(
-    data: SplitData, *, contact: str, draws: int, seed: int, priors: Mapping[str, Prior] | None = None
+    data: SplitData,
+    *,
+    contact: str,
+    draws: int,
+    seed: int,
+    priors: Mapping[str, Prior] | None = None,
+    moves: Any = None,
 ) -> Beginning:
     """Fit a finger without effects, with priors that may be stated.
 
@@ -35,6 +42,8 @@ def begin(
     InputError
         As `bayestouch.finger.start.finger_start`; or a prior is stated that a fit with effects does not have.
     """
+    if moves is not None:
+        raise InputError("moves: a calibration with effects is not drawn by emcee")
     if priors and "discrepancy_sd" in priors:
         raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)

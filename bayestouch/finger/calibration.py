@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +38,7 @@ def calibrate_finger(
     seed: int,
     stated: Mapping[str, Prior] | None = None,
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
@@ -69,6 +71,7 @@ def calibrate_finger(
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
         progress=progress,
+        moves=moves,
     )
     return calibration if e_map == "model" else _with_identified_map(calibration, fit)
 
@@ -85,6 +88,7 @@ def finger_calibration(
     seed: int,
     notes: tuple[str, ...],
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
 
@@ -102,12 +106,12 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
+    draws, seed, progress, moves
         As of `bayestouch.calibrate`.
     notes : tuple of str
         For the report; what the touches cannot tell of the noise is added to them.
     """
-    drawn = sample_fit(fit, draws, seed, progress)
+    drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None

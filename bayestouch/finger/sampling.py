@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -88,8 +89,13 @@ class PosteriorMap:
         return np.asarray(np.exp(2 * vectors[:, at.noise]) * share)
 
 
-def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None = None) -> BlockDraws:
-    """Draw flat vectors (see `FlatLayout`) from the exact posterior: one block, proposals normal in `PosteriorMap`."""
+def sample_fit(
+    fit: FingerFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
+) -> BlockDraws:
+    """Draw flat vectors (see `FlatLayout`) from the exact posterior: one block, proposals normal in `PosteriorMap`.
+
+    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers are drawn in the same map.
+    """
     density, to_vectors = FingerDensity.of(fit), PosteriorMap.of(fit)
     layout, shape, n = fit.likelihood.layout, fit.noise_shape, fit.likelihood.layout.n_chain
     centre = np.concatenate([np.zeros(n), shape.centre])
@@ -102,7 +108,7 @@ def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None 
 
     proposal = StudentT.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(THIN):
+    for attempt, thin in enumerate(THIN if moves is None else (1,)):
         drawn = sample_blocks(
             log_density,
             proposal,
@@ -111,6 +117,7 @@ def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None 
             seed=seed,
             # One round: the first shape is as good as it gets in so many dimensions, and the grade says how good.
             rounds=1,
+            moves=moves,
             progress=_part(progress, attempt),
         )
         kept, _ = to_vectors(drawn.draws[:, ::thin])
