@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bayestouch.effects import Setting, catalogue
 from bayestouch.errors import InputError
@@ -33,7 +34,7 @@ def begin(
     draws: int,
     seed: int,
     priors: Mapping[str, Prior] | None = None,
-    e_map: str = MODEL_MAP,
+    moves: Any = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
 
@@ -42,6 +43,8 @@ def begin(
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
+    if moves is not None:
+        raise InputError("moves: a calibration with effects is not drawn by emcee")
     if priors and "discrepancy_sd" in priors:
         raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)

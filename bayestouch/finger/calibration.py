@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +39,7 @@ def calibrate_finger(
     seed: int,
     stated: Mapping[str, Prior] | None = None,
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
@@ -70,6 +72,7 @@ def calibrate_finger(
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
         progress=progress,
+        moves=moves,
     )
     return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
@@ -86,6 +89,7 @@ def finger_calibration(
     seed: int,
     notes: tuple[str, ...],
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibration of a fitted finger without effects, with posterior draws by emcee.
 
@@ -103,12 +107,12 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
-        As in `bayestouch.calibrate`.
+    draws, seed, progress, moves
+        As of `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     """
-    drawn = sample_fit(fit, draws, seed, progress)
+    drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None
