@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -66,6 +66,10 @@ class TouchContext(Protocol):
         """The touches of several contexts of the same effects, of which this is one."""
         ...
 
+    def without_loads(self) -> TouchContext:
+        """The same as if errors of corrected loads were independent of what is expected of the readings."""
+        ...
+
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
@@ -108,6 +112,10 @@ class TouchReadings:
         """Some of the touches."""
         context = None if self.context is None else self.context.select(index)
         return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], context)
+
+    def with_independent_loads(self) -> TouchReadings:
+        """The same with errors of the loads that say nothing of the readings: loads can then be left out."""
+        return self if self.context is None else replace(self, context=self.context.without_loads())
 
 
 @dataclass(frozen=True)
