@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.density import NUMBERS_HELD, FingerDensity
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.layout import FlatPrior
+from bayestouch.finger.public import public_draws
 
 #: Arrays by group and variable, (chain, draw, ...).
 Requested = dict[str, dict[str, FloatArray]]
@@ -20,7 +21,6 @@ def requested_groups(
     vectors: FloatArray,
     groups: Sequence[str],
     seed: int,
-    public_draws: Callable[[FingerFit, FloatArray], dict[str, FloatArray]],
 ) -> Requested:
     """Groups of a calibration, among those of `bayestouch.results.schema.GROUPS`.
 
@@ -38,8 +38,6 @@ def requested_groups(
         Names of the groups.
     seed : int
         Seed of the run.
-    public_draws : callable
-        Parameters by public name, from flat vectors (chain, draw, d).
     """
     if not groups:
         return {}

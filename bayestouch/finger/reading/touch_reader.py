@@ -23,7 +23,8 @@ from bayestouch.finger.reading.misfit import FingerMisfit
 from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
-from bayestouch.finger.reading.touches_with_effects import changes_load, observe, prepare
+from bayestouch.finger.reading.touches_with_effects import observe, prepare
+from bayestouch.finger.reading.true_load import changes_load
 from bayestouch.model.observations import Observations
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
@@ -152,7 +153,7 @@ class FingerTouchReader:
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:
         """Fits of the touches for the check of the sensor, whatever indenters may have made them."""
-        sampler, readings = self.sampler, block.readings
+        sampler, readings = self.sampler, block.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)
         return FingerMisfit(
@@ -232,6 +233,7 @@ def _model(
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 
-        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        identified = None if effects_chain is None else effects_chain.identified
+        empirical = identified or EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)
