@@ -221,7 +221,7 @@ class FingerPosterior:
         rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
         rows *= load.astype(np.float32).reshape(-1, 1)
         rows = rows.reshape(*load.shape, -1)
-        if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
+        if self.chain.finite_strain:
             rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
         return self.effects_chain(rows, radius, angle, load, blocks)
 
