@@ -27,6 +27,7 @@ def calibrate(
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
     model: StatedModel | None = None,
+    moves: Any = None,
     draws: int = 1000,
     seed: int = 0,
     progress: Progress | None = None,
@@ -54,6 +55,9 @@ def calibrate(
         Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
         the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
         `contact`, where it is given, stands in for that of the model.
+    moves : emcee.moves.Move or list, optional
+        Moves of emcee for a finger, as `emcee.EnsembleSampler` takes them, in place of independence chains. Ensembles
+        of walkers take much longer: minutes for sixteen elements.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -74,7 +78,7 @@ def calibrate(
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
     body = body_of(dataset.sensor)
-    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel}
+    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel, "moves": moves}
     own = body.own(given)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):

@@ -14,7 +14,7 @@ from bayestouch.effects.random import RandomEffect
 
 
 def of_chain(effects: Iterable[Effect]) -> tuple[Effect, ...]:
-    """Those whose values are parameters of the chain."""
+    """Effects whose values are parameters of the chain: neither drifts nor noise effects."""
     return tuple(each for each in effects if not isinstance(each, RandomEffect | NoiseEffect))
 
 
@@ -24,5 +24,5 @@ def of_time(effects: Iterable[Effect]) -> tuple[RandomEffect, ...]:
 
 
 def of_noise(effects: Iterable[Effect]) -> tuple[NoiseEffect, ...]:
-    """Effects of the noise."""
+    """Noise effects."""
     return tuple(each for each in effects if isinstance(each, NoiseEffect))

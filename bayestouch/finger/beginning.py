@@ -1,9 +1,10 @@
-"""Where a fit of a finger with effects begins, and what is made of such a fit."""
+"""Start of fits of a finger with effects, and the results that are computed from a fit."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from bayestouch.effects import Setting, catalogue
 from bayestouch.errors import InputError
@@ -34,14 +35,17 @@ def begin(
     seed: int,
     priors: Mapping[str, Prior] | None = None,
     e_map: str = MODEL_MAP,
+    moves: Any = None,
 ) -> Beginning:
-    """Fit a finger without effects, with priors that may be stated.
+    """Fit of a finger without effects, with default or stated priors.
 
     Raises
     ------
     InputError
-        As `bayestouch.finger.start.finger_start`; or a prior is stated that a fit with effects does not have.
+        For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
+    if moves is not None:
+        raise InputError("moves: a calibration with effects is not drawn by emcee")
     if priors and "discrepancy_sd" in priors:
         raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
@@ -58,15 +62,15 @@ class FingerEvaluation:
     Attributes
     ----------
     data : SplitData
-        Touches.
+        Training and held-out touches.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     observed : Observations or None
         Held-out touches.
     start : FingerStart
         The fits without effects.
     draws, seed : int
-        Of the calibrations.
+        Number of draws and seed of the calibrations.
     priors : mapping of str to Prior, or None
         Those that were stated.
     e_map : str
@@ -83,7 +87,7 @@ class FingerEvaluation:
     e_map: str = MODEL_MAP
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate` for the same touches."""
+        """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
         data = self.data
         if not added and correction is None:
             calibration = finger_calibration(
@@ -113,7 +117,7 @@ class FingerEvaluation:
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
-        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""
         return (
             None
             if self.observed is None
@@ -121,5 +125,5 @@ class FingerEvaluation:
         )
 
     def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
-        """The held-out touches read as unknown, by `infer`, and their errors."""
+        """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
         return read_held_out(infer, calibration, self.data, held, seed=self.seed)

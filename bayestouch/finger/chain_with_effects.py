@@ -1,4 +1,4 @@
-"""The chain of a finger's calibration with effects, rebuilt from the calibration."""
+"""The chain of a finger with effects, from its calibration."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ class ChainWithEffects:
     Attributes
     ----------
     model : FingerModel
-        Without touches.
+        The model, without touches.
     vector : (d,) array
-        Its parameters at the mode.
+        Parameters at the mode.
     covariance : (d, d) array
-        Their covariance.
+        Covariance of the parameters.
     listed : EffectList
         All effects.
     values : mapping of str to tuple of float
-        Values of every effect by its name.
+        Values of every effect, by its name.
     correction_table : CorrectionTable or None
         A correction by element and relative location, without a cause.
     identified : EmpiricalCalibration or None
@@ -52,7 +52,7 @@ class ChainWithEffects:
 
     @classmethod
     def of(cls, calibration: Calibration) -> ChainWithEffects:
-        """Rebuild it from a calibration."""
+        """The chain of a calibration with effects."""
         from bayestouch.finger.calibration import finger_chain
 
         finger = finger_of(calibration.sensor)
@@ -103,5 +103,5 @@ class ChainWithEffects:
         )
 
     def static(self) -> FingerModel:
-        """The model with those effects only that are the same in all samples."""
+        """The model with only those effects that are equal in all samples of a touch."""
         return replace(self.model, effects=tuple(e for e in self.model.effects if not e.needs_samples))
