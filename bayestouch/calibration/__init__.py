@@ -1,4 +1,4 @@
-"""Calibrate: the sensor is unknown, the touches are known."""
+"""Calibration of a sensor from known touches."""
 
 from __future__ import annotations
 
@@ -45,13 +45,13 @@ def calibrate(
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
         Priors of a finger's parameters in place of the default ones, by name: ``sigma``, ``mu`` (MPa), ``r_s`` (mm),
-        ``theta_s`` (departure from the angle as built, degree), ``response`` (its size, reading per N/m),
+        ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
         Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
         the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
-        `contact`, where it is given, stands in for that of the model.
+        If `contact` is given, it replaces that of the model.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -66,7 +66,7 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, a prior contradicts what is possible or how the finger was built, or the
+        If an option does not fit the body, a prior contradicts the possible range or the nominal geometry, or the
         touches cannot identify the parameters.
     """
     if draws < 8:

@@ -1,4 +1,4 @@
-"""Calibrations with effects that are stated, not searched for."""
+"""Calibration of a sensor with stated effects."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ def calibrate_with_effects(
     Parameters
     ----------
     dataset, draws, seed, progress
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     model : StatedModel
-        Effects, with the values that fits start from.
+        Effects, with the starting values of fits.
     options
-        Those of the body: contact and priors of a finger, kernel of a pad.
+        Options of the body: contact and priors of a finger, kernel of a pad.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
+        For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
     """
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
@@ -76,7 +76,7 @@ def calibrate_with_effects(
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model with one more effect, fitted from stated values where there are such."""
+    """The model fitted with one more effect, from stated starting values if there are any."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")

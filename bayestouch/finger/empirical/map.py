@@ -1,4 +1,4 @@
-"""The posterior of an identified E map: what it predicts and how surely."""
+"""The posterior of an identified E map: predicted readings and their covariance."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from bayestouch.chain.empirical import EmpiricalFingerChain, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 
-# Central differences. Readings are smooth on these scales; the one over log μ spans a knot of the contact's table.
+# Steps of central differences. Readings are smooth on these scales; the step in log μ spans a knot of the contact.
 STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class ContactNeighbours:
-    """Fingers a step to either side in σ or log μ; κ = P R/μ makes a step in log μ one in the radius."""
+    """Fingers at one step to both sides in σ or log μ; since κ = P R/μ, a step in log μ is a step in the radius."""
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
     step: float
@@ -47,13 +47,13 @@ class EmpiricalCalibration:
     chain : EmpiricalFingerChain
         The finger with the posterior mean of E.
     covariance : (m, p, p) array
-        Of each row of E, at σ and μ of the model calibration.
+        Covariance of each row of E, at σ and μ of the model calibration.
     by_contact : (2, m, p) array
-        Change of E, refitted, with σ and log μ of the contact.
+        Derivative of the fitted E over σ and log μ of the contact.
     contact_covariance : (2, 2) array
-        Of σ and log μ.
+        Covariance of σ and log μ.
     noise : Noise
-        What neither repeats nor the map explain is its discrepancy.
+        Noise of the readings; its discrepancy is the error that neither repeats nor the map explain.
     """
 
     chain: EmpiricalFingerChain
@@ -63,10 +63,10 @@ class EmpiricalCalibration:
     noise: Noise
 
     def reading_covariance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Covariance of the readings of each touch that the calibration leaves, (t, m, m).
+        """Covariance of the readings of each touch due to the calibration, (t, m, m).
 
-        Takes the place of `bayestouch.finger.reading.covariance.reading_covariance`. Elements share σ and μ;
-        the rest of it is each element's own.
+        It replaces `bayestouch.finger.reading.covariance.reading_covariance`. Only σ and μ are shared by the elements;
+        the other parameters are independent between elements.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class EmpiricalCalibration:
         return contact_neighbours(self.chain.elastic)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """What `from_arrays` needs beside the elastic chain and the noise, by name: for a calibration's `extra`."""
+        """Arrays by name, for `extra` of a calibration; `from_arrays` reads them."""
         return {
             "empirical_map": self.chain.e_matrix,
             "empirical_covariance": self.covariance,
@@ -106,7 +106,7 @@ class EmpiricalCalibration:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray], elastic: FingerChain, noise: Noise) -> EmpiricalCalibration:
-        """Put together again what `arrays` took apart."""
+        """Posterior from the result of `arrays`, the elastic chain and the noise."""
         return cls(
             chain=EmpiricalFingerChain(elastic, np.asarray(arrays["empirical_map"])),
             covariance=np.asarray(arrays["empirical_covariance"]),
