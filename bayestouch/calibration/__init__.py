@@ -83,7 +83,7 @@ def calibrate(
         if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
         if own.pop("e_map", None) == "empirical":
-            raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
+            raise InputError("e_map: an E map can be identified only for a model without effects")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
         return calibrate_with_effects(dataset, model, **own, **common)

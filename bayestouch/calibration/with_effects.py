@@ -67,7 +67,7 @@ def calibrate_with_effects(
     if model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("a correction was asked for, but these touches show nothing to correct",)
+            notes = ("the model states a correction, but these touches show no error to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
@@ -83,7 +83,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
     if isinstance(effect, NoiseEffect):
         scored = score_noise(fitted, (effect,))
         if not scored:
-            raise InputError(f"{effect.name} shows in repeats only, and no touch was read twice")
+            raise InputError(f"{effect.name} can be observed only in repeats, and no touch was read twice")
         found = settled_noise(fitted, scored[0])
         return with_noise(fitted, found), found
     if isinstance(effect, RandomEffect):

@@ -36,7 +36,7 @@ def begin(
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
     if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
+        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None

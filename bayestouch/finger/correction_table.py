@@ -77,7 +77,7 @@ class CorrectionTable:
         if len(missing) == len(NAMES):
             return None
         if missing:
-            raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
+            raise InputError("missing in the correction: made by another version, calibrate again", column=missing[0])
         return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in NAMES})
 
 
