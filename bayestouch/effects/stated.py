@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bayestouch.data.sensor import BODIES
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.errors import InputError, shown
@@ -27,7 +28,7 @@ class StatedModel:
     Attributes
     ----------
     body : str
-        ``"finger"`` or ``"pad"``.
+        Kind of body, as in ``sensor.toml``.
     contact : str
         Base contact model of a finger; ``""`` on a pad.
     effects : tuple of (name, mapping of parameter to value)
@@ -75,10 +76,11 @@ class StatedModel:
         correction = content.get("correction", False)
         if not isinstance(correction, bool):
             raise InputError(f"expected true or false, got {shown(correction)}", column="correction")
-        body = content.get("body", "finger")
-        if body not in ("finger", "pad"):
-            raise InputError(f'expected "finger" or "pad", got {shown(body)}', column="body")
-        contact = content.get("contact", "layer" if body == "finger" else "")
+        body = content.get("body", next(iter(BODIES)))
+        if body not in tuple(BODIES):
+            kinds = " or ".join(f'"{kind}"' for kind in BODIES)
+            raise InputError(f"expected {kinds}, got {shown(body)}", column="body")
+        contact = content.get("contact", BODIES[body].default_contact)
         return cls(body, str(contact), tuple(_effect(each) for each in listed), correction)
 
 

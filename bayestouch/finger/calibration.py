@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from bayestouch.finger.noise import noise_of, public_noise
 from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
+from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
@@ -37,6 +39,7 @@ def calibrate_finger(
     seed: int,
     stated: Mapping[str, Prior] | None = None,
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
@@ -69,8 +72,9 @@ def calibrate_finger(
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
         progress=progress,
+        moves=moves,
     )
-    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+    return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
 def finger_calibration(
@@ -85,6 +89,7 @@ def finger_calibration(
     seed: int,
     notes: tuple[str, ...],
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibration of a fitted finger without effects, with posterior draws by emcee.
 
@@ -102,12 +107,12 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
-        As in `bayestouch.calibrate`.
+    draws, seed, progress, moves
+        As of `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     """
-    drawn = sample_fit(fit, draws, seed, progress)
+    drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None
@@ -151,11 +156,16 @@ def finger_calibration(
     )
 
 
-def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
-    """The calibration with its E map identified by a regression about the elastic one."""
+def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
+    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
+    from bayestouch.finger.empirical.with_effects import identify_beside_effects
 
-    identified = fit_empirical(fit)
+    if isinstance(fit, FingerFit):
+        identified = fit_empirical(fit)
+    else:
+        shared = slice(3 * calibration.sensor.n_elements, None)
+        identified = identify_beside_effects(fit, calibration.noise, calibration.covariance[shared, shared])
     lack_of_fit = float(np.nanmean(identified.lack_of_fit))
     notes = calibration.notes
     if lack_of_fit > 1.5:

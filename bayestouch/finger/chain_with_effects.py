@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import finger_of
 from bayestouch.effects import Values
 from bayestouch.finger.correction_table import CorrectionTable
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.effect_list import EffectList
@@ -36,7 +37,9 @@ class ChainWithEffects:
     values : mapping of str to tuple of float
         Values of every effect, by its name.
     correction_table : CorrectionTable or None
-        Empirical correction by element and location, if there is one.
+        A correction by element and relative location, without a cause.
+    identified : EmpiricalCalibration or None
+        The E map that was identified beside the effects, in place of that of the model.
     """
 
     model: FingerModel
@@ -45,6 +48,7 @@ class ChainWithEffects:
     listed: EffectList
     values: Mapping[str, Values]
     correction_table: CorrectionTable | None = None
+    identified: EmpiricalCalibration | None = None
 
     @classmethod
     def of(cls, calibration: Calibration) -> ChainWithEffects:
@@ -80,6 +84,14 @@ class ChainWithEffects:
             vector = np.concatenate([vector, coordinates])
         scale = np.ones(len(vector))
         scale[: finger.n_elements] = 1 / (sign * response)
+        identified = None
+        if calibration.has_identified_map:
+            from bayestouch.finger.empirical.with_effects import effect_neighbours
+
+            neighbours = effect_neighbours(model, vector)
+            identified = EmpiricalCalibration.from_arrays(
+                calibration.extra, model.chain(vector), calibration.noise, neighbours
+            )
         return cls(
             model,
             vector,
@@ -87,6 +99,7 @@ class ChainWithEffects:
             listed,
             values,
             CorrectionTable.from_arrays(calibration.extra),
+            identified,
         )
 
     def static(self) -> FingerModel:

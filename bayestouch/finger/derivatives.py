@@ -43,6 +43,18 @@ def through_effects(
     return out
 
 
+def by_signal(model: SensorModel, recording: Recording, vector: FloatArray) -> FloatArray:
+    """Derivative of the readings over the signals that leave the body, (t, m, m): the last axis is of the signals.
+
+    Parameters as of `through_effects`.
+    """
+    t, m = recording.signal.shape
+    one = np.ones((t, m))
+    if any(effect.mixes for effect in model.effects):
+        return np.stack([_along(model, recording, vector, one, [e]).touches for e in range(m)], axis=-1)
+    return np.asarray(_along(model, recording, vector, one, range(m)).touches[:, :, None] * np.eye(m))
+
+
 def _along(
     model: SensorModel, recording: Recording, vector: FloatArray, of_signal: FloatArray, elements: Sequence[int]
 ) -> Predicted:

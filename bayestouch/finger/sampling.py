@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,8 +88,13 @@ class PosteriorMap:
         return np.asarray(np.exp(2 * vectors[:, at.noise]) * share)
 
 
-def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None = None) -> BlockDraws:
-    """Draws of flat vectors (see `FlatLayout`) from the exact posterior, as one block."""
+def sample_fit(
+    fit: FingerFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
+) -> BlockDraws:
+    """Draw flat vectors (see `FlatLayout`) from the exact posterior: one block, proposals normal in `PosteriorMap`.
+
+    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers are drawn in the same map.
+    """
     density, to_vectors = FingerDensity.of(fit), PosteriorMap.of(fit)
     layout, shape, n = fit.likelihood.layout, fit.noise_shape, fit.likelihood.layout.n_chain
     centre = np.concatenate([np.zeros(n), shape.centre])
@@ -101,7 +107,7 @@ def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None 
 
     proposal = StudentT.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(THIN):
+    for attempt, thin in enumerate(THIN if moves is None else (1,)):
         drawn = sample_blocks(
             log_density,
             proposal,
@@ -110,6 +116,7 @@ def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None 
             seed=seed,
             # One round: in so many dimensions an adapted proposal is not better than the first one.
             rounds=1,
+            moves=moves,
             progress=_part(progress, attempt),
         )
         kept, _ = to_vectors(drawn.draws[:, ::thin])

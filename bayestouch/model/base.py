@@ -226,19 +226,19 @@ class SensorModel(ABC):
         """Prediction for touches, from their signal before element and readout effects."""
         return self.parted(self.through(self.rows(recording), vector))
 
-    def of_value(self, vector: FloatArray, place: int) -> Predicted:
-        """Derivative of the prediction over the component `place` of the vector, a value of an effect."""
+    def about_value(self, vector: FloatArray, place: int) -> tuple[FloatArray, FloatArray, float]:
+        """Vectors a step above and below in one value of an effect, and half of what is between."""
         _, spread, low, high = (float(each) for each in self.value_priors[place - self.n_base])
         step = VALUE_STEP * min(spread, max(abs(float(vector[place])), 0.1 * spread))
-        # The difference is one-sided at a bound.
-        up, down = min(vector[place] + step, high), max(vector[place] - step, low)
+        # One-sided at a bound.
+        up, down = vector.copy(), vector.copy()
+        up[place], down[place] = min(vector[place] + step, high), max(vector[place] - step, low)
+        return up, down, float(0.5 * (up[place] - down[place]))
 
-        def at(sign: float) -> Predicted:
-            moved = vector.copy()
-            moved[place] = up if sign > 0 else down
-            return self.predict(moved)
-
-        return difference(at, 0.5 * (up - down))
+    def of_value(self, vector: FloatArray, place: int) -> Predicted:
+        """Derivative over one value of an effect."""
+        up, down, step = self.about_value(vector, place)
+        return difference(lambda sign: self.predict(up if sign > 0 else down), step)
 
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the mean readings of each touch over its load, (t, m)."""

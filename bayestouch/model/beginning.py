@@ -43,10 +43,13 @@ class Beginning:
     effects : tuple of Effect
         Effects of the catalogue that can occur and that the model does not have already.
     evaluation : Evaluation
-        Computes the calibration of a fit, and its errors on the held-out touches.
+        Makes a calibration of a fit, and its errors on the held-out touches.
+    corrects : bool
+        Whether a correction can be added; not where the calibration's own map holds what goes with element and place.
     """
 
     fitted: Fitted
     setting: Setting
     effects: tuple[Effect, ...]
     evaluation: Evaluation
+    corrects: bool = True

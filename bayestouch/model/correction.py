@@ -82,13 +82,37 @@ def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
     return fit(model, fitted.vector, fitted.noise, fitted.drifts, further=further), chosen
 
 
-def weights_of(fitted: Fitted) -> tuple[FloatArray, FloatArray]:
-    """Weights (k,) of the correction in a corrected fit, and their covariance (k, k)."""
-    functions = fitted.linear.functions
+@dataclass(frozen=True, eq=False)
+class CorrectionWeights:
+    """Weights of the correction of a corrected fit; k weights, d parameters.
+
+    Given the parameters they are normal with a mean that is linear in these: both are fitted to the same readings,
+    so that each takes part of what the other leaves.
+
+    Attributes
+    ----------
+    mean : (k,) array
+        At the most probable parameters.
+    slope : (k, d) array
+        Derivative of the mean over the parameters.
+    covariance : (k, k) array
+        Given the parameters.
+    """
+
+    mean: FloatArray
+    slope: FloatArray
+    covariance: FloatArray
+
+
+def weights_of(fitted: Fitted) -> CorrectionWeights:
+    """Weights of the correction of a corrected fit."""
+    linear, functions = fitted.linear, fitted.linear.functions
     assert functions is not None
     first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))
     covariance = np.linalg.inv(functions.root @ functions.root.T)
-    return fitted.linear.weights()[first:], np.asarray(covariance[first:, first:], dtype=np.float64)
+    # A parameter at its bound counts as free, as it does in the covariance of the parameters.
+    slope = -functions.weights(linear.free.jacobian)
+    return CorrectionWeights(linear.weights()[first:], slope[first:], np.asarray(covariance[first:, first:]))
 
 
 def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray, float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import BoolArray, FloatArray
-from bayestouch.model.correction import Correction, weights_of
+from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
 from bayestouch.model.outliers import from_median
@@ -135,7 +135,6 @@ def functions_at(
     if correction is not None:
         there = model.correction_inputs(fitted.vector)
         functions = np.concatenate([functions, correction.columns(*there)])
-        weights = np.concatenate([weights[: len(functions) - len(weights_of(fitted)[0])], weights_of(fitted)[0]])
     return np.asarray(np.tensordot(weights, functions, axes=1)), functions
 
 

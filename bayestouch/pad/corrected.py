@@ -145,6 +145,10 @@ class PadEffects:
         """True load (n,) from loads as read by the force sensor; NaN where NaN."""
         return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
 
+    def acting_of_pressed(self, load: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        return self._posed(load, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
     def as_read(self, acting: FloatArray) -> FloatArray:
         """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
         return self._inverse(acting, self._corrected)

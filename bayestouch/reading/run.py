@@ -15,6 +15,7 @@ from bayestouch.reading.draws import DrawPlan, draw
 from bayestouch.reading.driver import TouchRun, in_blocks
 from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
+from bayestouch.reading.requested import requested_groups
 from bayestouch.reading.touch_reader import TouchReader
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.version import __version__
@@ -34,6 +35,8 @@ class ReadyReader:
         Settings of the sampler.
     settings, notes
         Settings and notes of the result.
+    thin, groups
+        Groups that are written on request, for every `thin`-th draw of each chain.
     """
 
     calibration: Calibration
@@ -41,6 +44,8 @@ class ReadyReader:
     plan: DrawPlan
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
+    thin: int = 1
+    groups: tuple[str, ...] = ()
 
     def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
         """Posteriors of a block of touches that are numbered from `first`, computed by `workers` processes."""
@@ -48,6 +53,10 @@ class ReadyReader:
         unknown = reader.unknown(block)
         drawn = draw(reader.sampler, unknown, self.plan, workers=workers, progress=progress, first=first)
         estimates = reader.estimates(block, drawn)
+        groups = {}
+        if self.groups and estimates.model is not None:
+            kept = {name: values[:, :: self.thin] for name, values in estimates.posterior.items()}
+            groups = requested_groups(estimates.model, kept, self.groups, self.plan.seed, first)
         return TouchPosteriors(
             sensor=self.calibration.sensor,
             parameters=reader.parameters,
@@ -58,6 +67,7 @@ class ReadyReader:
             settings=self.settings,
             notes=self.notes,
             tips=estimates.tips,
+            groups=groups,
         )
 
 
@@ -118,7 +128,9 @@ def touch_run(
 
     count = found.n_rows if options.each_sample else found.n_touches
     return TouchRun(
-        ReadyReader(calibration, reader, plan, settings, tuple(dict.fromkeys(notes))),
+        ReadyReader(
+            calibration, reader, plan, settings, tuple(dict.fromkeys(notes)), options.kept.thin, options.groups
+        ),
         count if block is None else block.n_touches,
         lambda size: in_blocks(parts(), size),
     )

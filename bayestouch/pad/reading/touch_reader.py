@@ -16,6 +16,7 @@ from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
+from bayestouch.pad.reading.likelihood import PadTouchModel
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
@@ -153,7 +154,9 @@ class PadTouchReader:
             sd=sd,
             counts=reader.touches(block).counts,
         )
-        return Estimates(posterior, stats, {**location, "P": load}, rows)
+        used = np.where(np.isfinite(block.load) & reader.load_measured, block.load, np.nan)
+        model = PadTouchModel(reader, reader.touches(block), self.parameters, used, load, effects)
+        return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)
 
     def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
         """Notes on the use of loads and on the effects that are corrected."""
