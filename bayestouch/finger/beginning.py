@@ -34,6 +34,7 @@ def begin(
     draws: int,
     seed: int,
     priors: Mapping[str, Prior] | None = None,
+    e_map: str = MODEL_MAP,
     moves: Any = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
