@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
-from bayestouch.progress import Progress
 from bayestouch.reading.check import check_sensor
-from bayestouch.reading.draws import DrawPlan, draw
+from bayestouch.reading.draws import DrawPlan, draw_blocks
 from bayestouch.reading.driver import TouchRun, in_blocks
 from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
@@ -42,23 +41,40 @@ class ReadyReader:
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
 
-    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of a block of touches that are numbered from `first`, computed by `workers` processes."""
+    def read(self, block: Any, first: int) -> TouchPosteriors:
+        """Posteriors of a block of touches that are numbered from `first`, computed by this process."""
+        t = block.n_touches
+        return next(self.read_blocks(iter([(first, block)]), t, t, 1, None))[1]
+
+    def read_blocks(
+        self,
+        blocks: Iterator[tuple[int, Any]],
+        n_touches: int,
+        largest: int,
+        workers: int | None,
+        progress: Callable[[int], None] | None,
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        """Posteriors of blocks of touches, computed by `workers` processes; see `bayestouch.reading.driver`."""
         reader = self.reader
-        unknown = reader.unknown(block)
-        drawn = draw(reader.sampler, unknown, self.plan, workers=workers, progress=progress, first=first)
-        estimates = reader.estimates(block, drawn)
-        return TouchPosteriors(
-            sensor=self.calibration.sensor,
-            parameters=reader.parameters,
-            posterior=estimates.posterior,
-            sample_stats=estimates.sample_stats,
-            reference=estimates.reference,
-            rows=estimates.rows,
-            settings=self.settings,
-            notes=self.notes,
-            tips=estimates.tips,
+        drawn_blocks = draw_blocks(
+            reader.sampler, blocks, reader.unknown, self.plan, n_touches, largest, workers, progress
         )
+        for first, block, drawn in drawn_blocks:
+            estimates = reader.estimates(block, drawn)
+            yield (
+                first,
+                TouchPosteriors(
+                    sensor=self.calibration.sensor,
+                    parameters=reader.parameters,
+                    posterior=estimates.posterior,
+                    sample_stats=estimates.sample_stats,
+                    reference=estimates.reference,
+                    rows=estimates.rows,
+                    settings=self.settings,
+                    notes=self.notes,
+                    tips=estimates.tips,
+                ),
+            )
 
 
 def touch_run(
