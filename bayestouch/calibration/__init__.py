@@ -27,6 +27,7 @@ def calibrate(
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
     model: StatedModel | None = None,
+    moves: Any = None,
     draws: int = 1000,
     seed: int = 0,
     progress: Progress | None = None,
@@ -40,7 +41,9 @@ def calibrate(
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
-        E map of a finger: that of the elastic model (default), or identified directly about it.
+        E map of a finger: that of the elastic model (default), or identified directly about it. With effects they are
+        fitted with the elastic model first, and the map is identified from what the body did; a correction of the model
+        is then left out, because the map holds it.
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
@@ -52,6 +55,9 @@ def calibrate(
         Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
         the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
         `contact`, where it is given, stands in for that of the model.
+    moves : emcee.moves.Move or list, optional
+        Moves of emcee for a finger, as `emcee.EnsembleSampler` takes them, in place of independence chains. Ensembles
+        of walkers take much longer: minutes for sixteen elements.
     draws : int
         Posterior draws to keep.
     seed : int
@@ -72,7 +78,7 @@ def calibrate(
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
     body = body_of(dataset.sensor)
-    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel}
+    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel, "moves": moves}
     own = body.own(given)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
@@ -82,8 +88,6 @@ def calibrate(
             own = body.own({**given, "contact": contact or model.contact or None})
         if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
-        if own.pop("e_map", None) == "empirical":
-            raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
         return calibrate_with_effects(dataset, model, **own, **common)

@@ -38,7 +38,7 @@ def calibrate_with_effects(
     model : StatedModel
         Effects, with the values that fits start from.
     options
-        Those of the body: contact and priors of a finger, kernel of a pad.
+        Those of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
@@ -64,7 +64,9 @@ def calibrate_with_effects(
     added.sort(key=lambda each: order.index(each.effect.name))
     correction = None
     notes: tuple[str, ...] = ()
-    if model.correction:
+    if model.correction and not begun.corrects:
+        notes = ("no correction: what goes with element and location is in the identified map",)
+    elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
             notes = ("a correction was asked for, but these touches show nothing to correct",)

@@ -1,4 +1,4 @@
-"""Effects of pads only."""
+"""Effects that occur on pads only."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from bayestouch.priors.parameters import LogNormal, Normal
 
 @dataclass(frozen=True)
 class LoadNonlinearity(Effect):
-    """All readings grow less than in proportion to the load P: it acts as p/(1 + share p/P_ref), p = P - threshold.
+    """Readings are not proportional to the load P: the acting load is p/(1 + share p/P_ref), p = P - threshold.
 
-    The contact widens as the load grows, and a thin layer or a channel under it stiffens, so that a pad that is linear
-    in its pressures is not in its load; what the skin carries before it touches the layer or channel is the threshold.
-    On a finger the base model has this already: its contacts widen. It goes with the load, whatever the element reads:
-    a gain that changes with the reading is `gain_nonlinearity`.
+    The contact widens as the load increases, and a thin layer or a channel under it becomes stiffer. A pad that is
+    linear in the pressure is then not linear in the load. `threshold` is the load that the skin carries before it
+    touches the layer or channel. On a finger the base model already has the widening of the contact. The effect depends
+    on the load; a gain that depends on the reading is `gain_nonlinearity`.
 
-    Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere goes with the
-    third root of the load).
+    Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere is
+    proportional to the cube root of the load).
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -54,10 +54,10 @@ class LoadNonlinearity(Effect):
 
 @dataclass(frozen=True)
 class CreepByElement(Effect):
-    """Readings change while the touch is held, by a share of each element's own: y (1 + share_e (1 - exp(-t/time))).
+    """Readings change while the touch is held, with a share for each element: y (1 + share_e (1 - exp(-t/time))).
 
-    What creeps is then not the rubber over the pad but what is around each element: the gel in its housing, a bubble,
-    the bond to the board. On a finger all elements lie in one rubber, and `creep` is looked for alone.
+    Then the material around each element creeps (gel in the housing, a bubble, the bond to the board), not the rubber
+    over the whole pad. On a finger all elements lie in one rubber, so only `creep` is tried.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
     """

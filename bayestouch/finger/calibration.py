@@ -1,9 +1,10 @@
-"""The calibration of a finger as a posterior, ready to be saved and used."""
+"""`Calibration` of a finger without effects."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from bayestouch.finger.noise import noise_of, public_noise
 from bayestouch.finger.peak_strain import peak_strain
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
+from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
@@ -37,11 +39,12 @@ def calibrate_finger(
     seed: int,
     stated: Mapping[str, Prior] | None = None,
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
-    The mode and the normal (Laplace) approximation around it come first; emcee then draws from the exact posterior
-    of the chain's parameters and of all noise together, with proposals from that normal.
+    First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
+    joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
@@ -69,8 +72,9 @@ def calibrate_finger(
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
         progress=progress,
+        moves=moves,
     )
-    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+    return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
 def finger_calibration(
@@ -85,29 +89,30 @@ def finger_calibration(
     seed: int,
     notes: tuple[str, ...],
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
-    """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
+    """Calibration of a fitted finger without effects, with posterior draws by emcee.
 
     Parameters
     ----------
     fit : FingerFit
         The fit.
     means : TouchMeans
-        t touches.
+        Mean readings of t touches.
     used : (t,) bool array
-        Those of them that were fitted.
+        Touches that were used in the fit.
     sensor : Sensor
-        A finger as built.
+        The finger, with its nominal dimensions.
     priors : FingerPriors
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
+    draws, seed, progress, moves
         As of `bayestouch.calibrate`.
     notes : tuple of str
-        For the report; what the touches cannot tell of the noise is added to them.
+        Notes; those on the noise and on touches that are left out are added.
     """
-    drawn = sample_fit(fit, draws, seed, progress)
+    drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None
@@ -151,11 +156,16 @@ def finger_calibration(
     )
 
 
-def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
-    """The calibration with its E map identified directly, as a regression about the elastic one."""
+def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
+    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
+    from bayestouch.finger.empirical.with_effects import identify_beside_effects
 
-    identified = fit_empirical(fit)
+    if isinstance(fit, FingerFit):
+        identified = fit_empirical(fit)
+    else:
+        shared = slice(3 * calibration.sensor.n_elements, None)
+        identified = identify_beside_effects(fit, calibration.noise, calibration.covariance[shared, shared])
     lack_of_fit = float(np.nanmean(identified.lack_of_fit))
     notes = calibration.notes
     if lack_of_fit > 1.5:
@@ -176,13 +186,13 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
 
 
 def layout(n_elements: int) -> tuple[str, ...]:
-    """Names of the rows of a finger's covariance (angles in rad, μ as its logarithm)."""
+    """Names of the rows of the covariance of a finger (angles in rad, μ as its logarithm)."""
     by_element = [f"{name}[{e}]" for name in ("response", "r_s", "theta_s_rad") for e in range(n_elements)]
     return (*by_element, "sigma", "log_mu")
 
 
 def finger_chain(calibration: Calibration) -> FingerChain:
-    """The finger at the mode of its calibration."""
+    """The elastic finger at the mode of its calibration."""
     finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
@@ -204,7 +214,7 @@ def _file(dataset: DataSet) -> str | None:
 
 
 def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
-    """What the touches cannot tell of the noise, so that its prior speaks."""
+    """Notes on the parts of the noise that the touches do not determine and that depend on the prior."""
     notes = []
     if not known.repeated:
         notes.append(
@@ -245,7 +255,7 @@ def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
 
 
 def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, 3 m + 2) of the chain's parameters with responses in place of their logarithms."""
+    """Flat vectors (n, 3 m + 2) of the parameters of the chain, with responses instead of their logarithms."""
     at = fit.likelihood.layout
     linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
     linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
@@ -253,7 +263,7 @@ def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
 
 
 def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
-    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d); gains follow from them."""
+    """Draws of every parameter and of the gains, by name, (chain, draw[, m]), from flat vectors (chain, draw, d)."""
     at = fit.likelihood.layout
     flat = vectors.reshape(-1, vectors.shape[-1])
     response = fit.likelihood.sign * np.exp(flat[:, at.response])

@@ -15,7 +15,7 @@ from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
-# Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
+# Largest size of an array of readings (touches, elements, vectors): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
 
 
@@ -30,7 +30,7 @@ class FingerDensity:
     predict : callable
         Readings (n, t, m) at the measured loads, and their derivative with respect to the load, from n flat vectors.
     within : callable
-        Where `predict` holds among n vectors.
+        From n vectors to a mask (n,) of those for which `predict` is valid.
     """
 
     likelihood: FingerLikelihood
@@ -39,7 +39,7 @@ class FingerDensity:
 
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
-        """The posterior of a fit."""
+        """Posterior density of a fit."""
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
         near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
@@ -62,13 +62,13 @@ class FingerDensity:
         predicted, slope = self.predict(vectors)
         spread = Precisions.of(known, likelihood.layout, vectors)
         left = np.where(likelihood.missing, 0.0, known.readings) - predicted
-        # The load's shared error makes the covariance depend on the prediction: its determinant counts.
+        # The covariance depends on the prediction, through the error of the load: its determinant is needed.
         data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
+        """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""
         likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)

@@ -1,4 +1,4 @@
-"""What a data set lacks for the calibration of a finger."""
+"""Data that are missing for the calibration of a finger."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from bayestouch.finger.known_touches import KnownTouches
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
-    """A line for each kind of touch that the calibration needs or would gain by.
+    """A line of text for each kind of touch that is missing and that the calibration needs or would profit from.
 
     Parameters
     ----------
     dataset : DataSet
+        Data set of a finger.
     known : TouchMeans
-        Touches with references: of the calibration table, or of the one table that there is.
+        Touches with references, from the calibration table or, without one, from the only table.
     """
     finger = finger_of(dataset.sensor)
     if known.angle_deg is None:

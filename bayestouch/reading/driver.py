@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.parallel.cluster import on_cluster
 from bayestouch.progress import Progress
@@ -19,6 +20,7 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.growing_file import GrowingFile
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.partial import Partial, fingerprint_of, partial_folder
+from bayestouch.results.schema import schema_attributes
 from bayestouch.results.summaries import summarise
 from bayestouch.results.tips import TipProbabilities
 from bayestouch.version import __version__
@@ -182,7 +184,7 @@ def read_to_file(
         file = None if layout is None else GrowingFile.from_json(partial.file, layout)
         done = set() if file is None else partial.finished()
         for first, block in _read(run, kept, executor, progress, done):
-            groups, attributes = touch_groups(block)
+            groups, attributes = touch_groups(block, first)
             if file is None:
                 file = _begin(partial, groups, attributes, run.n_touches)
             file.write(groups, first)
@@ -215,7 +217,9 @@ def fingerprint(source: TouchSource, calibration: Calibration, options: Options)
 
 def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches: int) -> GrowingFile:
     partial.clear()
-    file = GrowingFile.create(partial.file, groups, attributes, n_touches)
+    schema = schema_attributes()
+    groups = {name: group.assign_attrs(schema) for name, group in groups.items()}
+    file = GrowingFile.create(partial.file, groups, {**attributes, **schema}, n_touches)
     partial.begin(file.to_json())
     return file
 
@@ -267,8 +271,14 @@ def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
         sample_stats=last_axis("sample_stats"),
         reference=last_axis("reference"),
         summary=last_axis("summary"),
+        groups={group: _along_touches([block.groups[group] for block in blocks]) for group in first.groups},
         rows=TouchRows(location=location, **rows),
         tips=None
         if first.tips is None
         else TipProbabilities(first.tips.radius_mm, first.tips.prior, np.concatenate(tips)),
     )
+
+
+def _along_touches(parts: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+    """Arrays (chain, draw, touch, ...) of several blocks, joined."""
+    return {name: np.concatenate([part[name] for part in parts], axis=2) for name in parts[0]}

@@ -14,7 +14,8 @@ from bayestouch.reading.draws import DrawPlan, draw_blocks
 from bayestouch.reading.driver import TouchRun, in_blocks
 from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
-from bayestouch.reading.touch_reader import TouchReader
+from bayestouch.reading.requested import requested_groups
+from bayestouch.reading.touch_reader import Drawn, TouchReader
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.version import __version__
 
@@ -33,6 +34,8 @@ class ReadyReader:
         Settings of the sampler.
     settings, notes
         Settings and notes of the result.
+    thin, groups
+        Groups that are written on request, for every `thin`-th draw of each chain.
     """
 
     calibration: Calibration
@@ -40,6 +43,8 @@ class ReadyReader:
     plan: DrawPlan
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
+    thin: int = 1
+    groups: tuple[str, ...] = ()
 
     def read(self, block: Any, first: int) -> TouchPosteriors:
         """Posteriors of a block of touches that are numbered from `first`, computed by this process."""
@@ -60,21 +65,26 @@ class ReadyReader:
             reader.sampler, blocks, reader.unknown, self.plan, n_touches, largest, workers, progress
         )
         for first, block, drawn in drawn_blocks:
-            estimates = reader.estimates(block, drawn)
-            yield (
-                first,
-                TouchPosteriors(
-                    sensor=self.calibration.sensor,
-                    parameters=reader.parameters,
-                    posterior=estimates.posterior,
-                    sample_stats=estimates.sample_stats,
-                    reference=estimates.reference,
-                    rows=estimates.rows,
-                    settings=self.settings,
-                    notes=self.notes,
-                    tips=estimates.tips,
-                ),
-            )
+            yield first, self._posteriors(first, block, drawn)
+
+    def _posteriors(self, first: int, block: Any, drawn: Drawn) -> TouchPosteriors:
+        estimates = self.reader.estimates(block, drawn)
+        groups = {}
+        if self.groups and estimates.model is not None:
+            kept = {name: values[:, :: self.thin] for name, values in estimates.posterior.items()}
+            groups = requested_groups(estimates.model, kept, self.groups, self.plan.seed, first)
+        return TouchPosteriors(
+            sensor=self.calibration.sensor,
+            parameters=self.reader.parameters,
+            posterior=estimates.posterior,
+            sample_stats=estimates.sample_stats,
+            reference=estimates.reference,
+            rows=estimates.rows,
+            settings=self.settings,
+            notes=self.notes,
+            tips=estimates.tips,
+            groups=groups,
+        )
 
 
 def touch_run(
@@ -134,7 +144,9 @@ def touch_run(
 
     count = found.n_rows if options.each_sample else found.n_touches
     return TouchRun(
-        ReadyReader(calibration, reader, plan, settings, tuple(dict.fromkeys(notes))),
+        ReadyReader(
+            calibration, reader, plan, settings, tuple(dict.fromkeys(notes)), options.kept.thin, options.groups
+        ),
         count if block is None else block.n_touches,
         lambda size: in_blocks(parts(), size),
     )

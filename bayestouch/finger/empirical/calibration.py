@@ -20,6 +20,7 @@ for all elements is left out (each element's posterior is exact given its own re
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,10 +37,12 @@ from bayestouch.chain.empirical import (
 )
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.empirical.map import EmpiricalCalibration, contact_neighbours
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.empirical.regression import DiagonalElement, ElementData, MapPrior
 from bayestouch.finger.empirical.strength import StrengthPosterior, infer_strength
+from bayestouch.finger.empirical.touches import MapTouches, SharedParameter, contact_parameters
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.layout import FlatPrior
 
 # Central differences; E is smooth on these scales.
 STEP_RESPONSE, STEP_RADIUS_MM, STEP_ANGLE = 1e-3, 1e-3, 1e-4
@@ -110,37 +113,65 @@ def fit_empirical(
     InputError
         If `strength` is infinite and the touches do not determine all coefficients.
     """
-    elastic = fit.chain
+    touches, m = MapTouches.of_fit(fit, repeated), fit.chain.n_elements
+    return identified_map(
+        touches,
+        contact_parameters(touches),
+        fit.laplace.covariance[3 * m :, 3 * m :],
+        n_coefficients=n_coefficients,
+        strength=strength,
+        family=family,
+    )
+
+
+def identified_map(
+    touches: MapTouches,
+    shared: Sequence[SharedParameter],
+    shared_covariance: FloatArray,
+    *,
+    n_coefficients: int | None = None,
+    strength: float | None = None,
+    family: bool = True,
+) -> EmpiricalFit:
+    """Identify E from touches whose signals are given.
+
+    Parameters
+    ----------
+    touches : MapTouches
+        Known touches.
+    shared : sequence of SharedParameter
+        Parameters that all elements share: σ and log μ of the contact, then values of effects. None for the mean of E
+        alone.
+    shared_covariance : (s, s) array
+        Their covariance.
+    n_coefficients, strength, family
+        As of `fit_empirical`.
+    """
+    elastic = touches.elastic
     n_c = modes_of(elastic) if n_coefficients is None else n_coefficients
-    m = elastic.n_elements
-    known = np.full(m, np.isfinite(fit.lack_of_fit)) if repeated is None else repeated
-    sd = _known_sd(fit)
-    elements = _diagonal(fit, elastic, 1.0, n_c, sd, family)
-    posterior = infer_strength(elements, [bool(each) for each in known], strength)
+    elements = _diagonal(touches, n_c, family)
+    posterior = infer_strength(elements, [bool(each) for each in touches.repeated], strength)
     pairs = [element.posterior(weights) for element, weights in zip(elements, posterior.weights, strict=True)]
     e_matrix = np.stack([mean for mean, _ in pairs])
-    by_contact = np.empty((2, *e_matrix.shape))
-    for i, near in enumerate(contact_neighbours(elastic)):
+    by_contact = np.empty((len(shared), *e_matrix.shape))
+    for i, parameter in enumerate(shared):
         up, down = (
             [
                 element.mean(weights)
-                for element, weights in zip(
-                    _diagonal(fit, side, factor, n_c, sd, family), posterior.weights, strict=True
-                )
+                for element, weights in zip(_diagonal(side, n_c, family), posterior.weights, strict=True)
             ]
-            for side, factor in near.sides
+            for side in parameter.sides
         )
-        by_contact[i] = (np.stack(up) - np.stack(down)) / (2 * near.step)
+        by_contact[i] = (np.stack(up) - np.stack(down)) / (2 * parameter.near.step)
     factor2 = np.array([w.weight @ w.factor**2 for w in posterior.weights])
     calibration = EmpiricalCalibration(
         chain=EmpiricalFingerChain(elastic, e_matrix),
         covariance=np.stack([covariance for _, covariance in pairs]),
         by_contact=by_contact,
-        contact_covariance=fit.laplace.covariance[3 * m :, 3 * m :],
-        noise=_noise(fit, factor2, known),
+        contact_covariance=shared_covariance,
+        noise=_noise(touches, factor2),
+        effect_neighbours=tuple(parameter.near for parameter in shared[2:]),
     )
-    touches = fit.likelihood.known
-    design = pressure_matrix(elastic, touches.radius_mm, touches.angle, touches.load, n_c)
     return EmpiricalFit(
         calibration=calibration,
         strength=posterior,
@@ -148,20 +179,29 @@ def fit_empirical(
             [element.effective_coefficients(w) for element, w in zip(elements, posterior.weights, strict=True)]
         ),
         lack_of_fit=factor2,
-        predicted=design @ e_matrix.T,
-        sd=sd * np.sqrt(factor2),
+        predicted=calibration.chain.series(touches.radius_mm, touches.angle, touches.load),
+        sd=touches.sd * np.sqrt(factor2),
     )
 
 
-def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
-    """Prior of each row of E about an elastic finger near the mode of its calibration, one per element."""
+def finger_prior(prior: FlatPrior, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
+    """Prior of each row of E about an elastic finger near the mode of its calibration, one per element.
+
+    Parameters
+    ----------
+    prior : FlatPrior
+        Of the elastic finger's parameters.
+    elastic : FingerChain
+        The finger.
+    n_coefficients, family
+        As of `fit_empirical`.
+    """
     mean = elastic_e_matrix(elastic, n_coefficients)
     amplitudes = np.abs(elastic_amplitudes(elastic, n_coefficients))
     scale = per_coefficient(np.maximum.accumulate(amplitudes[:, ::-1], axis=1)[:, ::-1])
     m, p = mean.shape
     if not family:
         return [MapPrior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
-    prior = fit.likelihood.prior
     ones = np.ones(m)
     steps = {
         "response": STEP_RESPONSE * np.abs(elastic.response),
@@ -180,42 +220,26 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
     return [MapPrior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
 
 
-def _diagonal(
-    fit: FingerFit,
-    elastic: FingerChain,
-    radius_factor: float,
-    n_coefficients: int,
-    sd: FloatArray,
-    family: bool,
-) -> list[DiagonalElement]:
-    touches, missing = fit.likelihood.known, fit.likelihood.missing
-    design = pressure_matrix(elastic, touches.radius_mm * radius_factor, touches.angle, touches.load, n_coefficients)
-    out = []
-    for e, prior in enumerate(finger_prior(fit, elastic, n_coefficients, family=family)):
-        there = ~missing[:, e]
-        data = ElementData(design[there], touches.readings[there, e], sd[there, e])
+def _diagonal(touches: MapTouches, n_coefficients: int, family: bool) -> list[DiagonalElement]:
+    elastic, out = touches.elastic, []
+    pose = (touches.radius_mm, touches.angle, touches.load)
+    design = pressure_matrix(elastic, *pose, n_coefficients)
+    linear = touches.signal - elastic.beyond_linear(*pose) if elastic.finite_strain else touches.signal
+    for e, prior in enumerate(finger_prior(touches.prior, elastic, n_coefficients, family=family)):
+        there = touches.there[:, e]
+        data = ElementData(design[there], linear[there, e], touches.sd[there, e])
         out.append(DiagonalElement.of(data, prior))
     return out
 
 
-def _known_sd(fit: FingerFit) -> FloatArray:
-    """Standard deviation of each mean reading (t, m): repeats and the error of the load; inf where missing."""
-    touches = fit.likelihood.known
-    counts = np.where(fit.likelihood.missing, 0, touches.counts)
-    bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
-    _, slope = fit.likelihood.predicted(fit.laplace.mode)
-    by_load = slope * fit.likelihood.standard_errors(fit.vector).load_sd[:, None]
-    return np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
-
-
-def _noise(fit: FingerFit, factor2: FloatArray, known: NDArray[np.bool_]) -> Noise:
+def _noise(touches: MapTouches, factor2: FloatArray) -> Noise:
     """Noise whose discrepancy is what is left beside the map; without repeats all of it is called sensor noise."""
-    counts = np.where(fit.likelihood.missing, 0, fit.likelihood.known.counts)
+    counts, noise, known = touches.counts, touches.noise, touches.repeated
     per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
-    typical = fit.noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
+    typical = noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
     excess = np.maximum(factor2 - 1, 0.0) * typical
     return replace(
-        fit.noise,
-        tactile_sd=np.where(known, fit.noise.tactile_sd, fit.noise.tactile_sd * np.sqrt(factor2)),
+        noise,
+        tactile_sd=np.where(known, noise.tactile_sd, noise.tactile_sd * np.sqrt(factor2)),
         discrepancy_sd=np.where(known, np.sqrt(excess), 0.0),
     )

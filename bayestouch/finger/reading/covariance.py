@@ -33,6 +33,27 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
     return np.asarray(own + mixed + mixed.swapaxes(1, 2) + common)
 
 
+def spread_of(derivative: FloatArray, root: FloatArray) -> FloatArray:
+    """Changes of the readings (d, t, m) for one standard deviation each of independent causes.
+
+    Their products, added up over the causes, are the covariance of the readings to first order.
+
+    Parameters
+    ----------
+    derivative : (d, t, m) array
+        Of the readings over d uncertain numbers.
+    root : (d, d) array
+        Lower Cholesky factor of the covariance of these: `root_of`.
+    """
+    return np.asarray(np.einsum("qk,qtm->ktm", root, derivative, optimize=True))
+
+
+def root_of(covariance: FloatArray) -> FloatArray:
+    """Lower Cholesky factor of a covariance (q, q), of which an entry may be zero."""
+    diagonal = np.diag(covariance)
+    return np.asarray(np.linalg.cholesky(covariance + np.diag(1e-12 * diagonal + 1e-300)))
+
+
 @dataclass(frozen=True, eq=False)
 class CalibrationCovariance:
     """Covariance of the readings of touches that a calibration of the elastic model leaves.

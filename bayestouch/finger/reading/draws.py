@@ -32,6 +32,8 @@ PIECE, PIECE_AGAIN = 512, 128
 DRAWN = ("r_c", "R", "theta_c", "P")
 #: Log probability of each tip, and of what is none of them, where the prior has tips: (k, t).
 TIPS = "tip_log_probability"
+#: Whitener of the readings with which each touch was drawn, (m, m, t).
+WHITENER = "whitener"
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,19 +50,22 @@ class FingerGroup:
         Of the sampler.
     log_probability : (k, t) array or None
         Of each tip, where the prior has tips; NaN where the draws are to tell.
+    with_whitener : bool
+        Whether the `WHITENER` is among the results.
     """
 
     rows: IndexArray
     posterior: FingerPosterior
     proposal: BlockProposal
     log_probability: FloatArray | None = None
+    with_whitener: bool = False
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
         """Log posterior density (B, n) of points (w, θ_c, P), (B, n, 3), of the touches at the places `touch` (B,)."""
         return self.posterior.log_density(x, touch)
 
     def results(self, draws: FloatArray) -> Drawn:
-        """``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m), and `TIPS`, of draws (chain, draw, t, 3)."""
+        """``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m), `TIPS`, `WHITENER`; from (chain, draw, t, 3)."""
         indenter = self.posterior.indenter
         radius, indenter_radius = indenter.indenter_radius(draws[..., 0])
         out = {"r_c": indenter_radius, "R": radius, "theta_c": np.degrees(draws[..., 1]), "P": draws[..., 2]}
@@ -69,6 +74,10 @@ class FingerGroup:
             unsure = np.isnan(probability[0])
             probability[:, unsure] = indenter.log_shares(draws[:, :, unsure, 0])
             out[TIPS] = probability
+        if self.with_whitener:
+            whitener = self.posterior.whitener
+            full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1])
+            out[WHITENER] = np.moveaxis(full, 0, -1)
         return out
 
 
@@ -83,6 +92,8 @@ class FingerSampler:
     reading_covariance : callable or None
         Covariance (t, m, m) of the readings that the calibration leaves uncertain, from R (mm), θ_c (rad) and
         P (N/m) of the touches; None takes the calibration as exact.
+    with_whitener : bool
+        Whether the `WHITENER` of each touch is kept.
     """
 
     chain: CalibratedFinger
@@ -90,6 +101,7 @@ class FingerSampler:
     table: ReadingTable
     noise: Noise
     reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray] | None
+    with_whitener: bool = False
 
     redraws_together = True
 
@@ -99,10 +111,12 @@ class FingerSampler:
         return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
-        """Of `DRAWN`, and of `TIPS` where the prior has tips."""
+        """Of `DRAWN`, of `TIPS` where the prior has tips, and of `WHITENER` where that is kept."""
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DRAWN, (chains, draws))
         if isinstance(self.priors.radius, RadiusOfTips):
             shapes[TIPS] = (self.priors.radius.n_alternatives,)
+        if self.with_whitener:
+            shapes[WHITENER] = (self.noise.tactile_sd.size, self.noise.tactile_sd.size)
         return shapes
 
     def groups(self, touches: TouchReadings, rows: IndexArray) -> Iterator[FingerGroup]:
@@ -117,8 +131,9 @@ class FingerSampler:
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
             mode, hessian = find_modes(posterior, mode)
         posterior = replace(posterior, priors=self.priors)
+        proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):
             proposal, log_probability = propose_alternatives(posterior, mode, hessian)
-            yield FingerGroup(rows, posterior, proposal, log_probability)
         else:
-            yield FingerGroup(rows, posterior, profile_proposal(posterior, mode, hessian))
+            proposal, log_probability = profile_proposal(posterior, mode, hessian), None
+        yield FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener)

@@ -13,8 +13,12 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.derivatives import by_signal
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.model import FingerModel
+from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
+from bayestouch.finger.reading.true_load import TrueLoads
 from bayestouch.model.observations import Observations, UntimedTouches
 
 
@@ -40,6 +44,8 @@ class EffectContext:
         Derivative of `scale` and `shift` over the values of effects that depend on time.
     exact : bool
         Whether the calibration is taken as exact.
+    loads : TrueLoads or None
+        Measured loads as effects of the rig correct them; None where no effect does.
     """
 
     effects_chain: ChainWithEffects
@@ -49,6 +55,7 @@ class EffectContext:
     reads: FloatArray
     slopes: FloatArray
     exact: bool
+    loads: TrueLoads | None = None
 
     def select(self, index: IntArray) -> EffectContext:
         """Some of the touches."""
@@ -59,6 +66,7 @@ class EffectContext:
             extra=self.extra[index],
             reads=self.reads[index],
             slopes=self.slopes[:, :, index],
+            loads=None if self.loads is None else self.loads.select(index),
         )
 
     def joined(self, parts: Sequence[TouchContext]) -> EffectContext:
@@ -71,7 +79,19 @@ class EffectContext:
             extra=np.concatenate([part.extra for part in contexts]),
             reads=np.concatenate([part.reads for part in contexts]),
             slopes=np.concatenate([part.slopes for part in contexts], axis=2),
+            loads=None if self.loads is None else self.loads.joined([p.loads for p in contexts if p.loads is not None]),
         )
+
+    def with_loads(self, loads: TrueLoads, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> EffectContext:
+        """With corrected loads, and what their errors say of readings at touches (mm, rad, N/m)."""
+        if self.exact:
+            return replace(self, loads=loads)
+        along = loads.along(self._root, self._spread(self._signal(radius_mm, angle, load), radius_mm, angle, load))
+        return replace(self, loads=loads.with_gain(along))
+
+    def without_loads(self) -> EffectContext:
+        """As if errors of the corrected loads were independent of what is expected of the readings."""
+        return replace(self, loads=None)
 
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
@@ -97,30 +117,77 @@ class EffectContext:
         scaled = out * self.scale[touch] + self.shift[touch]
         if self.effects_chain.correction_table is not None:
             scaled = scaled + self.effects_chain.correction_table.readings(radius_mm, angle, load)
+        if self.loads is not None:
+            scaled = scaled + self.loads.readings(load, touch)
         return np.asarray(scaled, dtype=signal.dtype)
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m)."""
-        model = self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
-        vector = self.effects_chain.vector[self._static_rows]
-        signal = model.predict(vector).touches
-        total = self.extra + self.effects_chain.listed.noise.covariance(signal, model.peak, self.reads)
-        correction_table = self.effects_chain.correction_table
-        if correction_table is not None:
-            sd = correction_table.sd_at(np.degrees(angle))
-            total = total + ((load[:, None] * sd) ** 2)[:, :, None] * np.eye(signal.shape[1])
+        """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m).
+
+        To first order in the parameters of chain, effects and correction, which are known together. Given the measured
+        load where effects correct that.
+        """
+        signal = self._signal(radius_mm, angle, load)
+        total = self.extra + self.effects_chain.listed.noise.covariance(
+            signal, self.effects_chain.model.peak, self.reads
+        )
         if self.exact:
             return total
-        static, _ = model.derivatives(vector)
+        spread = self._spread(signal, radius_mm, angle, load)
+        total = total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True)
+        if self.effects_chain.correction_table is not None:
+            total = total + self.effects_chain.correction_table.covariance_at(radius_mm, angle, load)
+        if self.loads is not None:
+            along = self.loads.along(self._root, spread)
+            total = total - along[:, :, None] * along[:, None]
+        return np.asarray(total)
+
+    def _signal(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Signals (t, m) after the effects that are the same in all samples."""
+        return self._at(radius_mm, angle, load).predict(self._static_vector).touches
+
+    def _spread(self, signal: FloatArray, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """What one standard deviation of each column of `_root` changes in the readings, (d, t, m)."""
+        static, _ = self._at(radius_mm, angle, load).derivatives(self._static_vector)
         jacobian = np.empty((len(self.effects_chain.vector), *signal.shape))
         jacobian[self._static_rows] = static * self.scale
         for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
             jacobian[row] = factor * signal + addition
-        root = np.linalg.cholesky(
-            self.effects_chain.covariance + np.diag(1e-12 * np.diag(self.effects_chain.covariance) + 1e-300)
+        if self.effects_chain.correction_table is not None:
+            jacobian += self.effects_chain.correction_table.by_parameter(radius_mm, angle, load)
+        return spread_of(jacobian, self._root)
+
+    def _at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
+        return self._static.observing(UntimedTouches(len(load))).at(radius_mm, angle, load)
+
+    @cached_property
+    def _root(self) -> FloatArray:
+        return root_of(self.effects_chain.covariance)
+
+    @cached_property
+    def _static_vector(self) -> FloatArray:
+        return self.effects_chain.vector[self._static_rows]
+
+    def _spread_of_map(self, identified: EmpiricalCalibration, recording: Recording, model: FingerModel) -> FloatArray:
+        """Covariance (t, m, m) of the readings that an identified map leaves, with the effects."""
+        assert model.pose is not None
+        vector, n_elements = self.effects_chain.vector[self._static_rows], model.n_elements
+        own, shared = identified.signal_spread(*model.pose)
+        jacobian = by_signal(model, recording, vector)
+        rows = np.einsum("tij,stj->sti", jacobian, shared)
+        for place in range(model.n_base, len(vector)):
+            up, down, step = model.about_value(vector, place)
+            moved = model.readings(recording, up).touches - model.readings(recording, down).touches
+            rows[self._static_rows[place] - 3 * n_elements] += moved / (2 * step)
+        rows *= self.scale
+        signal = model.readings(recording, vector).touches
+        for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
+            rows[row - 3 * n_elements] += factor * signal + addition
+        scaled = self.scale[:, :, None] * jacobian
+        of_own = np.einsum("tij,tj,tkj->tik", scaled, own, scaled, optimize=True)
+        return np.asarray(
+            of_own + np.einsum("sti,su,utj->tij", rows, identified.contact_covariance, rows, optimize=True)
         )
-        spread = np.einsum("dk,dtm->ktm", root, jacobian, optimize=True)
-        return np.asarray(total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True))
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -42,8 +41,17 @@ class CalibratedFinger(Protocol):
         """Name of the contact model."""
         ...
 
+    @property
+    def finite_strain(self) -> float:
+        """Fraction of the finite strain in the readings; 0 where they are in proportion to the load."""
+        ...
+
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Readings (..., m) under touches of composite radius R (mm), location (rad) and load (N/m)."""
+        ...
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """The part of them due to finite strain."""
         ...
 
 
@@ -56,6 +64,10 @@ class TouchContext(Protocol):
 
     def joined(self, parts: Sequence[TouchContext]) -> TouchContext:
         """The touches of several contexts of the same effects, of which this is one."""
+        ...
+
+    def without_loads(self) -> TouchContext:
+        """The same as if errors of corrected loads were independent of what is expected of the readings."""
         ...
 
     def readings(
@@ -100,6 +112,10 @@ class TouchReadings:
         """Some of the touches."""
         context = None if self.context is None else self.context.select(index)
         return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], context)
+
+    def with_independent_loads(self) -> TouchReadings:
+        """The same with errors of the loads that say nothing of the readings: loads can then be left out."""
+        return self if self.context is None else replace(self, context=self.context.without_loads())
 
 
 @dataclass(frozen=True)
@@ -181,25 +197,33 @@ class FingerPosterior:
         angle, load = np.ascontiguousarray(x[..., 1]), np.ascontiguousarray(x[..., 2])
         radius = self.radius(np.ascontiguousarray(x[..., 0]))
         readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
-        difference: NDArray[np.floating]
+        difference = self.predicted(radius, angle, load, blocks)
         if self.table is None:
-            difference = (
-                self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks) - readings
-            )
+            difference = difference - readings
         else:
-            kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
-            rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
-            rows *= load.astype(np.float32).reshape(-1, 1)
-            rows = rows.reshape(*load.shape, -1)
-            if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
-                rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
-            rows = self.effects_chain(rows, radius, angle, load, blocks)
-            rows -= readings.astype(np.float32)
-            difference, whitener = rows, whitener.astype(np.float32)
+            difference -= readings.astype(np.float32)
+            whitener = whitener.astype(np.float32)
         if whitener.ndim == 2:
             difference *= whitener[:, None]
             return difference
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
+
+    def predicted(
+        self, radius: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
+    ) -> NDArray[np.floating]:
+        """Predicted readings (B, W, m) under R (mm), θ_c (rad) and P (N/m), (B, W) each, of the touches `blocks` (B,).
+
+        In float32 by table, in float64 by the chain.
+        """
+        if self.table is None:
+            return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)
+        kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
+        rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
+        rows *= load.astype(np.float32).reshape(-1, 1)
+        rows = rows.reshape(*load.shape, -1)
+        if self.chain.finite_strain:
+            rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
+        return self.effects_chain(rows, radius, angle, load, blocks)
 
     def effects_chain(
         self, rows: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray

@@ -17,12 +17,14 @@ from bayestouch.data.touches import Touches
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.covariance import CalibrationCovariance
-from bayestouch.finger.reading.draws import DRAWN, TIPS, FingerSampler
+from bayestouch.finger.reading.draws import DRAWN, TIPS, WHITENER, FingerSampler
+from bayestouch.finger.reading.likelihood import FingerTouchModel
 from bayestouch.finger.reading.misfit import FingerMisfit
-from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
-from bayestouch.finger.reading.touches_with_effects import changes_load, observe, prepare
+from bayestouch.finger.reading.touches_with_effects import observe, prepare
+from bayestouch.finger.reading.true_load import changes_load
 from bayestouch.model.observations import Observations
 from bayestouch.priors.indenters import UniformRadius
 from bayestouch.priors.parameters import Parameter, Uniform
@@ -89,7 +91,9 @@ class FingerTouchReader:
         chain, table, covariance = _model(calibration, typical, effects_chain)
         priors = IndenterPriors.of(chain, typical, options.indenter)
         noise = calibration.noise
-        sampler = FingerSampler(chain, priors, table, noise, None if options.plug_in else covariance)
+        sampler = FingerSampler(
+            chain, priors, table, noise, None if options.plug_in else covariance, bool(options.groups)
+        )
         return cls(options, sampler, covariance, typical, noise, effects_chain)
 
     @property
@@ -149,7 +153,7 @@ class FingerTouchReader:
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:
         """Fits of the touches for the check of the sensor, whatever indenters may have made them."""
-        sampler, readings = self.sampler, block.readings
+        sampler, readings = self.sampler, block.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)
         return FingerMisfit(
@@ -168,7 +172,7 @@ class FingerTouchReader:
     def estimates(self, block: FingerTouches, drawn: Drawn) -> Estimates:
         """Draws of r_c, R, θ_c and P; readings are predicted at their means."""
         means, radius = block.means, self.sampler.priors.radius
-        log_probability = drawn.pop(TIPS, None)
+        log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)
         posterior = {name: drawn[name] for name in DRAWN}
         reference = self._reference(means)
         predicted = self._predicted(block.readings, posterior)
@@ -186,7 +190,13 @@ class FingerTouchReader:
         if log_probability is not None and isinstance(radius, RadiusOfTips):
             tips = TipProbabilities.of(radius, log_probability)
         stats = {name: values for name, values in drawn.items() if name not in posterior}
-        return Estimates(posterior, stats, reference, rows, tips)
+        model = None
+        if whitener is not None:
+            sampler = self.sampler
+            whiteners = np.ascontiguousarray(np.moveaxis(whitener, -1, 0))
+            density = FingerPosterior(sampler.chain, block.readings, sampler.priors, whiteners, sampler.table)
+            model = FingerTouchModel(density, self.parameters, means.load)
+        return Estimates(posterior, stats, reference, rows, tips, model)
 
     def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
         """How many touches are read without a load although loads are used, and what was assumed of the clock."""
@@ -223,6 +233,7 @@ def _model(
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 
-        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        identified = None if effects_chain is None else effects_chain.identified
+        empirical = identified or EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)

@@ -10,7 +10,6 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
-from bayestouch.effects import Effect
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
@@ -22,6 +21,7 @@ from bayestouch.finger.reading.reader import (
     full_whitener,
     noise_whitener,
 )
+from bayestouch.finger.reading.true_load import changes_load, true_loads
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import without_wrong
@@ -52,11 +52,6 @@ def observe(
         # one touch a row; each goes by the number that its touch has in the table
         observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
     return observed, timing.note
-
-
-def changes_load(effects_chain: ChainWithEffects) -> bool:
-    """Whether the force sensor reads another load than the one that acts."""
-    return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
 
 
 def prepare(
@@ -99,8 +94,9 @@ def prepare(
         mode, _ = find_modes(posterior, mode)
         start = mode
         if corrects_load:
-            load, load_sd = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd)
-            readings = replace(readings, load=load, load_sd=load_sd)
+            loads = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd, exact=plug_in)
+            current = current.with_loads(loads, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
+            readings = replace(readings, load=loads.load, load_sd=loads.sd, context=current)
         if effects_chain.listed.drifts:
             without = replace(current, scale=scale, shift=shift, extra=np.zeros((t, m, m)))
             evidence = _evidence(replace(posterior, touches=replace(readings, context=without)), mode, noise)
@@ -110,37 +106,6 @@ def prepare(
             mean, spread = drift_of_others(columns, precision, information)
             readings = replace(readings, context=replace(current, scale=scale, shift=shift + mean, extra=spread))
     return readings
-
-
-def true_loads(
-    effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Loads as they really are, and their standard deviations, from loads as read (t,) at locations (t,)."""
-
-    def at(vector: FloatArray) -> FloatArray:
-        model = effects_chain.model
-        recording = Recording(
-            indenter_radius_mm=np.full(len(load), np.nan),
-            place=(angle_deg,),
-            load=load,
-            time_s=np.zeros(len(load)),
-            held_s=np.zeros(len(load)),
-            element_place=(np.asarray(model.finger.element_angles_deg),),
-            peak=model.peak,
-            reference_load=model.reference_load,
-            signal=np.zeros((len(load), model.n_elements)),
-        )
-        for effect, values in zip(model.effects, model.values(vector), strict=True):
-            recording = effect.pose(recording, values)
-        return recording.load
-
-    variance = load_sd**2
-    sd = np.sqrt(np.diag(effects_chain.covariance))
-    for row in range(effects_chain.model.n_base, len(effects_chain.vector)):
-        moved = effects_chain.vector.copy()
-        moved[row] += sd[row]
-        variance = variance + np.nan_to_num(at(moved) - at(effects_chain.vector)) ** 2
-    return at(effects_chain.vector), np.sqrt(variance)
 
 
 def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectContext) -> FloatArray:
