@@ -35,7 +35,6 @@ def begin(
     seed: int,
     priors: Mapping[str, Prior] | None = None,
     e_map: str = MODEL_MAP,
-    groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
