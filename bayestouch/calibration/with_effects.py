@@ -1,4 +1,4 @@
-"""Calibration of a sensor with stated effects."""
+"""Calibrations with effects that are stated, not searched for."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bayestouch.model.correction import corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.joining import joined
+from bayestouch.model.joining import fit_with
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
@@ -34,16 +34,16 @@ def calibrate_with_effects(
     Parameters
     ----------
     dataset, draws, seed, progress
-        As in `bayestouch.calibrate`.
+        As of `bayestouch.calibrate`.
     model : StatedModel
-        Effects, with the starting values of fits.
+        Effects, with the values that fits start from.
     options
         Those of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
+        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
     """
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
@@ -69,7 +69,7 @@ def calibrate_with_effects(
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("the model states a correction, but these touches show no error to correct",)
+            notes = ("a correction was asked for, but these touches show nothing to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
@@ -78,20 +78,17 @@ def calibrate_with_effects(
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model fitted with one more effect, from stated starting values if there are any."""
+    """The model with one more effect, fitted from stated values where there are such."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
-    if isinstance(effect, NoiseEffect):
-        scored = score_noise(fitted, (effect,))
-        if not scored:
-            raise InputError(f"{effect.name} can be observed only in repeats, and no touch was read twice")
-        found = settled_noise(fitted, scored[0])
-        return with_noise(fitted, found), found
-    if isinstance(effect, RandomEffect):
-        values, _ = refine_drift(fitted, effect)
-        return settled(fit(fitted.model, fitted.vector, fitted.noise, (*fitted.drifts, (effect, values)))), None
-    (scored_effect,) = score_effects(fitted, (effect,))
-    values = tuple(start.get(p.name, value) for p, value in zip(effect.parameters, scored_effect.start, strict=True))
+    new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
+    return (new.fitted if new.noise else settled(new.fitted)), new.noise
+
+
+def _start(fitted: Fitted, effect: Effect, stated: Mapping[str, float]) -> Values:
+    """Values that the fit of an effect of the chain starts from: those that are stated, and what its score says."""
+    (scored,) = score_effects(fitted, (effect,))
+    values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, scored.start, strict=True))
     low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)
     return tuple(min(max(v, a), b) for v, a, b in zip(values, low, high, strict=True))

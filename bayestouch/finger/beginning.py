@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,7 @@ def begin(
     seed: int,
     priors: Mapping[str, Prior] | None = None,
     e_map: str = MODEL_MAP,
+    groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
