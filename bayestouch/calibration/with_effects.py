@@ -18,7 +18,7 @@ from bayestouch.model.correction import corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.joining import joined
+from bayestouch.model.joining import fit_with
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
@@ -82,7 +82,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
-    new = joined(effect, fitted, partial(_start, fitted, effect, start))
+    new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 
 
