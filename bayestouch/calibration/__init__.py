@@ -1,4 +1,4 @@
-"""Calibrate: the sensor is unknown, the touches are known."""
+"""Calibration of a sensor from known touches."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def calibrate(
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
         Priors of a finger's parameters in place of the default ones, by name: ``sigma``, ``mu`` (MPa), ``r_s`` (mm),
-        ``theta_s`` (departure from the angle as built, degree), ``response`` (its size, reading per N/m),
+        ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
@@ -79,7 +79,7 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, a prior contradicts what is possible or how the finger was built, or the
+        If an option does not fit the body, a prior contradicts the possible range or the nominal geometry, or the
         touches cannot identify the parameters.
     """
     if draws < 8:

@@ -50,7 +50,7 @@ def begin(
     if groups:
         raise InputError("groups: a calibration with effects is a normal approximation and has no log likelihood")
     if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
+        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None

@@ -227,14 +227,14 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
     notes = []
     if not known.repeated:
         notes.append(
-            "Not every element was read twice in a touch: what the model misses cannot be told from noise, and all of "
-            "it is called noise."
+            "Not every element was read twice in a touch: model error and noise cannot be distinguished, and all of it "
+            "counts as noise."
         )
     if known.load_scatter_dof == 0:
         source = "as stated" if priors.force_noise else "as assumed"
         notes.append(
-            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from how "
-            "the elements read together."
+            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from the "
+            "common errors of the elements."
         )
     if (known.load_reads == 0).any():
         count = int((known.load_reads == 0).sum())
