@@ -38,7 +38,7 @@ def calibrate_with_effects(
     model : StatedModel
         Effects, with the starting values of fits.
     options
-        Those of the body: contact, E map and priors of a finger, kernel of a pad.
+        Options of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def calibrate_with_effects(
     correction = None
     notes: tuple[str, ...] = ()
     if model.correction and not begun.corrects:
-        notes = ("no correction: what goes with element and location is in the identified map",)
+        notes = ("no correction is added: the identified E map includes errors that depend on element and location",)
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:

@@ -91,9 +91,9 @@ class PosteriorMap:
 def sample_fit(
     fit: FingerFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
 ) -> BlockDraws:
-    """Draw flat vectors (see `FlatLayout`) from the exact posterior: one block, proposals normal in `PosteriorMap`.
+    """Draws of flat vectors (see `FlatLayout`) from the exact posterior, as one block.
 
-    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers are drawn in the same map.
+    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers use the same `PosteriorMap`.
     """
     density, to_vectors = FingerDensity.of(fit), PosteriorMap.of(fit)
     layout, shape, n = fit.likelihood.layout, fit.noise_shape, fit.likelihood.layout.n_chain

@@ -20,9 +20,9 @@ STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 @dataclass(frozen=True, eq=False)
 class MapNeighbours:
-    """Fingers a step to either side in a parameter that all elements share, each with a factor of the radius.
+    """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
 
-    As κ = P R/μ, a step in log μ is one in the radius.
+    Since κ = P R/μ, a step in log μ is a step in the radius.
     """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
@@ -50,15 +50,15 @@ class EmpiricalCalibration:
     chain : EmpiricalFingerChain
         The finger with the posterior mean of E.
     covariance : (m, p, p) array
-        Of each row of E, at given values of the shared parameters.
+        Covariance of each row of E, at given values of the shared parameters.
     by_contact : (s, m, p) array
-        Change of E, refitted, with each shared parameter: σ and log μ of the contact, then the values of effects.
+        Derivative of the fitted E over each shared parameter: σ and log μ of the contact, then the values of effects.
     contact_covariance : (s, s) array
-        Of the shared parameters.
+        Covariance of the shared parameters.
     noise : Noise
-        What neither repeats nor the map explain is its discrepancy.
+        Noise of the readings; its discrepancy is the error that neither repeats nor the map explain.
     effect_neighbours : tuple of MapNeighbours
-        Fingers to either side in each value of the effects, s - 2 of them.
+        Fingers at one step above and below in each of the s - 2 values of the effects.
     """
 
     chain: EmpiricalFingerChain
@@ -86,7 +86,7 @@ class EmpiricalCalibration:
         return np.asarray(covariance)
 
     def signal_spread(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Variance of each element's own signal (t, m), and its derivative over the shared parameters, (s, t, m)."""
+        """Variance of the signals at fixed shared parameters (t, m), and derivatives over these (s, t, m)."""
         radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
         load = np.asarray(load, dtype=float)
         design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
@@ -127,7 +127,7 @@ class EmpiricalCalibration:
         noise: Noise,
         effect_neighbours: tuple[MapNeighbours, ...] = (),
     ) -> EmpiricalCalibration:
-        """Put together again what `arrays` took apart; without `effect_neighbours` effects count as known exactly."""
+        """Posterior from the result of `arrays`; without `effect_neighbours`, effects count as known exactly."""
         shared = 2 + len(effect_neighbours)
         return cls(
             chain=EmpiricalFingerChain(elastic, np.asarray(arrays["empirical_map"])),
