@@ -52,6 +52,12 @@ class RandomEffect(Effect):
         """Factor of the function in each reading, (n, m)."""
         raise NotImplementedError
 
+    def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
+        """See `Effect.drawn`: the posterior of size and time is near normal in their logarithms."""
+        if which < 2:
+            return np.asarray(value * np.exp(sd / value * normal))
+        return super().drawn(which, value, sd, normal)
+
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         time, m = recording.time_s, recording.signal.shape[1]
         basis = self.basis(time, values, float(time.min()), float(time.max()))

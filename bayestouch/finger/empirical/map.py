@@ -79,22 +79,25 @@ class EmpiricalCalibration:
         radius_mm, angle, load : (t,) array_like
             Composite radius R (mm), location (rad), load (N/m).
         """
-        own, shared = self.signal_spread(radius_mm, angle, load)
+        own, shared = self.own_variance(radius_mm, angle, load), self.by_shared(radius_mm, angle, load)
         covariance = np.einsum("ite,ij,jtf->tef", shared, self.contact_covariance, shared, optimize=True)
         index = np.arange(own.shape[1])
         covariance[:, index, index] += own
         return np.asarray(covariance)
 
-    def signal_spread(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Variance of the signals at fixed shared parameters (t, m), and derivatives over these (s, t, m)."""
+    def own_variance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Variance of the signals (t, m) at given values of the shared parameters."""
+        design = pressure_matrix(self.chain.elastic, radius_mm, angle, load, self.chain.n_coefficients)
+        return np.asarray(np.einsum("etp,tp->te", design @ self.covariance, design))
+
+    def by_shared(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Derivative of the signals over the shared parameters, with the map fitted again, (s, t, m)."""
         radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
-        load = np.asarray(load, dtype=float)
-        design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
-        own = np.einsum("etp,tp->te", design @ self.covariance, design)
-        e = self.chain.e_matrix
-        shared = np.empty((len(self.by_contact), *own.shape))
+        load, e = np.asarray(load, dtype=float), self.chain.e_matrix
+        shared = np.empty((len(self.by_contact), len(load), len(e)))
         for i, near in enumerate((*self._contact_neighbours, *self.effect_neighbours)):
             if near.sides[0] == near.sides[1] == (self.chain.elastic, 1.0):
+                design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
                 shared[i] = design @ self.by_contact[i].T
                 continue
             up, down = (
@@ -104,7 +107,7 @@ class EmpiricalCalibration:
                 for sign, (side, factor) in zip((1, -1), near.sides, strict=True)
             )
             shared[i] = (up - down) / (2 * near.step)
-        return own, shared
+        return shared
 
     @cached_property
     def _contact_neighbours(self) -> tuple[MapNeighbours, MapNeighbours]:

@@ -13,8 +13,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
-from bayestouch.finger.derivatives import by_signal
-from bayestouch.finger.empirical.map import EmpiricalCalibration
+from bayestouch.finger.empirical.spread import by_parameter, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
@@ -135,6 +134,9 @@ class EffectContext:
             return total
         spread = self._spread(signal, radius_mm, angle, load)
         total = total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True)
+        identified, model = self.effects_chain.identified, self._at(radius_mm, angle, load)
+        if identified is not None:
+            total += own_covariance(identified, model, self._leaving(model), self._static_vector, self.scale)
         if self.effects_chain.correction_table is not None:
             total = total + self.effects_chain.correction_table.covariance_at(radius_mm, angle, load)
         if self.loads is not None:
@@ -144,15 +146,28 @@ class EffectContext:
 
     def _signal(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Signals (t, m) after the effects that are equal in all samples."""
-        return self._at(radius_mm, angle, load).predict(self._static_vector).touches
+        model = self._at(radius_mm, angle, load)
+        return model.readings(self._leaving(model), self._static_vector).touches
+
+    def _leaving(self, model: FingerModel) -> Recording:
+        """Touches with the signals before the effects on the signal."""
+        identified = self.effects_chain.identified
+        if identified is None:
+            return model.signal(self._static_vector)
+        assert model.pose is not None
+        return replace(model.poses(self._static_vector), signal=identified.chain.series(*model.pose))
 
     def _spread(self, signal: FloatArray, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Change of the readings for each column of `_root`, (d, t, m)."""
-        static, _ = self._at(radius_mm, angle, load).derivatives(self._static_vector)
-        jacobian = np.empty((len(self.effects_chain.vector), *signal.shape))
-        jacobian[self._static_rows] = static * self.scale
+        identified, model = self.effects_chain.identified, self._at(radius_mm, angle, load)
+        vector, rows = self._static_vector, self._static_rows
+        if identified is None:
+            jacobian = np.zeros((len(self.effects_chain.vector), *signal.shape))
+            jacobian[rows] = model.derivatives(vector)[0] * self.scale
+        else:
+            jacobian = by_parameter(identified, model, self._leaving(model), vector, rows) * self.scale
         for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
-            jacobian[row] = factor * signal + addition
+            jacobian[row] += factor * signal + addition
         if self.effects_chain.correction_table is not None:
             jacobian += self.effects_chain.correction_table.by_parameter(radius_mm, angle, load)
         return spread_of(jacobian, self._root)
@@ -167,27 +182,6 @@ class EffectContext:
     @cached_property
     def _static_vector(self) -> FloatArray:
         return self.effects_chain.vector[self._static_rows]
-
-    def _spread_of_map(self, identified: EmpiricalCalibration, recording: Recording, model: FingerModel) -> FloatArray:
-        """Covariance (t, m, m) of the readings after the effects, due to an identified map."""
-        assert model.pose is not None
-        vector, n_elements = self.effects_chain.vector[self._static_rows], model.n_elements
-        own, shared = identified.signal_spread(*model.pose)
-        jacobian = by_signal(model, recording, vector)
-        rows = np.einsum("tij,stj->sti", jacobian, shared)
-        for place in range(model.n_base, len(vector)):
-            up, down, step = model.about_value(vector, place)
-            moved = model.readings(recording, up).touches - model.readings(recording, down).touches
-            rows[self._static_rows[place] - 3 * n_elements] += moved / (2 * step)
-        rows *= self.scale
-        signal = model.readings(recording, vector).touches
-        for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
-            rows[row - 3 * n_elements] += factor * signal + addition
-        scaled = self.scale[:, :, None] * jacobian
-        of_own = np.einsum("tij,tj,tkj->tik", scaled, own, scaled, optimize=True)
-        return np.asarray(
-            of_own + np.einsum("sti,su,utj->tij", rows, identified.contact_covariance, rows, optimize=True)
-        )
 
     @cached_property
     def _pointwise(self) -> list[tuple[Effect, Values]]:

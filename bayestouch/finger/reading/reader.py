@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -222,7 +221,7 @@ class FingerPosterior:
         rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
         rows *= load.astype(np.float32).reshape(-1, 1)
         rows = rows.reshape(*load.shape, -1)
-        if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
+        if self.chain.finite_strain:
             rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
         return self.effects_chain(rows, radius, angle, load, blocks)
 
