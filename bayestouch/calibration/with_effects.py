@@ -1,4 +1,4 @@
-"""Calibration of a sensor with stated effects."""
+"""Calibrations with effects that are stated, not searched for."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bayestouch.model.correction import corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.joining import joined
+from bayestouch.model.joining import fit_with
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
@@ -69,7 +69,7 @@ def calibrate_with_effects(
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("the model states a correction, but these touches show no error to correct",)
+            notes = ("a correction was asked for, but these touches show nothing to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
@@ -78,11 +78,11 @@ def calibrate_with_effects(
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model fitted with one more effect, from stated starting values if there are any."""
+    """The model with one more effect, fitted from stated values where there are such."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
-    new = joined(effect, fitted, partial(_start, fitted, effect, start))
+    new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 
 

@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.model.candidates import Candidate
 from bayestouch.model.fitting import SETTLED, Fitted
-from bayestouch.model.joining import joined
+from bayestouch.model.joining import fit_with
 from bayestouch.model.predictive import held_out_density
 from bayestouch.parallel.cluster import in_order
 
@@ -86,7 +86,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
     """
     effect = candidate.effect
     enough = max(SETTLED, ROUGHLY * fitted.excess)
-    again = joined(effect, fitted, lambda: candidate.start, whitening=fitted.whitening, enough=enough)
+    again = fit_with(effect, fitted, lambda: candidate.start, whitening=fitted.whitening, enough=enough)
     new = again.fitted
     difference = density(new) - before
     gain, error = paired(gained(difference))

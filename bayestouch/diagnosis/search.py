@@ -14,7 +14,7 @@ from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.joining import removed
+from bayestouch.model.joining import fit_without
 from bayestouch.model.noise_fit import with_noise
 from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
@@ -148,7 +148,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
         # A random function of time can imitate a cause, so it cannot make a cause unnecessary.
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
-        less = removed(effect, fitted)
+        less = fit_without(effect, fitted)
         gain, error = paired(gained(density(fitted) - density(less)))
         if gain < ERRORS * error or gain < _smallest_gain(fitted):
             fitted = less

@@ -38,7 +38,7 @@ class Joined:
 
 
 @singledispatch
-def joined(
+def fit_with(
     effect: Effect,
     fitted: Fitted,
     start: Callable[[], Values],
@@ -70,7 +70,7 @@ def joined(
     return Joined(new, model.values(new.vector)[-1])
 
 
-@joined.register
+@fit_with.register
 def _(
     effect: RandomEffect,
     fitted: Fitted,
@@ -84,7 +84,7 @@ def _(
     return Joined(fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=whitening, enough=enough), values)
 
 
-@joined.register
+@fit_with.register
 def _(
     effect: NoiseEffect,
     fitted: Fitted,
@@ -101,7 +101,7 @@ def _(
 
 
 @singledispatch
-def removed(effect: Effect, fitted: Fitted) -> Fitted:
+def fit_without(effect: Effect, fitted: Fitted) -> Fitted:
     """The model without one of the effects of its chain or its drifts, fitted anew with the same whitening."""
     model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
     place = model.n_base
@@ -113,7 +113,7 @@ def removed(effect: Effect, fitted: Fitted) -> Fitted:
     return fit_from_both(less, fitted.vector[kept], fitted.noise, fitted.drifts, whitening=fitted.whitening)
 
 
-@removed.register
+@fit_without.register
 def _(effect: RandomEffect, fitted: Fitted) -> Fitted:
     drifts = tuple(pair for pair in fitted.drifts if pair[0].name != effect.name)
     return fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)

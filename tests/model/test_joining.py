@@ -12,7 +12,7 @@ from bayestouch.effects import NoiseEffect
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.errors import InputError
 from bayestouch.model import joining
-from bayestouch.model.joining import joined, removed
+from bayestouch.model.joining import fit_with, fit_without
 
 
 def effect(name: str, count: int) -> Any:
@@ -27,11 +27,11 @@ def test_an_effect_is_taken_out_with_its_values(monkeypatch: pytest.MonkeyPatch)
     whole: Any = SimpleNamespace(model=model, vector=np.arange(6.0), drifts=drifts, noise="n", whitening="w")
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, whitening: of)
     monkeypatch.setattr(joining, "fit", lambda *of, whitening: of)
-    less, vector, _, left = removed(effects[1], whole)  # type: ignore[misc]
+    less, vector, _, left = fit_without(effects[1], whole)  # type: ignore[misc]
     assert less == (effects[0], effects[2]) and left == drifts
     np.testing.assert_array_equal(vector, [0, 1, 2, 5])
-    np.testing.assert_array_equal(removed(effects[0], whole)[1], [0, 1, 3, 4, 5])  # type: ignore[index]
-    same, vector, _, left = removed(drifts[0][0], whole)  # type: ignore[misc]
+    np.testing.assert_array_equal(fit_without(effects[0], whole)[1], [0, 1, 3, 4, 5])  # type: ignore[index]
+    same, vector, _, left = fit_without(drifts[0][0], whole)  # type: ignore[misc]
     assert same is model and left == drifts[1:]
     np.testing.assert_array_equal(vector, np.arange(6.0))
 
@@ -46,7 +46,7 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     asked: dict[str, Any] = {}
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, **how: asked.update(of=of, **how) or one)
     monkeypatch.setattr(joining, "fit", lambda *of, **how: asked.update(of=of, **how) or one)
-    found = joined(effect("b", 1), whole, lambda: (3.0,), whitening="kept", enough=0.7)  # type: ignore[arg-type]
+    found = fit_with(effect("b", 1), whole, lambda: (3.0,), whitening="kept", enough=0.7)  # type: ignore[arg-type]
     assert found.fitted is one and found.values == (7.0,) and found.noise is None
     fitted_model, start, *rest = asked["of"]
     assert [getattr(each, "name", each) for each in fitted_model.effects] == ["a", "b"] and start == ("v", (3.0,))
@@ -54,7 +54,7 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(joining, "refine_drift", lambda fitted, effect: ((0.5, 9.0), 1.0))
     other = BaselineDrift(())
-    found = joined(other, whole, pytest.fail, whitening="kept", enough=0.7)  # type: ignore[arg-type]
+    found = fit_with(other, whole, pytest.fail, whitening="kept", enough=0.7)  # type: ignore[arg-type]
     assert found.values == (0.5, 9.0)
     assert asked["of"] == (model, "v", "n", (drift, (other, (0.5, 9.0)))) and asked["enough"] == 0.7
 
@@ -65,8 +65,8 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     monkeypatch.setattr(joining, "score_noise", lambda fitted, effects: ["scored"])
     monkeypatch.setattr(joining, "settled_noise", lambda fitted, scored: settled)
     monkeypatch.setattr(joining, "with_noise", lambda fitted, found: ("with", found))
-    found = joined(Hum(), whole, pytest.fail)
+    found = fit_with(Hum(), whole, pytest.fail)
     assert (found.fitted, found.values, found.noise) == (("with", settled), (4.0,), settled)
     monkeypatch.setattr(joining, "score_noise", lambda fitted, effects: [])
     with pytest.raises(InputError, match="hum shows in repeats only"):
-        joined(Hum(), whole, pytest.fail)
+        fit_with(Hum(), whole, pytest.fail)

@@ -11,7 +11,7 @@ from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.model import FingerModel
 
 
-def by_parameter(
+def map_derivatives(
     identified: EmpiricalCalibration,
     model: FingerModel,
     recording: Recording,
@@ -50,7 +50,7 @@ def own_covariance(
 ) -> FloatArray:
     """Covariance (t, m, m) of the readings that the map leaves at given parameters of the calibration.
 
-    As `by_parameter`; `scale` (t, m) is the factor of the effects that differ from sample to sample.
+    As `map_derivatives`; `scale` (t, m) is the factor of the effects that differ from sample to sample.
     """
     assert model.pose is not None
     through = scale[:, :, None] * by_signal(model, recording, vector)

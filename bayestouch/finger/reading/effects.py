@@ -13,7 +13,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
-from bayestouch.finger.empirical.spread import by_parameter, own_covariance
+from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
@@ -165,7 +165,7 @@ class EffectContext:
             jacobian = np.zeros((len(self.effects_chain.vector), *signal.shape))
             jacobian[rows] = model.derivatives(vector)[0] * self.scale
         else:
-            jacobian = by_parameter(identified, model, self._leaving(model), vector, rows) * self.scale
+            jacobian = map_derivatives(identified, model, self._leaving(model), vector, rows) * self.scale
         for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
             jacobian[row] += factor * signal + addition
         if self.effects_chain.correction_table is not None:
