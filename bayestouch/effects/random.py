@@ -85,7 +85,7 @@ class BaselineDrift(RandomEffect):
 
     name: ClassVar[str] = "baseline_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "zeros that wander with time"
+    summary: ClassVar[str] = "zeros that drift with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -111,14 +111,14 @@ class GainDrift(RandomEffect):
 
     name: ClassVar[str] = "gain_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "gain that wanders with time"
+    summary: ClassVar[str] = "gain that drifts with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         if setting.span_s <= 0:
             return None
-        what = "0: one course for all elements, 1: one for each"
+        what = "0: one function for all elements, 1: one for each element"
         own = EffectParameter("own", "", what, Uniform(0.0, 1.0), (0.0, 1.0))
         return cls((*_parameters(setting, "the gain, as a share", 0.05), own))
 

@@ -97,7 +97,7 @@ class EffectList:
             if parameters[effect.name] != names:
                 had = ", ".join(map(str, parameters[effect.name]))
                 reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
-                raise InputError(f"{reason}: made by another version, calibrate anew", column=EFFECTS)
+                raise InputError(f"{reason}: made by another version, calibrate again", column=EFFECTS)
         return cls(setting, effects, noise)
 
 

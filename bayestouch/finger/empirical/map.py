@@ -1,4 +1,4 @@
-"""The posterior of an identified E map: what it predicts and how surely."""
+"""The posterior of an identified E map: predicted readings and their covariance."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bayestouch.chain.empirical import EmpiricalFingerChain, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 
-# Central differences. Readings are smooth on these scales; the one over log μ spans a knot of the contact's table.
+# Steps of central differences. Readings are smooth on these scales; the step in log μ spans a knot of the contact.
 STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 
@@ -69,10 +69,10 @@ class EmpiricalCalibration:
     effect_neighbours: tuple[MapNeighbours, ...] = ()
 
     def reading_covariance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Covariance of the readings of each touch that the calibration leaves, (t, m, m).
+        """Covariance of the readings of each touch due to the calibration, (t, m, m).
 
-        Takes the place of `bayestouch.finger.reading.covariance.reading_covariance`. Elements share σ and μ;
-        the rest of it is each element's own.
+        It replaces `bayestouch.finger.reading.covariance.reading_covariance`. Only σ and μ are shared by the elements;
+        the other parameters are independent between elements.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class EmpiricalCalibration:
         return contact_neighbours(self.chain.elastic)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """What `from_arrays` needs beside the elastic chain and the noise, by name: for a calibration's `extra`."""
+        """Arrays by name, for `extra` of a calibration; `from_arrays` reads them."""
         return {
             "empirical_map": self.chain.e_matrix,
             "empirical_covariance": self.covariance,

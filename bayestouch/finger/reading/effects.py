@@ -1,4 +1,4 @@
-"""Touches read by a finger with effects: what the effects make of each touch's readings, and what they leave open."""
+"""Effects on the readings of touches that are inferred: readings, and their covariance due to the effects."""
 
 from __future__ import annotations
 
@@ -23,24 +23,24 @@ from bayestouch.model.observations import Observations, UntimedTouches
 
 @dataclass(frozen=True, eq=False)
 class EffectContext:
-    """Effects on the readings of t touches; a `TouchContext` of the reader.
+    """Effects on the readings of t touches. A `TouchContext`.
 
-    Readings are ``scale * static + shift``: effects that are the same in all samples act on the signal (`static`),
-    those that depend on when a touch was made multiply and add (creep, memory, drifts). A correction without a cause is
-    one of readings, as it was fitted: it comes after all effects.
+    Readings are ``scale * static + shift``: *static* effects are equal in all samples and act on the signal; effects
+    that depend on time (creep, memory, drifts) multiply and add. An empirical correction is added after all effects, as
+    in its fit.
 
     Attributes
     ----------
     effects_chain : ChainWithEffects
         The finger with its effects.
     scale, shift : (t, m) arrays
-        Factor and addition of each touch.
+        Factor and addition of the effects that depend on time.
     extra : (t, m, m) array
-        Covariance of the readings that drifts leave open.
+        Covariance of the readings due to the uncertainty of drifts.
     reads : (t,) array
-        Raw readings behind a touch's means.
+        Number of raw readings in the means of a touch.
     slopes : (q, 2, t, m) array
-        Derivative of `scale` and `shift` over the values of effects that depend on time.
+        Derivative of `scale` and `shift` over the values of the effects that depend on time.
     exact : bool
         Whether the calibration is taken as exact.
     loads : TrueLoads or None
@@ -69,7 +69,7 @@ class EffectContext:
         )
 
     def joined(self, parts: Sequence[TouchContext]) -> EffectContext:
-        """The same effects on the touches of several contexts, of which this is one."""
+        """The effects on the touches of several contexts together; this context is one of `parts`."""
         contexts = [part for part in parts if isinstance(part, EffectContext)]
         return replace(
             self,
@@ -95,7 +95,7 @@ class EffectContext:
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (n, m) from signals that leave the body, under touches (mm, rad, N/m), all (n,)."""
+        """Readings (n, m) from signals (n, m) before the effects, for R (mm), θ_c (rad) and P (N/m), all (n,)."""
         out = signal
         if self._pointwise:
             model = self.effects_chain.model
@@ -201,7 +201,7 @@ class EffectContext:
 
 
 def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect, Values]]:
-    """Effects on the signal that are the same in all samples, with their values, in the order of the stages."""
+    """Effects on the signal that are equal in all samples, with their values, in the order of the stages."""
     pairs = [
         (effect, effects_chain.values[effect.name])
         for effect in effects_chain.model.effects
@@ -211,7 +211,7 @@ def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect,
 
 
 def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
-    """Rows of the vector that hold values of effects that depend on when a touch was made."""
+    """Indices in the vector of the values of effects that depend on time."""
     out: list[int] = []
     place = effects_chain.model.n_base
     for effect in effects_chain.model.effects:
@@ -223,9 +223,9 @@ def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
 
 
 def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray) -> FloatArray:
-    """What effects that depend on time make of a signal of one and of zero: factor and addition, (2, t, m).
+    """Factor and addition of the effects that depend on time, (2, t, m).
 
-    They are taken to be linear in the signal.
+    The effects are assumed to be linear in the signal: they are evaluated for signals of one and zero.
     """
     model = replace(
         effects_chain.model,
@@ -248,7 +248,7 @@ def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observation
 
 
 def timed_slopes(effects_chain: ChainWithEffects, observed: Observations) -> FloatArray:
-    """Derivative of `timed_scale_and_shift` over the values of those effects, (q, 2, t, m)."""
+    """Derivative of `timed_scale_and_shift` over the values of these effects, (q, 2, t, m)."""
     out = []
     for row in timed_rows(effects_chain):
         step = 0.01 * max(float(np.sqrt(effects_chain.covariance[row, row])), 1e-9)
