@@ -189,7 +189,8 @@ def sample_fit(
 ) -> BlockDraws:
     """Draw flat vectors (see `FlatLayout`) from the exact posterior: one block, proposals normal in `PosteriorMap`.
 
-    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers are drawn in the same map.
+    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers are drawn in the same map. The
+    log density of the result is that of the flat vectors.
     """
     density, to_vectors = FingerDensity.of(fit), PosteriorMap.of(fit)
     layout, shape, n = fit.likelihood.layout, fit.noise_shape, fit.likelihood.layout.n_chain
@@ -230,13 +231,15 @@ def draw_points(
             moves=moves,
             progress=_part(progress, attempt),
         )
-        kept, _ = to_vectors(drawn.draws[:, ::thin])
+        kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
         ess, rhat = bulk_statistics(kept)
         if _good(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
-    return replace(drawn, draws=kept, log_density=drawn.log_density[:, ::thin], ess_bulk=ess, rhat=rhat)
+    return replace(
+        drawn, draws=kept, log_density=drawn.log_density[:, ::thin] - log_derivative, ess_bulk=ess, rhat=rhat
+    )
 
 
 def _good(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
