@@ -75,9 +75,9 @@ class FingerEvaluation:
     draws, seed : int
         Number of draws and seed of the calibrations.
     priors : mapping of str to Prior, or None
-        Those that were stated.
+        Priors stated by the user.
     e_map : str
-        Whether the E map of the calibrations is that of the elastic model, or identified beside the effects.
+        E map of the calibrations: that of the elastic model, or identified with the effects.
     """
 
     data: SplitData
