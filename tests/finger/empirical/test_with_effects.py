@@ -103,7 +103,7 @@ def test_effects_of_time_go_with_a_map(effect: str, better: float) -> None:
 def test_a_correction_is_left_to_the_map() -> None:
     found = identified(finger("crosstalk"), model=model_of("crosstalk", correction=True))
     assert not any(name.startswith("placed_") for name in found.extra)
-    assert any("is in the identified map" in note for note in found.notes)
+    assert any("the identified E map includes" in note for note in found.notes)
     only = identified(finger(), model=StatedModel("finger", "layer", (), True))
     np.testing.assert_array_equal(only.extra["empirical_map"], identified(finger()).extra["empirical_map"])
 
