@@ -79,7 +79,7 @@ class FiniteStrain(Effect):
     """
 
     parameters: tuple[EffectParameter, ...] = (
-        EffectParameter("share", "", "share of what a neo-Hookean rubber adds", Uniform(-0.5, 2.0), (0.1,), 0.0),
+        EffectParameter("share", "", "share of the neo-Hookean nonlinearity", Uniform(-0.5, 2.0), (0.1,), 0.0),
     )
 
     name: ClassVar[str] = "finite_strain"

@@ -29,7 +29,7 @@ class RigidCore(Effect):
 
     name: ClassVar[str] = "rigid_core"
     stage: ClassVar[Stage] = "contact"
-    summary: ClassVar[str] = "contact on a layer over a rigid core, in place of a half-space"
+    summary: ClassVar[str] = "contact on a layer over a rigid core, instead of a half-space"
     mixes: ClassVar[bool] = False
 
     @classmethod

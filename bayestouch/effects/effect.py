@@ -198,6 +198,13 @@ class Effect:
             value if each.null is None else each.null for each, value in zip(self.parameters, values, strict=True)
         )
 
+    def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
+        """Draws of one of its values about the most probable one, from standard normal numbers of any shape.
+
+        For effects whose values are no parameters of the chain.
+        """
+        return np.clip(value + sd * normal, *self.parameters[which].prior.support)
+
     def public_parameters(self) -> tuple[Parameter, ...]:
         """The parameters under their names in a calibration, e.g. ``crosstalk_share``."""
         return tuple(

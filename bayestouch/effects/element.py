@@ -69,8 +69,8 @@ class Crosstalk(Effect):
         share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
         if not setting.finger:
             return cls((share,), pairs)
-        reach = EffectParameter("reach", "", "share of an element over that of the one before", Uniform(0, 0.6), (0.1,))
-        lean = EffectParameter("lean", "", "excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
+        reach = EffectParameter("reach", "", "share of an element over that of the nearer one", Uniform(0, 0.6), (0.1,))
+        lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
@@ -95,16 +95,16 @@ class Crosstalk(Effect):
 class ChannelLag(Effect):
     """A multiplexed amplifier does not settle fully: each channel holds a share of the channel scanned before it.
 
-    Channels are scanned in the order of the table; the first one follows the last one of the previous scan. `carry` is
-    the ratio of the share left of the channel before the last to that of the last channel: 0 if each channel starts
-    from zero, `share` if one capacitor settles from channel to channel.
+    Channels are scanned in the order of the table; the first one follows the last one of the previous scan. The weight
+    of each earlier channel is `carry` times that of the channel scanned after it: `carry` is 0 if each channel starts
+    from zero, and equals `share` if one capacitor settles from channel to channel.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
 
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
-        EffectParameter("carry", "", "share of what was left there", Uniform(0.0, 0.8), (0.1,)),
+        EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(0.0, 0.8), (0.1,)),
     )
 
     name: ClassVar[str] = "channel_lag"
@@ -139,7 +139,7 @@ class Proximity(Effect):
 
     name: ClassVar[str] = "proximity"
     stage: ClassVar[Stage] = "element"
-    summary: ClassVar[str] = "broad response to the probe's nearness, beside the strain"
+    summary: ClassVar[str] = "broad response to the distance of the probe, added to the strain"
     mixes: ClassVar[bool] = False
 
     @classmethod

@@ -87,7 +87,7 @@ class NoiseEffect(Effect):
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         """Errors (n, m) that a simulation adds to the signal, drawn from the density of `log_density`."""
-        raise InputError(f"effect {self.name} does not say how its errors are drawn: it cannot be simulated")
+        raise InputError(f"effect {self.name} cannot be simulated: it has no method `errors`")
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         return np.asarray(recording.signal + self.errors(recording, values, rng))
@@ -199,7 +199,7 @@ class SignalDependentNoise(NoiseEffect):
 
     name: ClassVar[str] = "signal_dependent_noise"
     stage: ClassVar[Stage] = "noise"
-    summary: ClassVar[str] = "noise that grows with the signal"
+    summary: ClassVar[str] = "noise that increases with the signal"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -246,7 +246,7 @@ class Outliers(NoiseEffect):
 
     name: ClassVar[str] = "outliers"
     stage: ClassVar[Stage] = "noise"
-    summary: ClassVar[str] = "readings that are wrong now and then"
+    summary: ClassVar[str] = "occasional wrong readings"
     mixes: ClassVar[bool] = False
 
     @classmethod

@@ -30,7 +30,7 @@ class LoadNonlinearity(Effect):
 
     name: ClassVar[str] = "load_nonlinearity"
     stage: ClassVar[Stage] = "contact"
-    summary: ClassVar[str] = "response that grows less than the load"
+    summary: ClassVar[str] = "response that is not proportional to the load"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -66,7 +66,7 @@ class CreepByElement(Effect):
 
     name: ClassVar[str] = "creep_by_element"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "readings that change while the touch is held, each element's on its own"
+    summary: ClassVar[str] = "readings that change while the touch is held, different for each element"
     mixes: ClassVar[bool] = False
     needs_samples: ClassVar[bool] = True
 
@@ -77,7 +77,7 @@ class CreepByElement(Effect):
         prior, times = Normal(0.0, 0.2), tuple(setting.hold_s * share for share in (0.25, 1.0))
         shares = [
             EffectParameter(
-                f"share_e{e + 1:02d}", "", f"share that e{e + 1:02d} gains in the end", prior, (0.001,), 0.0
+                f"share_e{e + 1:02d}", "", f"change of e{e + 1:02d} after a long time, as a share", prior, (0.001,), 0.0
             )
             for e in range(setting.n_elements)
         ]

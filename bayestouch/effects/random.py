@@ -52,6 +52,12 @@ class RandomEffect(Effect):
         """Factor of the function in each reading, (n, m)."""
         raise NotImplementedError
 
+    def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
+        """See `Effect.drawn`: the posterior of size and time is near normal in their logarithms."""
+        if which < 2:
+            return np.asarray(value * np.exp(sd / value * normal))
+        return super().drawn(which, value, sd, normal)
+
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         time, m = recording.time_s, recording.signal.shape[1]
         basis = self.basis(time, values, float(time.min()), float(time.max()))
@@ -79,7 +85,7 @@ class BaselineDrift(RandomEffect):
 
     name: ClassVar[str] = "baseline_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "zeros that wander with time"
+    summary: ClassVar[str] = "zeros that drift with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -105,14 +111,14 @@ class GainDrift(RandomEffect):
 
     name: ClassVar[str] = "gain_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "gain that wanders with time"
+    summary: ClassVar[str] = "gain that drifts with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         if setting.span_s <= 0:
             return None
-        what = "0: one course for all elements, 1: one for each"
+        what = "0: one function for all elements, 1: one for each element"
         own = EffectParameter("own", "", what, Uniform(0.0, 1.0), (0.0, 1.0))
         return cls((*_parameters(setting, "the gain, as a share", 0.05), own))
 

@@ -69,7 +69,7 @@ class Saturation(Effect):
             (1.15, 1.05, 0.95, 0.85, 0.75, 0.6),
             np.inf,
         ),
-        EffectParameter("knee", "", "hardness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
+        EffectParameter("knee", "", "sharpness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
         EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
 
@@ -115,7 +115,7 @@ class Creep(Effect):
         times = tuple(setting.hold_s * share for share in (0.25, 1.0))
         return cls(
             (
-                EffectParameter("share", "", "share gained in the end", Normal(0.0, 0.2), (0.001,), 0.0),
+                EffectParameter("share", "", "change after a long time, as a share", Normal(0.0, 0.2), (0.001,), 0.0),
                 EffectParameter("time", setting.time_unit, "time constant", LogNormal(times[1], 1.0), times),
             )
         )
@@ -147,7 +147,7 @@ class Memory(Effect):
 
     name: ClassVar[str] = "memory"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "what is left of the touches before"
+    summary: ClassVar[str] = "remainder of the readings of earlier touches"
     mixes: ClassVar[bool] = False
     needs_samples: ClassVar[bool] = True
 
@@ -160,8 +160,8 @@ class Memory(Effect):
         return cls(
             (
                 EffectParameter("share", "", "share left after a pause", Normal(0.0, 0.1), (0.001,), 0.0),
-                EffectParameter("time", setting.time_unit, "time in which it fades", LogNormal(times[1], 0.8), times),
-                EffectParameter("breadth", "", "sd of the logarithm of that time", Uniform(0.0, 2.0), (0.5,)),
+                EffectParameter("time", setting.time_unit, "median relaxation time", LogNormal(times[1], 0.8), times),
+                EffectParameter("breadth", "", "sd of the logarithm of the relaxation time", Uniform(0.0, 2.0), (0.5,)),
             ),
             pause,
         )

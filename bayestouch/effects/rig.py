@@ -29,7 +29,7 @@ class ProberEccentricity(Effect):
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
-    summary: ClassVar[str] = "angle error of the prober, once around"
+    summary: ClassVar[str] = "angle error of the prober with a period of one turn"
     mixes: ClassVar[bool] = False
 
     @classmethod

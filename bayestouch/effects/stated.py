@@ -15,8 +15,8 @@ from bayestouch.errors import InputError, shown
 #: Bound of the absolute value of an effect's parameter.
 LARGEST = 1e100
 _HEAD = """\
-# What the chain of this sensor holds beyond the base model, as a diagnosis found it.
-# bayestouch calibrate DATASET --model model.toml fits the values anew, starting from these.
+# Effects of this sensor that are added to the base model, as found by a diagnosis.
+# bayestouch calibrate DATASET --model model.toml fits the values again, starting from these.
 
 """
 

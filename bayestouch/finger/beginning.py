@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,7 @@ def begin(
     seed: int,
     priors: Mapping[str, Prior] | None = None,
     e_map: str = MODEL_MAP,
+    groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
@@ -46,8 +47,10 @@ def begin(
     """
     if moves is not None:
         raise InputError("moves: a calibration with effects is not drawn by emcee")
+    if groups:
+        raise InputError("groups: a calibration with effects is a normal approximation and has no log likelihood")
     if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
+        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
@@ -72,9 +75,9 @@ class FingerEvaluation:
     draws, seed : int
         Number of draws and seed of the calibrations.
     priors : mapping of str to Prior, or None
-        Those that were stated.
+        Priors stated by the user.
     e_map : str
-        Whether the E map of the calibrations is that of the elastic model, or identified beside the effects.
+        E map of the calibrations: that of the elastic model, or identified with the effects.
     """
 
     data: SplitData

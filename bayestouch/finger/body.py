@@ -35,11 +35,16 @@ def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
 
 
 def _calibrate(
-    dataset: DataSet, *, contact: str, e_map: str, priors: Mapping[str, Prior] | None, moves: Any, **common: Any
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str,
+    priors: Mapping[str, Prior] | None,
+    **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, moves=moves, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -66,6 +71,7 @@ BODY = Body(
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
         "priors": Option(),
+        "groups": Option(()),
         "moves": Option(),
         "each_sample": Option(False),
         "method": Option("emcee"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -17,9 +17,10 @@ from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.noise import noise_of, public_noise
-from bayestouch.finger.peak_strain import peak_strain
+from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.public import linear_vectors, public_draws, public_mode
+from bayestouch.finger.requested import requested_groups
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
@@ -27,6 +28,7 @@ from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
 
 
@@ -38,6 +40,7 @@ def calibrate_finger(
     draws: int,
     seed: int,
     stated: Mapping[str, Prior] | None = None,
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
     moves: Any = None,
 ) -> Calibration:
@@ -71,6 +74,7 @@ def calibrate_finger(
         draws=draws,
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        groups=groups,
         progress=progress,
         moves=moves,
     )
@@ -88,6 +92,7 @@ def finger_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
     moves: Any = None,
 ) -> Calibration:
@@ -107,8 +112,8 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress, moves
-        As of `bayestouch.calibrate`.
+    draws, seed, groups, progress, moves
+        As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     """
@@ -130,9 +135,9 @@ def finger_calibration(
     return Calibration(
         sensor=sensor,
         parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
-        mode=_public_mode(fit),
+        mode=public_mode(fit),
         posterior=public_draws(fit, vectors),
-        covariance=np.cov(_linear(fit, vectors).T),
+        covariance=np.cov(linear_vectors(fit, vectors).T),
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
@@ -153,11 +158,15 @@ def finger_calibration(
         },
         extra={} if rest is None else {REST_READING: rest},
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
+        groups={
+            "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+            **requested_groups(fit, vectors, groups, seed),
+        },
     )
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
-    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
+    """The calibration of a fit with its E map identified by a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
     from bayestouch.finger.empirical.with_effects import identify_beside_effects
 
@@ -218,14 +227,14 @@ def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
     notes = []
     if not known.repeated:
         notes.append(
-            "Not every element was read twice in a touch: what the model misses cannot be told from noise, and all of "
-            "it is called noise."
+            "Not every element was read twice in a touch: model error and noise cannot be distinguished, and all of it "
+            "counts as noise."
         )
     if known.load_scatter_dof == 0:
         source = "as stated" if priors.force_noise else "as assumed"
         notes.append(
-            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from how "
-            "the elements read together."
+            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from the "
+            "common errors of the elements."
         )
     if (known.load_reads == 0).any():
         count = int((known.load_reads == 0).sum())
@@ -237,51 +246,6 @@ def _left_out(used: NDArray[np.bool_]) -> tuple[str, ...]:
     if used.all():
         return ()
     return (f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",)
-
-
-def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
-    chain = fit.chain
-    return {
-        "sigma": np.asarray(chain.poisson_ratio),
-        "mu": np.asarray(chain.shear_modulus_MPa),
-        "r_s": chain.sensing_radius_mm,
-        "theta_s": np.degrees(chain.angle),
-        "response": chain.response,
-        "gain": chain.gain,
-        "noise_sd": fit.noise.tactile_sd,
-        "discrepancy_sd": fit.noise.discrepancy_sd,
-        "force_noise_sd": np.asarray(fit.noise.force_sd),
-    }
-
-
-def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, 3 m + 2) of the parameters of the chain, with responses instead of their logarithms."""
-    at = fit.likelihood.layout
-    linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
-    linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
-    return linear
-
-
-def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
-    """Draws of every parameter and of the gains, by name, (chain, draw[, m]), from flat vectors (chain, draw, d)."""
-    at = fit.likelihood.layout
-    flat = vectors.reshape(-1, vectors.shape[-1])
-    response = fit.likelihood.sign * np.exp(flat[:, at.response])
-    depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = peak_strain(fit.chain, sigma, depth)
-    noise, missed, force = public_noise(fit.likelihood.known, at, flat)
-    values = {
-        "sigma": sigma,
-        "mu": mu,
-        "r_s": depth,
-        "theta_s": np.degrees(flat[:, at.angle]),
-        "response": response,
-        "gain": response * 1000 * mu[:, None] / peak,
-        "noise_sd": noise,
-        **({"discrepancy_sd": missed} if at.discrepancy else {}),
-        "force_noise_sd": force,
-    }
-    return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
 
 
 def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[str, float]:

@@ -67,6 +67,36 @@ class FingerDensity:
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d) and the measured load.
+
+        The error of the load is integrated out. The scatter of repeats about their means is not in it.
+        """
+        known, missing = self.likelihood.known, self.likelihood.missing
+        out = np.empty((len(vectors), len(missing)))
+        held = max(1, NUMBERS_HELD // missing.size)
+        for first in range(0, len(vectors), held):
+            part = slice(first, first + held)
+            predicted, slope = self.predict(vectors[part])
+            spread = Precisions.of(known, self.likelihood.layout, vectors[part])
+            weight, shared = spread.weight, slope * spread.load_sd[..., None]
+            left = np.where(missing, 0.0, known.readings) - predicted
+            length2 = (weight * shared**2).sum(axis=-1)
+            along = (weight * left * shared).sum(axis=-1)
+            distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
+            volume = np.where(missing, 0.0, np.log(2 * np.pi / np.where(missing, 1.0, weight))).sum(axis=-1)
+            out[part] = -0.5 * (distance + volume + np.log1p(length2))
+        return out
+
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Mean readings (n, t, m) as they would be read again, given flat vectors (n, d); NaN where missing."""
+        likelihood = self.likelihood
+        predicted, slope = self.predict(vectors)
+        spread = likelihood.standard_errors(vectors)
+        load = spread.load_sd * rng.standard_normal(slope.shape[:-1])
+        again = predicted + slope * load[..., None] + spread.sd * rng.standard_normal(slope.shape)
+        return np.where(likelihood.missing, np.nan, again)
+
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""
         likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)

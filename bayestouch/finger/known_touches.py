@@ -76,7 +76,7 @@ class KnownTouches:
             )
         if not (known & pressed).any():
             raise InputError(
-                "no touch has a load above zero: what does not press says nothing of gains, depths or the rubber; "
+                "no touch has a load above zero, so that gains, depths and the rubber are not identifiable; "
                 "touch with a load, or leave load_N_per_m empty where it was not measured"
             )
         known &= pressed

@@ -38,11 +38,11 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     edges = known.angle_deg[(known.indenter_radius_mm == 0) & np.isfinite(known.angle_deg)]
     pitch = finger.pitch_deg
     if not edges.size:
-        yield "no knife edge to calibrate with: it is the sharpest look at the depth of each element"
+        yield "no knife edge to calibrate with: it determines the depth of each element best"
     elif pitch is not None:
         nearest = np.abs((np.asarray(finger.element_angles_deg)[:, None] - edges + 180) % 360 - 180).min(axis=1)
         bare = [f"e{e + 1:02d}" for e in np.flatnonzero(nearest > pitch / 2)]
         if bare:
             yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"
     if not np.isinf(known.indenter_radius_mm).any():
-        yield "no flat to calibrate with: it says how the rubber spreads a load (Poisson's ratio)"
+        yield "no flat to calibrate with: it determines how the rubber spreads a load (Poisson's ratio)"

@@ -65,7 +65,7 @@ class FingerPriors:
         if mu is None:
             notes.append(
                 "The shear modulus is not stated: its prior is wide (0.2 MPa within a factor of 3), and the scale of "
-                "radii rests on the indenters alone."
+                "radii depends on the indenters only."
             )
         if force is None:
             notes.append(
@@ -176,7 +176,7 @@ class FingerPriors:
                         "d",
                         reading_unit,
                         self.discrepancy,
-                        "what the model misses beyond noise (prior in units of the noise of a touch's mean)",
+                        "model error beyond noise (prior in units of the noise of a touch's mean)",
                     )
                 ]
                 if discrepancy

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
+from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.model.fitting import Fitted
 
 
@@ -30,11 +30,7 @@ class AddedEffect:
 
     def draws(self, which: int, normal: FloatArray) -> FloatArray:
         """Draws of the value with index `which`, from standard normal numbers of any shape; a NaN sd counts as 0."""
-        value, sd = self.values[which], float(np.nan_to_num(self.sd[which]))
-        if isinstance(self.effect, RandomEffect) and which < 2:
-            # The posterior of the sd and correlation time of a drift is nearly normal in their logarithms.
-            return np.asarray(value * np.exp(sd / value * normal))
-        return np.clip(value + sd * normal, *self.effect.parameters[which].prior.support)
+        return self.effect.drawn(which, self.values[which], float(np.nan_to_num(self.sd[which])), normal)
 
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:

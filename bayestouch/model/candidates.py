@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 import numpy as np
@@ -55,18 +56,12 @@ class Candidate:
 def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidate, ...]:
     """Score of every effect that is not in the model and not a noise effect, in decreasing order of the gain."""
     scorer = Scorer(fitted.linear)
-    found = []
-    for effect in effects:
-        if effect.name in fitted.names or isinstance(effect, NoiseEffect):
-            continue
-        if isinstance(effect, RandomEffect):
-            found.append(_score_random(fitted, scorer, effect))
-        else:
-            found.append(_score_effect(fitted, scorer, effect))
-    return tuple(sorted(found, key=lambda each: -each.gain))
+    scored = (_scored(effect, fitted, scorer) for effect in effects if effect.name not in fitted.names)
+    return tuple(sorted((each for each in scored if each is not None), key=lambda each: -each.gain))
 
 
-def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
+@singledispatch
+def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
     """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     best: tuple[float, Values, Score, FloatArray] | None = None
@@ -124,7 +119,13 @@ def _allowed(effect: Effect, score: Score) -> float:
     return chi_square
 
 
-def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candidate:
+@_scored.register
+def _(effect: NoiseEffect, fitted: Fitted, scorer: Scorer) -> None:
+    """None: a noise effect changes how samples scatter, see `bayestouch.model.noise_search`."""
+
+
+@_scored.register
+def _(effect: RandomEffect, fitted: Fitted, scorer: Scorer) -> Candidate:
     """Score of a random function of time, as a variance component, at the middle one of the trial correlation times."""
     times = effect.parameters[1].probes
     time = times[len(times) // 2]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
+from bayestouch.effects.kinds import of_chain, of_noise, of_time
 from bayestouch.errors import InputError, shown
 from bayestouch.model.noise import AddedNoise
 from bayestouch.results.data import CalibrationData
@@ -36,17 +37,17 @@ class EffectList:
     @property
     def plain(self) -> tuple[Effect, ...]:
         """Effects whose values are parameters of the chain: neither drifts nor noise effects."""
-        return tuple(e for e in self.effects if not isinstance(e, RandomEffect | NoiseEffect))
+        return of_chain(self.effects)
 
     @property
     def drifts(self) -> tuple[RandomEffect, ...]:
         """Random functions of time, with the dense knots of the final model."""
-        return tuple(e.with_dense_knots() for e in self.effects if isinstance(e, RandomEffect))
+        return tuple(drift.with_dense_knots() for drift in of_time(self.effects))
 
     @property
     def of_noise(self) -> tuple[NoiseEffect, ...]:
         """Noise effects."""
-        return tuple(e for e in self.effects if isinstance(e, NoiseEffect))
+        return of_noise(self.effects)
 
     def to_text(self) -> str:
         """JSON text."""
@@ -96,7 +97,7 @@ class EffectList:
             if parameters[effect.name] != names:
                 had = ", ".join(map(str, parameters[effect.name]))
                 reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
-                raise InputError(f"{reason}: made by another version, calibrate anew", column=EFFECTS)
+                raise InputError(f"{reason}: made by another version, calibrate again", column=EFFECTS)
         return cls(setting, effects, noise)
 
 

@@ -133,6 +133,8 @@ class UntimedTouches:
     ----------
     n_touches : int
         Number of touches.
+    unit, history
+        As in `Observations`; there is no history.
     """
 
     n_touches: int

@@ -116,5 +116,5 @@ def _notes(effects: PadEffects) -> list[str]:
         notes.append(f"{' and '.join(effects.left_to_map)}: left to the empirical map, as it goes with the location")
     if effects.listed.drifts:
         names = " and ".join(effect.name for effect in effects.listed.drifts)
-        notes.append(f"{names}: not taken out of readings; it counts as noise")
+        notes.append(f"{names}: readings are not corrected for it; it counts as noise")
     return notes

@@ -98,7 +98,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
         known = known.select(np.sort(order[:_MOST_TOUCHES]))
     usable = _responding(known.readings)
     for e in np.flatnonzero(~usable):
-        notes.append(f"e{e + 1:02d} has no reading, or always the same: it is left out")
+        notes.append(f"e{e + 1:02d} has no readings, or constant ones: it is left out")
     known = replace(known, counts=np.where(usable, known.counts, 0))
     rest = table.rest_reading()
     priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)

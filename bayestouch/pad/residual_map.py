@@ -3,7 +3,7 @@
 The correction of the sensitivity of an element is a Gaussian process with the covariance
 ``amplitude_e² [A² + B² K_e(x) K_e(x')] ρ(|x - x'|/l)`` between locations x and x': an error of size A everywhere and
 one of size B in proportion to the kernel K, both with the correlation length l. A, B and l are shared by the elements
-and chosen by the marginal likelihood (`misfit_fit`); amplitude_e is the absolute signal of the element. With the kernel
+and chosen by `bayestouch.pad.misfit_fit.fit_misfit`; amplitude_e is the absolute signal of the element. With the kernel
 as mean, this identifies an E map directly with a prior centred on the elastic model; with a constant as mean, without a
 model of location.
 

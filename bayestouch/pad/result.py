@@ -177,7 +177,7 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             )
     if not np.isfinite(problem.known.pure_error_variance).any():
         notes.append(
-            "no touch was read twice: noise and what the model misses cannot be distinguished, and all is taken to be "
-            "of the kind that averaging does not lower"
+            "no touch was read twice: noise and model error cannot be distinguished, and all of it counts as model "
+            "error, which averaging does not reduce"
         )
     return notes

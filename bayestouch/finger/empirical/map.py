@@ -1,4 +1,4 @@
-"""The posterior of an identified E map: what it predicts and how surely."""
+"""The posterior of an identified E map: predicted readings and their covariance."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from bayestouch.chain.empirical import EmpiricalFingerChain, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 
-# Central differences. Readings are smooth on these scales; the one over log μ spans a knot of the contact's table.
+# Steps of central differences. Readings are smooth on these scales; the step in log μ spans a knot of the contact.
 STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class MapNeighbours:
-    """Fingers a step to either side in a parameter that all elements share, each with a factor of the radius.
+    """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
 
-    As κ = P R/μ, a step in log μ is one in the radius.
+    Since κ = P R/μ, a step in log μ is a step in the radius.
     """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
@@ -50,15 +50,15 @@ class EmpiricalCalibration:
     chain : EmpiricalFingerChain
         The finger with the posterior mean of E.
     covariance : (m, p, p) array
-        Of each row of E, at given values of the shared parameters.
+        Covariance of each row of E, at given values of the shared parameters.
     by_contact : (s, m, p) array
-        Change of E, refitted, with each shared parameter: σ and log μ of the contact, then the values of effects.
+        Derivative of the fitted E over each shared parameter: σ and log μ of the contact, then the values of effects.
     contact_covariance : (s, s) array
-        Of the shared parameters.
+        Covariance of the shared parameters.
     noise : Noise
-        What neither repeats nor the map explain is its discrepancy.
+        Noise of the readings; its discrepancy is the error that neither repeats nor the map explain.
     effect_neighbours : tuple of MapNeighbours
-        Fingers to either side in each value of the effects, s - 2 of them.
+        Fingers at one step above and below in each of the s - 2 values of the effects.
     """
 
     chain: EmpiricalFingerChain
@@ -69,32 +69,35 @@ class EmpiricalCalibration:
     effect_neighbours: tuple[MapNeighbours, ...] = ()
 
     def reading_covariance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Covariance of the readings of each touch that the calibration leaves, (t, m, m).
+        """Covariance of the readings of each touch due to the calibration, (t, m, m).
 
-        Takes the place of `bayestouch.finger.reading.covariance.reading_covariance`. Elements share σ and μ;
-        the rest of it is each element's own.
+        It replaces `bayestouch.finger.reading.covariance.reading_covariance`. Only σ and μ are shared by the elements;
+        the other parameters are independent between elements.
 
         Parameters
         ----------
         radius_mm, angle, load : (t,) array_like
             Composite radius R (mm), location (rad), load (N/m).
         """
-        own, shared = self.signal_spread(radius_mm, angle, load)
+        own, shared = self.own_variance(radius_mm, angle, load), self.by_shared(radius_mm, angle, load)
         covariance = np.einsum("ite,ij,jtf->tef", shared, self.contact_covariance, shared, optimize=True)
         index = np.arange(own.shape[1])
         covariance[:, index, index] += own
         return np.asarray(covariance)
 
-    def signal_spread(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Variance of each element's own signal (t, m), and its derivative over the shared parameters, (s, t, m)."""
+    def own_variance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Variance of the signals (t, m) at given values of the shared parameters."""
+        design = pressure_matrix(self.chain.elastic, radius_mm, angle, load, self.chain.n_coefficients)
+        return np.asarray(np.einsum("etp,tp->te", design @ self.covariance, design))
+
+    def by_shared(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Derivative of the signals over the shared parameters, with the map fitted again, (s, t, m)."""
         radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
-        load = np.asarray(load, dtype=float)
-        design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
-        own = np.einsum("etp,tp->te", design @ self.covariance, design)
-        e = self.chain.e_matrix
-        shared = np.empty((len(self.by_contact), *own.shape))
+        load, e = np.asarray(load, dtype=float), self.chain.e_matrix
+        shared = np.empty((len(self.by_contact), len(load), len(e)))
         for i, near in enumerate((*self._contact_neighbours, *self.effect_neighbours)):
             if near.sides[0] == near.sides[1] == (self.chain.elastic, 1.0):
+                design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
                 shared[i] = design @ self.by_contact[i].T
                 continue
             up, down = (
@@ -104,14 +107,14 @@ class EmpiricalCalibration:
                 for sign, (side, factor) in zip((1, -1), near.sides, strict=True)
             )
             shared[i] = (up - down) / (2 * near.step)
-        return own, shared
+        return shared
 
     @cached_property
     def _contact_neighbours(self) -> tuple[MapNeighbours, MapNeighbours]:
         return contact_neighbours(self.chain.elastic)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """What `from_arrays` needs beside the elastic chain and the noise, by name: for a calibration's `extra`."""
+        """Arrays by name, for `extra` of a calibration; `from_arrays` reads them."""
         return {
             "empirical_map": self.chain.e_matrix,
             "empirical_covariance": self.covariance,
@@ -127,7 +130,7 @@ class EmpiricalCalibration:
         noise: Noise,
         effect_neighbours: tuple[MapNeighbours, ...] = (),
     ) -> EmpiricalCalibration:
-        """Put together again what `arrays` took apart; without `effect_neighbours` effects count as known exactly."""
+        """Posterior from the result of `arrays`; without `effect_neighbours`, effects count as known exactly."""
         shared = 2 + len(effect_neighbours)
         return cls(
             chain=EmpiricalFingerChain(elastic, np.asarray(arrays["empirical_map"])),

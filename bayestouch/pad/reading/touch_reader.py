@@ -186,5 +186,5 @@ class PadTouchReader:
         )
         if effects.listed.drifts:
             names = " and ".join(effect.name for effect in effects.listed.drifts)
-            notes.append(f"{names} is not taken out of touches that are read: it adds to the noise")
+            notes.append(f"{names} is not corrected in touches that are read: it adds to the noise")
         return notes

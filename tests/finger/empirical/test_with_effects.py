@@ -139,6 +139,7 @@ def test_covariance_of_readings_holds_that_of_the_effects(effect: str) -> None:
     calibration = identified(finger(effect), model=model_of(effect))
     chain = ChainWithEffects.of(calibration)
     assert chain.identified is not None
+    np.testing.assert_allclose(chain.identified.contact_covariance, chain.covariance[24:, 24:], rtol=1e-9)
     m, pose = 8, (np.array([3.0, 9.0]), np.array([0.1, -0.3]), np.array([200.0, 230.0]))
     exact = EffectContext(
         effects_chain=chain,
@@ -149,10 +150,11 @@ def test_covariance_of_readings_holds_that_of_the_effects(effect: str) -> None:
         slopes=np.zeros((0, 2, 2, m)),
         exact=True,
     )
-    alone = np.zeros_like(chain.identified.contact_covariance)
-    alone[2, 2] = 1.0  # of the first value
-    map_known = replace(chain.identified, covariance=0 * chain.identified.covariance, contact_covariance=alone)
-    context = replace(exact, exact=False, effects_chain=replace(chain, identified=map_known))
+    alone = np.zeros_like(chain.covariance)
+    alone[3 * m + 2, 3 * m + 2] = 1.0  # of the first value
+    map_known = replace(chain.identified, covariance=0 * chain.identified.covariance)
+    chain_known = replace(chain, covariance=alone, identified=map_known)
+    context = replace(exact, exact=False, effects_chain=chain_known)
     found = context.covariance(*pose) - exact.covariance(*pose)
     fit = fitted(effect)
     model, place = finger_model(fit.model), finger_model(fit.model).n_base
