@@ -11,11 +11,11 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, Demands, StudentT, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
+from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
 from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.laplace import solve_lower
 
-CHAINS = 4
 # Tails a little heavier than normal: in some eighty dimensions much heavier ones would hardly ever be accepted.
 PROPOSAL_DOF = 300.0
 # Steps for each draw kept: three in four proposals are accepted on a finger of 16 elements, 83 unknowns. Few touches
@@ -111,27 +111,12 @@ def sample_fit(fit: FingerFit, draws: int, seed: int, progress: Progress | None 
             seed=seed,
             # One round: the first shape is as good as it gets in so many dimensions, and the grade says how good.
             rounds=1,
-            progress=_part(progress, attempt),
+            progress=part_of(progress, attempt),
         )
         kept, _ = to_vectors(drawn.draws[:, ::thin])
         ess, rhat = bulk_statistics(kept)
-        if _good(ess, rhat, draws):
+        if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
     return replace(drawn, draws=kept, log_density=drawn.log_density[:, ::thin], ess_bulk=ess, rhat=rhat)
-
-
-def _good(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
-    """Whether chains are long enough; R-hat of so few draws scatters, and must not ask for more for that."""
-    demands = Demands()
-    enough = bool(ess.min() >= min(demands.ess_bulk, 0.4 * draws))
-    return enough and bool(rhat.max() <= max(demands.rhat, 1 + 8 * CHAINS / draws))
-
-
-def _part(progress: Progress | None, attempt: int) -> Progress | None:
-    """Progress of one attempt: the first fills one half, the next a half of what is left."""
-    if progress is None:
-        return None
-    left = 0.5**attempt
-    return lambda done: progress(1 - left + 0.5 * left * done)

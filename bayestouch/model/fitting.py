@@ -117,9 +117,12 @@ def functions_of(
     vector: FloatArray,
     whitening: Whitening,
     drifts: tuple[Drift, ...],
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
 ) -> Functions | None:
     """Random functions of the drifts and `further` ones (k, t, m), whitened; None without any."""
+    if isinstance(further, Functions):
+        assert not drifts, "functions that are whitened already stand alone"
+        return further
     if not drifts and further is None:
         return None
     raw = drift_columns(model, vector, drifts)
@@ -146,7 +149,7 @@ def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, func
     )
 
 
-def _linearised(
+def linearised(
     model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
     """The model made linear around a vector."""
@@ -166,7 +169,7 @@ def fit(
     drifts: tuple[Drift, ...] = (),
     *,
     whitening: Whitening | None = None,
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
     """Maximum a posteriori by damped Gauss-Newton steps.
@@ -183,8 +186,9 @@ def fit(
         Random functions of time.
     whitening : Whitening, optional
         Whitening to keep, for fits that are to be compared; by default that at `start`.
-    further : (k, t, m) array, optional
-        Further random functions: what each of their weights, standard normal, adds to the mean readings.
+    further : (k, t, m) array or Functions, optional
+        Further random functions: what each of their weights, standard normal, adds to the mean readings. `Functions`
+        are those of this whitening, and there are no drifts beside them.
     enough : float
         Gain of a step, in half sums of squares, after which no other is taken.
     """
@@ -198,8 +202,10 @@ def fit(
     for _ in range(FOLLOWED):
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
         # Functions of a gain drift follow the signal: little, unless that has moved far.
+        if functions is None or not drifts:
+            break
         now = functions_of(model, vector, whitening, drifts, further)
-        if now is None or functions is None or _nearly_equal(now.raw, functions.raw):
+        if now is None or _nearly_equal(now.raw, functions.raw):
             break
         functions = now
     # A parameter at a bound that would leave it neither moves nor absorbs anything.
@@ -223,7 +229,7 @@ def _descended(
     enough: float,
 ) -> tuple[FloatArray, Linearised]:
     """Vector of the least cost between bounds, by damped Gauss-Newton steps, and the model made linear around it."""
-    linear = _linearised(model, vector, whitening, functions)
+    linear = linearised(model, vector, whitening, functions)
     for _ in range(MAX_ITERATIONS):
         step, _ = _step(linear, vector, low + margin, high - margin)
         cost, share = linear.cost(), 1.0
@@ -235,7 +241,7 @@ def _descended(
             share *= 0.3
         else:
             break
-        vector, linear = moved, _linearised(model, moved, whitening, functions)
+        vector, linear = moved, linearised(model, moved, whitening, functions)
         if cost - linear.cost() < enough:
             break
     return vector, linear

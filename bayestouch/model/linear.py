@@ -31,7 +31,7 @@ class Functions:
     Attributes
     ----------
     raw : (k, t, m) array
-        In the unit of the readings.
+        In the unit of the readings; (0, t, m) for functions that are known by their white columns alone.
     white : WhiteColumns
         Whitened, k columns.
     root : (k, k) array
@@ -45,7 +45,12 @@ class Functions:
     @classmethod
     def of(cls, raw: FloatArray, white: WhiteColumns) -> Functions:
         """Functions from columns as they are (k, t, m) and whitened."""
-        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(len(raw)))))
+        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(white.count))))
+
+    @classmethod
+    def whitened(cls, white: WhiteColumns) -> Functions:
+        """Functions that are known by their white columns alone."""
+        return cls.of(np.zeros((0, *white.shape)), white)
 
     def without(self, rows: FloatArray) -> FloatArray:
         """Rows (t m, q) times the precision of the data when the weights are integrated out."""

@@ -12,7 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import PadChain
 from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
-from bayestouch.pad.misfit_fit import MapNoise, fit_misfit
+from bayestouch.pad.misfit_fit import fit_misfit
 from bayestouch.pad.noise import LeftOut, fit_noise, log_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
@@ -122,17 +122,22 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
 def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
     """Add an empirical map to a kernel that was fitted alone."""
     known = problem.known
-    tactile2 = np.where(np.isfinite(known.pure_error_variance), known.pure_error_variance, 0.0)
-    averaged = np.divide(tactile2, known.counts, out=np.full(known.counts.shape, np.inf), where=problem.present)
     fit = model.fit
     # Without a kernel there is no shape to be found better by a second round.
     for again in range(_MAP_ROUNDS if model.kernel.parameters else 1):
         chain = fit.chain
         base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
         # The fit with a map is a fit of both: its signal is the better guess of the noise's.
-        noise = MapNoise(averaged, fit.predicted() - chain.offset)
-        spacing = location_spacing(known.location)
-        misfit = fit_misfit(base, fit.residual, noise, spacing_mm=spacing, seed=problem.seed, warm=again > 0)
+        misfit = fit_misfit(
+            base,
+            fit.residual,
+            fit.predicted() - chain.offset,
+            known.counts,
+            model.noise,
+            spacing_mm=location_spacing(known.location),
+            seed=problem.seed,
+            warm=again > 0,
+        )
         fit = fit_chain(chain, problem.priors.of(chain.kernel), known, misfit)
     return _judged(problem, fit, chain)
 
