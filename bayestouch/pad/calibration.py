@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from bayestouch.chain.kernel_choice import kernel_names
@@ -37,44 +37,46 @@ def calibrate_pad(
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
-    Three models compete by the log predictive density of each calibration reading left out of the fit: the best
-    kernel alone, that kernel with an empirical map, and an empirical map about a constant; a simpler one holds its
-    place unless it is clearly worse. emcee then draws the parameters of that model from their exact posterior, with
-    proposals from the normal approximation at the mode; with a map, this is what is known of the kernel beside the map.
+    Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
+    this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
+    is chosen. emcee draws its parameters from the exact posterior, with the map integrated out, and with proposals from
+    the normal approximation at the mode.
 
     Parameters
     ----------
     dataset : DataSet
-        Of a pad. Without a calibration table the touches are split by location first.
+        Data set of a pad. Without a calibration table, the touches are first split by location.
     kernel : str
-        One of `bayestouch.chain.kernels.kernel_names`, or ``"auto"``.
+        One of `bayestouch.chain.kernel_choice.kernel_names`, or ``"auto"``.
     empirical : bool or "auto"
-        Whether an empirical map is part of the model.
+        Whether the model has an empirical map.
     samples : {"auto", "mean", "first", "last"}
-        Which samples of a touch count; see `bayestouch.pad.known_touches.choose_samples`.
+        Samples of a touch that are used; see `bayestouch.pad.known_touches.choose_samples`.
     draws : int
-        Posterior draws in all.
+        Number of posterior draws, over all chains.
     seed : int
-        Seed of every random number.
+        Seed of the random numbers.
     progress : callable, optional
         Called with the share done, 0 to 1.
 
     Returns
     -------
     Calibration
-        ``rows.predicted`` predicts each touch's readings without themselves, ``rows.sd`` with their noise.
+        ``rows.predicted`` is the prediction of each reading from all others, ``rows.sd`` its sd with the noise.
 
     Raises
     ------
     InputError
-        The touches cannot identify the parameters, or an option is not known.
+        The touches cannot identify the parameters, or an option has an unknown value.
     """
     chosen = choose_pad(
         dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=_part(progress, 0.0, CHOSEN)
     )
     fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
-    posterior = PadPosterior.of(PadDensity.of(fitted), draws, seed, progress=_part(progress, CHOSEN, 1.0))
-    return chosen.calibration(dataset.sensor, posterior)
+    density = PadDensity.of(fitted)
+    posterior = PadPosterior.of(density, draws, seed, progress=_part(progress, CHOSEN, 1.0))
+    model = chosen.model.at(density.values(density.mode), posterior.covariance)
+    return replace(chosen, model=model).calibration(dataset.sensor, posterior)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +87,10 @@ class ChosenPad:
     ----------
     problem : PadProblem
         The touches.
+    name : str
+        Name of the chosen model.
     model : PadCandidate
-        The model that was chosen.
+        The chosen model.
     rivals : dict of str to PadCandidate
         All of them.
     notes : list of str
@@ -94,13 +98,14 @@ class ChosenPad:
     """
 
     problem: PadProblem
+    name: str
     model: PadCandidate
     rivals: dict[str, PadCandidate]
     notes: list[str]
 
     def calibration(self, sensor: Sensor, posterior: PadPosterior) -> Calibration:
         """The calibration with a posterior."""
-        return pad_calibration_of(sensor, self.problem, self.model, self.rivals, posterior, self.notes)
+        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes)
 
 
 def choose_pad(
@@ -123,7 +128,8 @@ def choose_pad(
     assert dataset.calibration is not None
     problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
-    return ChosenPad(problem, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
+    name = next(name for name, rival in rivals.items() if rival is model)
+    return ChosenPad(problem, name, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
 
 
 def _part(progress: Progress | None, first: float, last: float) -> Progress | None:

@@ -1,4 +1,4 @@
-"""Choice of a pad's model: the best kernel alone, that kernel with an empirical map, or a map alone."""
+"""Choice of the model of a pad: a kernel, a kernel with an empirical map, or an empirical map about a constant."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
 from bayestouch.pad.priors import check_identifiable
 from bayestouch.pad.problem import PadProblem
 
-# Log predictive density that a model must gain to be preferred to a simpler one: a factor of twenty.
+# Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
 _WORTH_A_MAP = 3.0
 
 
@@ -22,7 +22,7 @@ def choose_model(
     empirical: bool | Literal["auto"],
     progress: Callable[[float], None] | None = None,
 ) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """Best model by score, and all that were fitted by name."""
+    """The chosen model, and all fitted models by name."""
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
     kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
@@ -50,7 +50,7 @@ def choose_model(
             models["map alone"] = alone
             rivals.append(alone)
         told(1.0)
-    # The simplest comes first, and holds its place against one that is hardly better.
+    # The simplest model is first; a later one must be clearly better.
     chosen = rivals[0]
     for rival in rivals[1:]:
         if rival.score > chosen.score + _WORTH_A_MAP:

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import solve_triangular
-from scipy.special import ndtr, ndtri
+from scipy.special import ndtr
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.density import PadDensity
+from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
 
 # A mode at a bound: its normal approximation has its own mode at most so many standard deviations beyond.
@@ -62,13 +63,8 @@ class BoundedNormal:
         for i in np.flatnonzero(np.isfinite(self.low) | np.isfinite(self.high)):
             centre = mean[i] + normal[:, :i] @ self.root[i, :i]
             below, above = ((end[i] - centre) / self.root[i, i] for end in (self.low, self.high))
-            # In the lower tail, where numbers near zero keep their digits.
-            side = np.where(below > 0, -1.0, 1.0)
-            below, above = np.where(side > 0, below, -above), np.where(side > 0, above, -below)
-            least, most = ndtr(below), ndtr(above)
-            z = ndtri(least + ndtr(side * points[:, i]) * (most - least))
-            normal[:, i] = side * z
-            log_derivative += np.log(most - least) + 0.5 * (z**2 - points[:, i] ** 2)
+            normal[:, i], more = normal_between(points[:, i], below, above)
+            log_derivative += more
         vectors = np.empty_like(points)
         vectors[:, self.order] = mean + normal @ self.root.T
         return vectors, log_derivative

@@ -1,4 +1,4 @@
-"""The calibration of a pad as a posterior, ready to be saved and used."""
+"""`Calibration` of a pad, from a fitted model."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from bayestouch.version import __version__
 def pad_calibration_of(
     sensor: Sensor,
     problem: PadProblem,
+    name: str,
     model: PadCandidate,
     rivals: dict[str, PadCandidate],
     posterior: PadPosterior,
     notes: list[str],
 ) -> Calibration:
-    """Everything that a calibration holds, from the model that was chosen among `rivals` and its posterior."""
+    """Calibration from the chosen model (and its name) and its posterior; `rivals` are all fitted models by name."""
     known = problem.known
     load_unit = "N" if problem.load_measured else "1"
     mean_load = float(known.load.mean()) if problem.load_measured else 1.0
     load_sd = float(known.load.std()) if problem.load_measured else model.load_spread
-    names = {id(rival): name for name, rival in rivals.items()}
-    notes = [*notes, *_model_notes(problem, model, names[id(model)], rivals)]
+    notes = [*notes, *_model_notes(problem, model, name, rivals)]
     return Calibration(
         sensor=sensor,
         parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
@@ -110,7 +110,7 @@ def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> di
 
 
 def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
-    """Mean square of readings left out, over that of pure error and of the prediction; NaN without repeats."""
+    """Mean of squared left-out residuals over the variance of pure error and prediction; NaN without repeats."""
     pure = problem.known.pure_error_variance
     here = np.isfinite(model.left_out.residual) & (pure > 0)
     if not here.any():
@@ -139,7 +139,7 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             )
     if not np.isfinite(problem.known.pure_error_variance).any():
         notes.append(
-            "no touch was read twice: noise and what the model misses cannot be distinguished, and all is taken to be "
-            "of the kind that averaging does not lower"
+            "no touch was read twice: noise and model error cannot be distinguished, and all of it counts as model "
+            "error, which averaging does not reduce"
         )
     return notes

@@ -1,0 +1,123 @@
+"""True loads: measured loads corrected for effects of the rig."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.recording import Recording
+from bayestouch.effects import Effect
+from bayestouch.finger.chain_with_effects import ChainWithEffects
+
+
+@dataclass(frozen=True, eq=False)
+class TrueLoads:
+    """Measured loads corrected for effects of the rig; t touches, m elements, d parameters.
+
+    The calibration estimates these effects together with the responses of the elements. The error of a corrected load
+    is therefore correlated with the errors of the predicted readings.
+
+    Attributes
+    ----------
+    load, sd : (t,) arrays
+        Load and its standard deviation, N/m: noise of the force sensor, and uncertainty of the effects. The load is NaN
+        if not measured.
+    slope : (d, t) array
+        Derivative of the load over the parameters of the calibration.
+    gain : (t, m) array
+        Expected change of the readings per N/m of the difference between corrected load and true load.
+    """
+
+    load: FloatArray
+    sd: FloatArray
+    slope: FloatArray
+    gain: FloatArray
+
+    def select(self, index: IntArray) -> TrueLoads:
+        """Some of the touches."""
+        return TrueLoads(self.load[index], self.sd[index], self.slope[:, index], self.gain[index])
+
+    def joined(self, parts: Sequence[TrueLoads]) -> TrueLoads:
+        """The loads of all `parts` together; this object is one of them."""
+        return TrueLoads(
+            np.concatenate([part.load for part in parts]),
+            np.concatenate([part.sd for part in parts]),
+            np.concatenate([part.slope for part in parts], axis=1),
+            np.concatenate([part.gain for part in parts]),
+        )
+
+    def along(self, root: FloatArray, spread: FloatArray) -> FloatArray:
+        """Covariance of the load with the readings, over the standard deviation of the load, (t, m).
+
+        Parameters
+        ----------
+        root : (d, d) array
+            Lower Cholesky factor of the covariance of the parameters.
+        spread : (d, t, m) array
+            Change of the readings for each column of `root`.
+        """
+        together = np.einsum("kt,ktm->tm", root.T @ self.slope, spread)
+        return np.where(np.isfinite(self.load)[:, None], together / self.sd[:, None], 0.0)
+
+    def with_gain(self, along: FloatArray) -> TrueLoads:
+        """The loads with the gain for the result of `along`."""
+        return replace(self, gain=np.nan_to_num(-along / self.sd[:, None]))
+
+    def readings(self, load: FloatArray, touch: IntArray) -> FloatArray:
+        """Term to add to the readings (n, m) of the touches `touch` (n,) if their true loads are `load` (n,), N/m."""
+        return np.nan_to_num(self.load[touch] - load)[:, None] * self.gain[touch]
+
+
+def changes_load(effects_chain: ChainWithEffects) -> bool:
+    """Whether an effect makes the load as read differ from the acting load."""
+    return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
+
+
+def true_loads(
+    effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray, *, exact: bool
+) -> TrueLoads:
+    """True loads from loads as read, with a `gain` of zero.
+
+    Parameters
+    ----------
+    effects_chain : ChainWithEffects
+        The finger with its effects.
+    angle_deg : (t,) array
+        Locations of the touches, degree.
+    load, load_sd : (t,) arrays
+        Load as read (NaN if not measured) and its standard error, N/m.
+    exact : bool
+        Whether the calibration counts as exact.
+    """
+
+    def at(vector: FloatArray) -> FloatArray:
+        model = effects_chain.model
+        recording = Recording(
+            indenter_radius_mm=np.full(len(load), np.nan),
+            place=(angle_deg,),
+            load=load,
+            time_s=np.zeros(len(load)),
+            held_s=np.zeros(len(load)),
+            element_place=(np.asarray(model.finger.element_angles_deg),),
+            peak=model.peak,
+            reference_load=model.reference_load,
+            signal=np.zeros((len(load), model.n_elements)),
+        )
+        for effect, values in zip(model.effects, model.values(vector), strict=True):
+            recording = effect.pose(recording, values)
+        return recording.load
+
+    covariance = effects_chain.covariance
+    slope = np.zeros((len(covariance), len(load)))
+    if not exact:
+        for row in range(effects_chain.model.n_base, len(covariance)):
+            step = np.zeros(len(covariance))
+            step[row] = 0.01 * np.sqrt(covariance[row, row])
+            higher, lower = (at(effects_chain.vector + sign * step) for sign in (1, -1))
+            slope[row] = np.nan_to_num(higher - lower) / (2 * max(float(step[row]), 1e-300))
+    variance = load_sd**2 + np.einsum("at,ab,bt->t", slope, covariance, slope, optimize=True)
+    gain = np.zeros((len(load), effects_chain.model.n_elements))
+    return TrueLoads(at(effects_chain.vector), np.sqrt(variance), slope, gain)
