@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
@@ -59,6 +60,12 @@ def _reader(calibration: Calibration, options: Options) -> TouchReader:
     return FingerTouchReader.from_calibration(calibration, options)
 
 
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    from bayestouch.finger.reading.live import FingerLive
+
+    return FingerLive.of(calibration, options, arrays)
+
+
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     from bayestouch.finger.lacking import lacking_to_calibrate
 
@@ -84,5 +91,6 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
     lacking=_lacking,
 )

@@ -68,6 +68,8 @@ class Body:
         ``(data, *, draws, seed, **options)`` to the `Beginning` of a fit with effects.
     reader : callable
         ``(calibration, options)`` to a `bayestouch.reading.touch_reader.TouchReader`.
+    live : callable
+        ``(calibration, options, arrays)`` to a `bayestouch.reading.live.LiveBody`; `arrays` from its file, or None.
     lacking : callable
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
         would profit from; `known` has the means of the touches with references.
@@ -82,6 +84,7 @@ class Body:
     calibrate: Callable[..., Calibration]
     begin: Callable[..., Beginning]
     reader: Callable[..., Any]  # a package beside this one has its type
+    live: Callable[..., Any]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)
