@@ -45,16 +45,12 @@ def begin(
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
-    if moves is not None:
-        raise InputError("moves: a calibration with effects is not drawn by emcee")
     if groups:
-        raise InputError("groups: a calibration with effects is a normal approximation and has no log likelihood")
-    if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
+        raise InputError("groups: they are not written for a calibration with effects")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors, e_map)
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves)
     return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
 
 
@@ -74,10 +70,10 @@ class FingerEvaluation:
         The fits without effects.
     draws, seed : int
         Number of draws and seed of the calibrations.
-    priors : mapping of str to Prior, or None
-        Those that were stated.
     e_map : str
         Whether the E map of the calibrations is that of the elastic model, or identified beside the effects.
+    moves : object
+        Moves of emcee, as in `bayestouch.calibrate`; None for the default.
     """
 
     data: SplitData
@@ -86,8 +82,8 @@ class FingerEvaluation:
     start: FingerStart
     draws: int
     seed: int
-    priors: Mapping[str, Prior] | None
     e_map: str = MODEL_MAP
+    moves: Any = None
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
@@ -103,19 +99,22 @@ class FingerEvaluation:
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
+                moves=self.moves,
             )
             return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
         calibration = calibration_with_effects(
             fitted,
             added,
             sensor=data.dataset.sensor,
+            priors=self.start.priors,
+            raw=self.start.fitted.model.known,
             setting=self.setting,
             rest=data.rest,
             draws=self.draws,
             seed=self.seed,
             notes=data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
-            stated=self.priors,
+            moves=self.moves,
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
 
