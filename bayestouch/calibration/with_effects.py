@@ -1,4 +1,4 @@
-"""Calibrations with effects that are stated, not searched for."""
+"""Calibration of a sensor with stated effects."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ def calibrate_with_effects(
     Parameters
     ----------
     dataset, draws, seed, progress
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     model : StatedModel
-        Effects, with the values that fits start from.
+        Effects, with the starting values of fits.
     options
-        Those of the body: contact, E map and priors of a finger, kernel of a pad.
+        Options of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
+        For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
     """
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
@@ -65,11 +65,11 @@ def calibrate_with_effects(
     correction = None
     notes: tuple[str, ...] = ()
     if model.correction and not begun.corrects:
-        notes = ("no correction: what goes with element and location is in the identified map",)
+        notes = ("no correction is added: the identified E map includes errors that depend on element and location",)
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("a correction was asked for, but these touches show nothing to correct",)
+            notes = ("the model states a correction, but these touches show no error to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
@@ -78,7 +78,7 @@ def calibrate_with_effects(
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model with one more effect, fitted from stated values where there are such."""
+    """The model fitted with one more effect, from stated starting values if there are any."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
@@ -87,7 +87,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
 
 
 def _start(fitted: Fitted, effect: Effect, stated: Mapping[str, float]) -> Values:
-    """Values that the fit of an effect of the chain starts from: those that are stated, and what its score says."""
+    """Starting values of the fit of an effect of the chain: the stated ones, else those of its score test."""
     (scored,) = score_effects(fitted, (effect,))
     values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, scored.start, strict=True))
     low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)

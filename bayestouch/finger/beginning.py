@@ -71,7 +71,7 @@ class FingerEvaluation:
     draws, seed : int
         Number of draws and seed of the calibrations.
     e_map : str
-        Whether the E map of the calibrations is that of the elastic model, or identified beside the effects.
+        E map of the calibrations: that of the elastic model, or identified with the effects.
     moves : object
         Moves of emcee, as in `bayestouch.calibrate`; None for the default.
     """

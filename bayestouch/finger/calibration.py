@@ -113,7 +113,7 @@ def finger_calibration(
     rest : (m,) array or None
         Rest reading that was subtracted.
     draws, seed, groups, progress, moves
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     """
@@ -166,7 +166,7 @@ def finger_calibration(
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
-    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
+    """The calibration of a fit with its E map identified by a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
     from bayestouch.finger.empirical.with_effects import identify_beside_effects
 

@@ -8,12 +8,12 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
-from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import StandardErrors
 from bayestouch.finger.series import Reach, TouchSeries
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
@@ -70,7 +70,8 @@ class FingerLikelihood:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest value of each coordinate of the chain, (3 m + 2,) each."""
         low, high = (ends.copy() for ends in self.prior.bounds)
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.model.finger, self.model.largest_load))
+        log_mu, sigma = self.layout.log_mu, self.layout.sigma
+        low[log_mu] = max(low[log_mu], softest(self.model.finger, self.model.largest_load, float(low[sigma])))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
@@ -154,11 +155,3 @@ class FingerLikelihood:
         """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""
         model = replace(self.model, evaluator=replace(self.series, known=known))
         return FingerLikelihood(model, known, self.start)
-
-
-def softest(finger: Finger, largest_load: float) -> float:
-    """Lower bound of log μ (MPa): the contact of a flat under the largest load (N/m) is a quarter of the circumference.
-
-    Linear contact is not valid there.
-    """
-    return float(np.log(largest_load / 1000 / (10 * finger.outer_radius_mm)))

@@ -43,9 +43,9 @@ class Beginning:
     effects : tuple of Effect
         Effects of the catalogue that can occur and that the model does not have already.
     evaluation : Evaluation
-        Makes a calibration of a fit, and its errors on the held-out touches.
+        Computes the calibration of a fit, and its errors on the held-out touches.
     corrects : bool
-        Whether a correction can be added; not where the calibration's own map holds what goes with element and place.
+        Whether a correction can be added; not if the calibration has a map that includes it.
     """
 
     fitted: Fitted

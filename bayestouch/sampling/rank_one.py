@@ -47,21 +47,10 @@ class DiagonalPlusRankOne:
         factor = 1 / (root * (1 + root))
         return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))
 
-    def solve(self, rows: FloatArray) -> FloatArray:
-        """Return ``Σ^-1`` times rows (..., m); zero for excluded entries."""
-        z, u = rows / self.sd, self.scaled
-        along = (u * z).sum(axis=-1, keepdims=True) / (1 + self.length2[..., None])
-        return np.asarray((z - along * u) / self.sd)
-
     def squared_distance(self, rows: FloatArray) -> FloatArray:
         """Return ``xᵀ Σ^-1 x`` for rows x (..., m), shape (...)."""
         z, u = rows / self.sd, self.scaled
         return np.asarray((z * z).sum(axis=-1) - (u * z).sum(axis=-1) ** 2 / (1 + self.length2))
-
-    @property
-    def shared_log_determinant(self) -> FloatArray:
-        """``log det Σ - log det diag(sd²)``, (...): contribution of the shared error to the log determinant."""
-        return np.asarray(np.log1p(self.length2))
 
 
 def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present: NDArray[np.bool_]) -> FloatArray:
