@@ -11,7 +11,10 @@ from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
+from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
+from bayestouch.finger.log_density import density_of_fit, density_with_effects
+from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
 from bayestouch.model.added import AddedEffect
@@ -19,6 +22,7 @@ from bayestouch.model.beginning import Beginning
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.log_density import LogDensity
 from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.touch_errors import Infer, TouchReading
@@ -117,6 +121,14 @@ class FingerEvaluation:
             moves=self.moves,
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
+
+    def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
+        """Posterior density of the fit as a function."""
+        unit = self.data.dataset.sensor.reading_unit
+        if not added and correction is None:
+            return density_of_fit(self.start.calibrated, unit)
+        posterior = EffectPosterior.of(fitted, self.start.priors, self.start.fitted.model.known)
+        return density_with_effects(effect_fit(fitted, added, posterior), unit)
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
@@ -53,6 +54,12 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    from bayestouch.finger.stated import stated_of
+
+    return stated_of(calibration)
+
+
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
     from bayestouch.finger.reading.touch_reader import FingerTouchReader
 
@@ -84,5 +91,6 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    stated=_stated,
     lacking=_lacking,
 )

@@ -30,7 +30,7 @@ def public_mode(fit: FingerFit) -> dict[str, FloatArray]:
 
 
 def linear_vectors(at: FlatLayout, sign: FloatArray, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, d) of the parameters of the chain and its effects, with responses instead of their logarithms."""
+    """Flat vectors (n, d) of the chain and the values of its effects, with responses instead of their logarithms."""
     linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
     linear[:, at.response] = sign * np.exp(linear[:, at.response])
     return linear

@@ -123,7 +123,7 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         ends=(low, high),
         further_sd=further_sd,
     )
-    return EffectFit(posterior, vector, np.linalg.inv(hessian), shape, to_vectors)
+    return EffectFit(posterior, vector, np.asarray(np.linalg.inv(hessian), dtype=np.float64), shape, to_vectors)
 
 
 def sample_effects(
@@ -167,7 +167,7 @@ def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tupl
 
 
 def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) -> KnownTouches:
-    """The touches with the scatter that the own noise of each element has beside effects within touches and noise effects."""
+    """The touches with the scatter of the own noise of each element: without effects within touches and on noise."""
     known, some = posterior.known, posterior.known.scatter_dof > 0
     if posterior.noise.effects or posterior.noise.shared:
         return replace(known, scatter=np.where(some, known.scatter_dof * fitted.noise.sd**2, known.scatter))

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
@@ -15,12 +16,15 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
+#: What is said where the density of a calibration is asked for.
+NO_DENSITY = "log_density: the posterior density is available for fingers, this sensor is a pad"
 # A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
 MOST_TOUCHES = 1000
 # Smallest range of the loads, over their median, at which an error of the load can be observed.
@@ -50,6 +54,10 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    raise InputError(NO_DENSITY)
+
+
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
     from bayestouch.pad.reading.touch_reader import PadTouchReader
 
@@ -72,6 +80,7 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    stated=_stated,
     lacking=_lacking,
     most_touches=MOST_TOUCHES,
     instead={

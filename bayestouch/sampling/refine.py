@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray, IndexArray
 
 # Points of a round for each coefficient, and rounds at most. A proposal is good enough if the log ratios have this
 # standard deviation: most proposals are then accepted.
-POINTS, ROUNDS, ENOUGH = 4, 6, 0.6
+POINTS, ROUNDS, ENOUGH = 4, 6, 1.0
 # Range of the factor by which one round changes a precision, and of the shift in standard deviations.
 NARROWER, WIDER, FARTHEST = 6.0, 0.4, 3.0
 
