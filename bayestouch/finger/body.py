@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
@@ -52,6 +53,12 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     from bayestouch.finger.beginning import begin
 
     return begin(data, **options)
+
+
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    from bayestouch.finger.stated import stated_of
+
+    return stated_of(calibration)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
@@ -92,5 +99,6 @@ BODY = Body(
     begin=_begin,
     reader=_reader,
     live=_live,
+    stated=_stated,
     lacking=_lacking,
 )
