@@ -24,6 +24,7 @@ def calibrate(
     *,
     contact: str | None = None,
     e_map: str | None = None,
+    discrepancy: str | None = None,
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
     model: StatedModel | None = None,
@@ -41,6 +42,11 @@ def calibrate(
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
         E map of a finger: that of the elastic model (default), or identified directly about it.
+    discrepancy : {"auto", "none", "touch", "place"}, optional
+        What a finger's readings may miss the model by: nothing, an error of each element's own that is independent from
+        touch to touch, or smooth functions of the place touched beside it (Gaussian processes: each element's E map,
+        each element's readings, the curvature of the surface). By default the last two compete, and what foretells
+        held-out places better is taken; see docs/statistics.md. With effects, or an empirical E map, it is "touch".
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
@@ -72,7 +78,13 @@ def calibrate(
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
     body = body_of(dataset.sensor)
-    given = {"contact": contact, "e_map": e_map, "priors": priors or None, "kernel": kernel}
+    given = {
+        "contact": contact,
+        "e_map": e_map,
+        "discrepancy": discrepancy,
+        "priors": priors or None,
+        "kernel": kernel,
+    }
     own = body.own(given)
     common: dict[str, Any] = {"draws": draws, "seed": seed, "progress": progress}
     with about(dataset.path):
@@ -82,6 +94,8 @@ def calibrate(
             own = body.own({**given, "contact": contact or model.contact or None})
         if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
+        if own.pop("discrepancy", None) not in (None, "auto", "touch"):
+            raise InputError("discrepancy: with effects it is independent from touch to touch")
         if own.pop("e_map", None) == "empirical":
             raise InputError("e_map: an E map is identified about a model without effects, not beside a model")
         from bayestouch.calibration.with_effects import calibrate_with_effects

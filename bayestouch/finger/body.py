@@ -35,11 +35,19 @@ def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
 
 
 def _calibrate(
-    dataset: DataSet, *, contact: str, e_map: str, priors: Mapping[str, Prior] | None, **common: Any
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str,
+    discrepancy: str,
+    priors: Mapping[str, Prior] | None,
+    **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(
+        dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common
+    )
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -65,6 +73,7 @@ BODY = Body(
     options={
         "contact": Option("layer"),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "each_sample": Option(False),
         "method": Option("emcee"),

@@ -18,6 +18,8 @@ from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of, public_noise
 from bayestouch.finger.peak_strain import peak_strain
+from bayestouch.finger.place.fit import AUTO, NO_DISCREPANCY, OF_PLACE, fit_of_places
+from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import Prior
@@ -33,6 +35,7 @@ def calibrate_finger(
     *,
     contact: str,
     e_map: str = "model",
+    discrepancy: str = AUTO,
     draws: int,
     seed: int,
     stated: Mapping[str, Prior] | None = None,
@@ -48,6 +51,8 @@ def calibrate_finger(
     assert table is not None
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
+    if discrepancy == NO_DISCREPANCY:
+        priors = replace(priors, discrepancy=None)
     rest = table.rest_reading()
     corrected = table.baseline_corrected()
     means = corrected.averaged()
@@ -58,6 +63,9 @@ def calibrate_finger(
             file=_file(dataset),
         )
     fit, used = fit_finger(means, finger, priors, contact=contact)
+    places, why = None, ()
+    if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
+        fit, places, why = fit_of_places(fit, wanted=discrepancy == OF_PLACE)
     calibration = finger_calibration(
         fit,
         means,
@@ -67,7 +75,8 @@ def calibrate_finger(
         rest=rest,
         draws=draws,
         seed=seed,
-        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes, *why),
+        places=places,
         progress=progress,
     )
     return calibration if e_map == "model" else _with_identified_map(calibration, fit)
@@ -84,6 +93,7 @@ def finger_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    places: PlacePosterior | None = None,
     progress: Progress | None = None,
 ) -> Calibration:
     """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
@@ -106,6 +116,8 @@ def finger_calibration(
         As of `bayestouch.calibrate`.
     notes : tuple of str
         For the report; what the touches cannot tell of the noise is added to them.
+    places : PlacePosterior, optional
+        Functions of place that were fitted with it.
     """
     drawn = sample_fit(fit, draws, seed, progress)
     vectors = drawn.draws[:, :, 0]
@@ -122,12 +134,16 @@ def finger_calibration(
         counts=means.counts[used],
     )
     typical = float(np.nanmean(rows.load))
+    covariance = np.cov(_linear(fit, vectors).T)
+    extra = {} if rest is None else {REST_READING: rest}
+    if places is not None:
+        extra |= places.with_model_covariance(covariance).arrays()
     return Calibration(
         sensor=sensor,
-        parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
+        parameters=priors.parameters(sensor.reading_unit, discrepancy=layout_.discrepancy),
         mode=_public_mode(fit),
         posterior=public_draws(fit, vectors),
-        covariance=np.cov(_linear(fit, vectors).T),
+        covariance=covariance,
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
@@ -146,7 +162,7 @@ def finger_calibration(
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
-        extra={} if rest is None else {REST_READING: rest},
+        extra=extra,
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
     )
 

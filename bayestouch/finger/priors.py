@@ -38,8 +38,8 @@ class FingerPriors:
         near each element as the median of a log-normal prior within a factor of 3: wider than any finger.
     noise : Prior or None
         Standard deviation of one raw reading. None takes 1 % of the peak reading within a factor of 10.
-    discrepancy : Prior
-        What the model misses of an element's mean reading, as a multiple of that mean's noise.
+    discrepancy : Prior or None
+        What the model misses of an element's mean reading, as a multiple of that mean's noise. None: nothing.
     force_noise : Prior or None
         Standard deviation of one reading of the force sensor, N/m. None takes 0.5 % of the mean load within a
         factor of 3.
@@ -51,7 +51,7 @@ class FingerPriors:
     shear_modulus: Prior
     response: Prior | None = None
     noise: Prior | None = None
-    discrepancy: Prior = DISCREPANCY
+    discrepancy: Prior | None = DISCREPANCY
     force_noise: Prior | None = None
 
     @classmethod
@@ -129,7 +129,7 @@ class FingerPriors:
                 self.poisson_ratio,
                 self.shear_modulus,
                 *noise,
-                *([self.discrepancy] * m if known.repeated else []),
+                *([self.discrepancy] * m if known.repeated and self.discrepancy is not None else []),
                 force,
             ),
         )
@@ -179,7 +179,7 @@ class FingerPriors:
                         "what the model misses beyond noise (prior in units of the noise of a touch's mean)",
                     )
                 ]
-                if discrepancy
+                if discrepancy and self.discrepancy is not None
                 else []
             ),
             Parameter(

@@ -1,0 +1,113 @@
+"""A finger fitted with functions of place, and their posterior."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.fit import FingerFit, settled_fit
+from bayestouch.finger.place.choice import choose_functions
+from bayestouch.finger.place.functions import PlaceFunctions
+from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
+from bayestouch.finger.place.touches import PlacedTouches
+
+#: How the discrepancy is chosen: none, one that is independent from touch to touch, functions of place beside it, or what
+#: foretells held-out places best.
+AUTO, NO_DISCREPANCY, OF_TOUCH, OF_PLACE = "auto", "none", "touch", "place"
+# Fits, each about the finger and the curvatures that the one before found: own functions are linear, and the second fit
+# has their angles right; with curvatures the third changes nothing that matters.
+FITS, FITS_OF_SURFACE = 2, 3
+
+
+def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePosterior | None, tuple[str, ...]]:
+    """Fit a finger anew with functions of place where these foretell held-out places better, or are wanted.
+
+    Returns
+    -------
+    FingerFit, PlacePosterior or None, tuple of str
+        The fit, its functions of place, and what is said of the choice.
+    """
+    choice = choose_functions(fit, wanted=wanted)
+    if choice is None:
+        return fit, None, ()
+    return (*fit_with_places(fit, choice.functions), (choice.note,))
+
+
+def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFit, PlacePosterior]:
+    """Fit a finger anew with functions of place, whose weights are integrated out.
+
+    Readings are linear in the weights of own functions. They are not in the curvature of the surface, so that its
+    mean moves the radii of the touches, and its weights are counted from there.
+    """
+    known = fit.likelihood.known
+    posterior: PlacePosterior | None = None
+    placed_fit = fit
+    for _ in range(FITS if functions.surface is None else FITS_OF_SURFACE):
+        chain, vector = placed_fit.chain, placed_fit.vector
+        effective = known.radius_mm
+        if posterior is not None:
+            effective = posterior.effective_radius(known.radius_mm, known.angle)
+        touch = (effective, known.angle, known.load)
+        own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch)
+        sd = placed_fit.likelihood.standard_errors(vector).sd
+        placed = PlacedTouches.of(own, surface, sd)
+        readings = known.readings
+        if posterior is not None:
+            readings = readings + surface @ posterior.surface
+        moved = replace(known, radius_mm=effective, readings=readings)
+        likelihood = fit.likelihood.with_places(moved, placed)
+        likelihood.start = vector[: likelihood.layout.n_chain]
+        placed_fit = settled_fit(likelihood, vector)
+        posterior = _posterior(placed_fit, functions, chain.angle, chain.response)
+        predicted = placed_fit.predicted - (readings - known.readings)
+        placed_fit = replace(placed_fit, predicted=predicted)
+    assert posterior is not None
+    return placed_fit, posterior
+
+
+def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, response: FloatArray) -> PlacePosterior:
+    """Of the weights about the mode of a fit."""
+    likelihood, errors = fit.likelihood, fit.placed_errors
+    placed, at = likelihood.placed, likelihood.layout
+    assert errors is not None
+    assert placed is not None
+    m, k, r = placed.basis.shape
+    q, n = placed.surface.shape[2], m * r
+    predicted, _ = likelihood.predicted(fit.laplace.mode)
+    left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+    weights = errors.weights(left)
+    derivatives = likelihood.derivatives(fit.laplace.mode)
+    derivatives[at.response] /= fit.chain.response[:, None, None]
+    # (m r + q, 3 m + 2): change of the weights' mean with the parameters of the finger
+    moved = -errors.weights(np.where(likelihood.missing, 0.0, derivatives)).T
+    covariance, information = errors.low_rank.covariance, errors.low_rank.information
+    by_surface = np.zeros((n, q))
+    given = covariance[:n, :n]
+    if q:
+        given = np.linalg.inv(information[:n, :n])
+        by_surface = -given @ information[:n, n:]
+    of_model = moved[:n] - by_surface @ moved[n:]
+    element = np.arange(m)
+    own_gain = of_model.reshape(m, r, 3 * m + 2)
+    gains = np.concatenate(
+        [
+            np.stack([own_gain[element, :, i * m + element] for i in range(3)], axis=-1),
+            own_gain[:, :, [at.sigma, at.log_mu]],
+            by_surface.reshape(m, r, q),
+        ],
+        axis=-1,
+    )
+    blocks = given.reshape(m, r, m, r)[element, :, element]
+    untold = np.eye(k) - placed.basis @ placed.basis.swapaxes(1, 2)
+    return PlacePosterior(
+        functions=functions,
+        angle=angle,
+        response=response,
+        own=np.einsum("mkr,mr->mk", placed.basis, weights[:n].reshape(m, r)),
+        surface=weights[n:],
+        gains=placed.basis @ gains,
+        own_covariance=placed.basis @ blocks @ placed.basis.swapaxes(1, 2) + untold,
+        covariance=joint_covariance(fit.covariance, moved[n:], covariance[n:, n:]),
+    )
