@@ -45,7 +45,7 @@ def calibrate(
     discrepancy : {"auto", "none", "touch", "place"}, optional
         What a finger's readings may miss the model by: nothing, an error of each element's own that is independent from
         touch to touch, or smooth functions of the place touched beside it (Gaussian processes: each element's E map,
-        each element's readings, the curvature of the surface). By default the last two compete, and what foretells
+        each element's readings, the curvature of the surface). By default the last two compete, and what predicts
         held-out places better is taken; see docs/statistics.md. With effects, or an empirical E map, it is "touch".
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.

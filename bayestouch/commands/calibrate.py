@@ -23,7 +23,7 @@ from bayestouch.progress import progress_bar
     type=click.Choice(["auto", "none", "touch", "place"]),
     default=None,
     help="What a finger's readings may miss the model by: nothing, errors independent from touch to touch, or smooth "
-    "functions of the place beside them. [default: auto, the one that foretells held-out places best]",
+    "functions of the place beside them. [default: auto, the one that predicts held-out places best]",
 )
 @click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
 @click.option(

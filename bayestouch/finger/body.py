@@ -45,9 +45,7 @@ def _calibrate(
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(
-        dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common
-    )
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:

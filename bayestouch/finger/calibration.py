@@ -63,7 +63,8 @@ def calibrate_finger(
             file=_file(dataset),
         )
     fit, used = fit_finger(means, finger, priors, contact=contact)
-    places, why = None, ()
+    places: PlacePosterior | None = None
+    why: tuple[str, ...] = ()
     if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
         fit, places, why = fit_of_places(fit, wanted=discrepancy == OF_PLACE)
     calibration = finger_calibration(

@@ -36,7 +36,7 @@ class LowRank:
     @property
     def n_weights(self) -> int:
         """``m r + q``: the weights of the functions, those of the first entry first."""
-        return self.own.shape[0] * self.own.shape[2] + self.shared.shape[2]
+        return int(self.own.shape[0] * self.own.shape[2] + self.shared.shape[2])
 
     @cached_property
     def _length2(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Which functions of place a finger's discrepancy has, if any: chosen by how well places that were held out are foretold."""
+"""Which functions of place a finger's discrepancy has, if any: those that predict held-out places best."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from bayestouch.finger.place.linear import LinearPosterior, linear_elements
 # Places are held out in so many groups of neighbours; a choice from fewer than the least number says nothing.
 MOST_FOLDS, LEAST_FOLDS = 24, 6
 # Functions whose log marginal likelihood gains less than this are not looked at further, and more of them have to
-# foretell held-out places better by so many standard errors of the difference.
+# predict held-out places better by so many standard errors of the difference.
 LEAST_GAIN, STANDARD_ERRORS = 3.0, 2.0
 
 
@@ -63,8 +63,8 @@ class Choice:
         if surface is not None:
             parts.append(f"the curvature of the surface departs by {surface.sd:.2g} /mm")
         return (
-            f"Discrepancy as a function of place: {' and '.join(parts)}; it foretells held-out places better than errors "
-            f"that are independent from touch to touch (log density +{self.gain:.0f} ± {self.gain_sd:.0f})."
+            f"Discrepancy as a function of place: {' and '.join(parts)}. It predicts held-out places better than "
+            f"errors that are independent from touch to touch do (log density {self.gain:+.0f} ± {self.gain_sd:.0f})."
         )
 
 
@@ -81,7 +81,7 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     Returns
     -------
     Choice or None
-        None where errors that are independent from touch to touch foretell held-out places as well.
+        None where errors that are independent from touch to touch predict held-out places as well.
     """
     known, chain = fit.likelihood.known, fit.chain
     folds = place_folds(known.angle)
@@ -96,9 +96,7 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     surface = by_curvature(chain, *touch)[:, :, None] * surface[:, None, :]
     independent = without_functions(elements)
     kinds = [
-        with_own(
-            elements, kind, own * per_weight(pressed(chain, kind, known.radius_mm, known.load, n_modes))[:, None]
-        )
+        with_own(elements, kind, own * per_weight(pressed(chain, kind, known.radius_mm, known.load, n_modes))[:, None])
         for kind in (MAP, PLACE)
     ]
     best = max(kinds, key=lambda each: each.log_evidence)

@@ -98,9 +98,7 @@ def with_own(elements: Sequence[LinearElement], kind: str, columns: FloatArray) 
     return best
 
 
-def with_surface(
-    elements: Sequence[LinearElement], before: Scored, own: FloatArray, common: FloatArray
-) -> Scored:
+def with_surface(elements: Sequence[LinearElement], before: Scored, own: FloatArray, common: FloatArray) -> Scored:
     """The same functions and a curvature of the surface beside them, of the most probable size and length.
 
     Parameters

@@ -13,8 +13,8 @@ from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
 from bayestouch.finger.place.touches import PlacedTouches
 
-#: How the discrepancy is chosen: none, one that is independent from touch to touch, functions of place beside it, or what
-#: foretells held-out places best.
+#: The discrepancy: none, independent from touch to touch, functions of place beside that, or what predicts held-out
+#: places best.
 AUTO, NO_DISCREPANCY, OF_TOUCH, OF_PLACE = "auto", "none", "touch", "place"
 # Fits, each about the finger and the curvatures that the one before found: own functions are linear, and the second fit
 # has their angles right; with curvatures the third changes nothing that matters.
@@ -22,7 +22,7 @@ FITS, FITS_OF_SURFACE = 2, 3
 
 
 def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePosterior | None, tuple[str, ...]]:
-    """Fit a finger anew with functions of place where these foretell held-out places better, or are wanted.
+    """Fit a finger anew with functions of place where these predict held-out places better, or are wanted.
 
     Returns
     -------
@@ -86,7 +86,7 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
     by_surface = np.zeros((n, q))
     given = covariance[:n, :n]
     if q:
-        given = np.linalg.inv(information[:n, :n])
+        given = np.asarray(np.linalg.inv(information[:n, :n]), dtype=np.float64)
         by_surface = -given @ information[:n, n:]
     of_model = moved[:n] - by_surface @ moved[n:]
     element = np.arange(m)

@@ -1,15 +1,15 @@
 """Smooth functions of place that a finger's readings may miss the model by: Gaussian processes on the circle.
 
-Three kinds. ``map``: each element's E map errs by a function of the angle from element to load; a touch feels it through
-its own pressure. ``place``: each element's readings err by a function of the place touched, whatever touches it.
-``surface``: the curvature of the surface departs from that of a circle by a function of the place touched, which adds
-to 1/R of every touch there.
+Three kinds. ``map``: each element's E map errs by a function of the angle from element to load; a touch feels it
+through its own pressure. ``place``: each element's readings err by a function of the place touched, whatever touches
+it. ``surface``: the curvature of the surface departs from that of a circle by a function of the place touched, which
+adds to 1/R of every touch there.
 
 A process is a Fourier series with independent normal weights. On a circle these are the eigenfunctions of every
 stationary process, so that length and size only change the weights' variances.
 
-Source: A. Solin and S. Särkkä (2020), Statistics and Computing 30, doi:10.1007/s11222-019-09886-w (Gaussian processes by
-series of eigenfunctions); M. C. Kennedy and A. O'Hagan (2001), doi:10.1111/1467-9868.00294 (discrepancy).
+Source: A. Solin and S. Särkkä (2020), Statistics and Computing 30, doi:10.1007/s11222-019-09886-w (Gaussian processes
+by series of eigenfunctions); M. C. Kennedy and A. O'Hagan (2001), doi:10.1111/1467-9868.00294 (discrepancy).
 """
 
 from __future__ import annotations
@@ -133,7 +133,5 @@ def pressed(chain: FingerChain, kind: str, radius_mm: FloatArray, load: FloatArr
 
 def by_curvature(chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
     """Derivative of the readings over the curvature 1/R, (t, m), reading mm; zero under an edge."""
-    up, down = (
-        chain.predict(radius_mm * np.exp(sign * STEP_LOG_RADIUS), angle, load) for sign in (1, -1)
-    )
+    up, down = (chain.predict(radius_mm * np.exp(sign * STEP_LOG_RADIUS), angle, load) for sign in (1, -1))
     return np.asarray(-radius_mm[:, None] * (up - down) / (2 * STEP_LOG_RADIUS))

@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.errors import InputError
-from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process, by_curvature, fourier
+from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process, fourier
 
 PREFIX = "place_"
 
@@ -70,7 +70,7 @@ class PlacePosterior:
     def jacobian(
         self, elastic: FloatArray, chain: FingerChain, touch: tuple[FloatArray, FloatArray, FloatArray]
     ) -> tuple[FloatArray, FloatArray]:
-        """Derivative (5 + q, t, m) of readings over an element's own parameters, shared ones, and the surface's weights.
+        """Derivative (5 + q, t, m) of readings over own and shared parameters, then over the surface's weights.
 
         And what own functions leave uncertain besides, as a variance (t, m). `elastic` (5, t, m) is the derivative of
         the chain; `touch` has the effective radius.
@@ -85,7 +85,7 @@ class PlacePosterior:
     def with_model_covariance(self, covariance: FloatArray) -> PlacePosterior:
         """The same where the finger's own parameters have another covariance (3 m + 2, 3 m + 2)."""
         d = len(covariance)
-        moved = np.linalg.solve(self.covariance[:d, :d], self.covariance[:d, d:]).T
+        moved = np.asarray(np.linalg.solve(self.covariance[:d, :d], self.covariance[:d, d:]).T, dtype=np.float64)
         given = self.covariance[d:, d:] - moved @ self.covariance[:d, d:]
         return replace(self, covariance=joint_covariance(covariance, moved, given))
 

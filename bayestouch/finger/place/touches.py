@@ -66,7 +66,7 @@ class PlacedTouches:
     def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray) -> PlacedTouches:
         """From columns (t, m, k) and (t, m, q), and standard deviations (t, m) of readings, inf for missing ones."""
         columns = np.moveaxis(own, 1, 0)
-        m, _, k = columns.shape
+        k = columns.shape[2]
         scaled = columns / sd.T[:, :, None]
         values, turn = np.linalg.eigh(scaled.swapaxes(1, 2) @ scaled)
         kept = int((values > LEAST_INFORMATION).sum(axis=1).max()) if k else 0

@@ -21,8 +21,8 @@ from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.reading.covariance import CalibrationCovariance
 from bayestouch.finger.reading.draws import DRAWN, TIPS, FingerSampler
 from bayestouch.finger.reading.misfit import FingerMisfit
-from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.places import PlacedCovariance, placed_table
+from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
 from bayestouch.finger.reading.touches_with_effects import changes_load, observe, prepare
