@@ -1,4 +1,4 @@
-"""A correction of a finger's readings by element and location, as a table that a calibration file holds."""
+"""Empirical correction of the readings of a finger by element and location, as a table for a calibration file."""
 
 from __future__ import annotations
 
@@ -7,97 +7,158 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.errors import InputError
 from bayestouch.finger.model import finger_model
 from bayestouch.model.correction import Correction, weights_of
 from bayestouch.model.fitting import Fitted
 
 PREFIX = "placed_"
-NAMES = ("angle_deg", "even", "wide", "loaded", "sd")
-# Between the locations of a table, degree: features of the strain are some 10° wide.
-STEP_DEG = 0.5
+MEAN = ("even", "wide", "loaded")
+SPREAD = ("terms", "slope", "covariance")
+#: What files had in place of `SPREAD` up to version 0.1: a standard deviation of each element for itself.
+SD = "sd"
+# Between the locations of a table, degree: features of the strain are some 10° wide. What is uncertain is stored for
+# every second of them: the sd of a correction with a length of 5° is then off by half a percent between two.
+STEP_DEG, SPREAD_EVERY = 0.5, 2
 
 
 @dataclass(frozen=True, eq=False)
 class CorrectionTable:
     """Correction over the contact location; a locations, m elements.
 
+    Its readings are load times ``even + P R wide + P loaded``, with P R in N and P in N/m. At each location these
+    coefficients are known with the parameters of the chain: given these they are normal, with a mean that is linear
+    in them.
+
     Attributes
     ----------
     angle_deg : (a,) array
-        Locations, equally spaced.
+        Contact locations, equally spaced, degree.
     even, wide, loaded : (a, m) arrays
-        Readings added for each N/m, and those that come to them times ``P R`` in N and times the load in N/m.
-    sd : (a, m) array
-        Standard deviation of the addition for each N/m.
+        Coefficients at the most probable parameters: readings for each N/m, and those that come to them times P R and
+        times P.
+    terms : (p,) int array
+        Which of the three coefficients are uncertain; others are none.
+    slope : (b, d, p, m) array
+        Derivative of these over the d parameters of the chain, at b of the locations.
+    covariance : (b, p m, p m) array
+        Their covariance, given the parameters.
     """
 
     angle_deg: FloatArray
     even: FloatArray
     wide: FloatArray
     loaded: FloatArray
-    sd: FloatArray
-
-    def sd_at(self, angle_deg: FloatArray) -> FloatArray:
-        """Standard deviation (n, m) of what is added for each N/m at locations (n,); zero outside the table."""
-        (sd,) = self._at(angle_deg, self.sd)
-        return sd
-
-    def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
-        """Tables (a, m) at locations (n,), each (n, m); zero outside."""
-        step = self.angle_deg[1] - self.angle_deg[0]
-        place = (np.asarray(angle_deg) - self.angle_deg[0]) / step
-        inside = (place >= 0) & (place <= len(self.angle_deg) - 1)
-        row = np.clip(np.floor(place), 0, len(self.angle_deg) - 2).astype(np.int64)
-        share = np.where(inside, np.clip(place - row, 0, 1), 0.0)[:, None]
-        kept = inside[:, None]
-        return [np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0) for table in tables]
+    terms: IntArray
+    slope: FloatArray
+    covariance: FloatArray
 
     def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Readings added (n, m) to touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
+        """Correction (n, m) of touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
         even, wide, loaded = self._at(np.degrees(angle), self.even, self.wide, self.loaded)
         share = even + (load * radius_mm / 1000)[:, None] * wide + load[:, None] * loaded
         return np.asarray(load[:, None] * share)
 
+    def by_parameter(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Derivative (d, n, m) of `readings` over the parameters of the chain; zero outside the table."""
+        (slope,) = self._at(np.degrees(angle), self.slope)
+        return np.asarray(np.einsum("pn,ndpm->dnm", self._of_term(radius_mm, load), slope, optimize=True))
+
+    def covariance_at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Covariance (n, m, m) of `readings`, given the parameters of the chain; zero outside the table."""
+        (covariance,) = self._at(np.degrees(angle), self.covariance)
+        of_term = self._of_term(radius_mm, load)
+        p, m = len(of_term), self.even.shape[1]
+        blocks = covariance.reshape(-1, p, m, p, m)
+        return np.asarray(np.einsum("pn,npiqj,qn->nij", of_term, blocks, of_term, optimize=True))
+
+    def _of_term(self, radius_mm: FloatArray, load: FloatArray) -> FloatArray:
+        """What the uncertain coefficients are multiplied by, (p, n)."""
+        return np.stack([load, load * load * radius_mm / 1000, load * load])[self.terms]
+
+    def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
+        """Tables (a, ...), or of every second location, at locations (n,), each (n, ...); zero outside."""
+        low, high = self.angle_deg[0], self.angle_deg[-1]
+        inside = (angle_deg >= low) & (angle_deg <= high)
+        out = []
+        for table in tables:
+            last = len(table) - 1
+            place = (np.asarray(angle_deg) - low) / (high - low) * last
+            row = np.clip(np.floor(place), 0, last - 1).astype(np.int64)
+            share, kept = (
+                each.reshape(-1, *[1] * (table.ndim - 1)) for each in (np.where(inside, place - row, 0.0), inside)
+            )
+            out.append(np.where(kept, table[row] + share * (table[row + 1] - table[row]), 0.0))
+        return out
+
     def arrays(self) -> dict[str, FloatArray]:
         """By name, for a file."""
-        return {PREFIX + name: getattr(self, name) for name in NAMES}
+        return {PREFIX + name: getattr(self, name) for name in ("angle_deg", *MEAN, *SPREAD)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> CorrectionTable | None:
-        """From a file's arrays; None where they hold no correction.
+        """Table from the arrays of a file; None if they have no correction.
 
         Raises
         ------
         InputError
-            They hold a part of one.
+            The correction is incomplete.
         """
-        missing = [PREFIX + name for name in NAMES if PREFIX + name not in arrays]
-        if len(missing) == len(NAMES):
+        spread = (SD,) if PREFIX + SD in arrays else SPREAD
+        names = ("angle_deg", *MEAN, *spread)
+        missing = [PREFIX + name for name in names if PREFIX + name not in arrays]
+        if not any(PREFIX + name in arrays for name in ("angle_deg", *MEAN, SD, *SPREAD)):
             return None
         if missing:
             raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
-        return cls(**{name: np.asarray(arrays[PREFIX + name]) for name in NAMES})
+        angle_deg, even, wide, loaded, *found = (np.asarray(arrays[PREFIX + name]) for name in names)
+        terms, slope, covariance = _of_each_element(*found) if len(found) == 1 else found
+        return cls(angle_deg, even, wide, loaded, terms.astype(np.int64), slope, covariance)
+
+
+def _of_each_element(sd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """`SPREAD` of a standard deviation (a, m) of each element for itself, whatever the parameters."""
+    a, m = sd.shape
+    return np.zeros(1), np.zeros((a, 1, 1, m)), sd[:, :, None] ** 2 * np.eye(m)
 
 
 def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
-    """The correction of a corrected fit over the locations that were touched."""
+    """The correction of a corrected fit, over the range of its touches."""
     model = finger_model(fitted.model)
     angle = model.correction_inputs(fitted.vector)[1]
-    grid = np.arange(np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5 + 1e-9, STEP_DEG)
-    weights, covariance = weights_of(fitted)
-    one, outer, load = np.ones(len(grid)), model.finger.outer_radius_mm, model.reference_load
+    low, high = np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5
+    grid = np.arange(low, high + 1e-9, STEP_DEG)
+    weights = weights_of(fitted)
+    coefficients = _coefficients(chosen, grid, model.finger.outer_radius_mm, model.reference_load)
+    even, wide, loaded = np.tensordot(coefficients, weights.mean, axes=(1, 0))
+    terms = np.flatnonzero(coefficients.any(axis=(1, 2, 3)))
+    # (b, k, p m): what each weight does to the uncertain coefficients
+    some = coefficients[terms][:, :, ::SPREAD_EVERY].transpose(2, 1, 0, 3)
+    b, k, p, m = some.shape
+    flat = np.ascontiguousarray(some).reshape(b, k, p * m)
+    slope = weights.slope.T @ flat
+    covariance = flat.swapaxes(1, 2) @ (weights.covariance @ flat)
+    # Six digits do: what is large in the slope is taken from readings that are as large.
+    return CorrectionTable(
+        grid, even, wide, loaded, terms, slope.reshape(b, -1, p, m).astype(np.float32), covariance.astype(np.float32)
+    )
+
+
+def _coefficients(chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float) -> FloatArray:
+    """What each weight does to the three coefficients at locations (a,), (3, k, a, m)."""
+    one = np.ones(len(grid))
 
     def under(radius: float, load: float) -> FloatArray:
-        """Addition over the load."""
-        columns = chosen.columns(radius * one, grid, load * one)
-        return np.asarray(np.tensordot(weights, columns, axes=1) / load)
+        """Addition of each weight over the load."""
+        return chosen.columns(radius * one, grid, load * one) / load
 
-    edge = chosen.columns(0 * one, grid, load * one) / load
-    even = under(0.0, load)
-    # Columns grow with the load as P and P²: two loads give both.
-    loaded = (under(0.0, 2 * load) - even) / load
-    wide = (under(outer, load) - even) / (load * outer / 1000)
-    variance = np.einsum("kam,kl,lam->am", edge, covariance, edge, optimize=True)
-    return CorrectionTable(grid, even - load * loaded, wide, loaded, np.sqrt(np.maximum(variance, 0.0)))
+    # Columns grow with the load as P and P²: two loads give both, an edge and a flat what goes with P R.
+    edge = under(0.0, load)
+    loaded = (under(0.0, 2 * load) - edge) / load
+    wide = (under(outer_radius_mm, load) - edge) / (load * outer_radius_mm / 1000)
+    coefficients = np.stack([edge - load * loaded, wide, loaded])
+    # Differences of numbers that are the same leave their last digit.
+    size = np.abs(coefficients).max(axis=(1, 2, 3)) * np.array([1.0, load * outer_radius_mm / 1000, load])
+    coefficients[size < 1e-9 * size.max()] = 0.0
+    return coefficients

@@ -1,8 +1,8 @@
-"""The flat vector of a finger's calibration parameters: where each stands, and its prior.
+"""The flat vector of the calibration parameters of a finger: order and priors.
 
 For m elements: log |response| (reading per N/m), depths r_s (mm), angles θ_s (rad), σ, log μ (MPa), log noise
-(reading), log discrepancy (multiple of the noise of a touch's mean; only where repeats tell the two apart), log noise
-of the force sensor (N/m). What the chain predicts depends on the first ``3 m + 2`` of them.
+(reading), log discrepancy (multiple of the noise of a touch's mean; only if repeats distinguish it from noise), log
+noise of the force sensor (N/m). The chain depends on the first ``3 m + 2`` coordinates.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from bayestouch.priors.parameters import LogNormal, Normal, Prior
 
 @dataclass(frozen=True)
 class FlatLayout:
-    """Places in the flat vector.
+    """Positions of the parameters in the flat vector.
 
     Attributes
     ----------
     n_elements : int
-        m.
+        Number of elements m.
     discrepancy : bool
-        Whether discrepancies are among the unknowns.
+        Whether the vector has discrepancies.
     """
 
     n_elements: int
@@ -34,12 +34,12 @@ class FlatLayout:
 
     @property
     def n_chain(self) -> int:
-        """Coordinates that the chain depends on."""
+        """Number of coordinates on which the chain depends."""
         return 3 * self.n_elements + 2
 
     @property
     def size(self) -> int:
-        """All coordinates."""
+        """Number of all coordinates."""
         return self.n_chain + self.n_elements * (2 if self.discrepancy else 1) + 1
 
     @property
@@ -68,7 +68,7 @@ class FlatLayout:
 
     @property
     def missed(self) -> slice:
-        """Discrepancies; empty where they are not among the unknowns."""
+        """Discrepancies; empty if the vector has none."""
         first = self.n_chain + self.n_elements
         return slice(first, first + (self.n_elements if self.discrepancy else 0))
 
@@ -79,19 +79,19 @@ class FlatLayout:
 
 @dataclass(frozen=True, eq=False)
 class FlatPrior:
-    """Independent priors of all coordinates; d of them.
+    """Independent priors of all d coordinates.
 
     Attributes
     ----------
     layout : FlatLayout
-        What stands where.
+        Positions in the flat vector.
     priors : tuple of Prior
-        Of the value behind each coordinate.
+        Prior of each value.
     logarithmic : (d,) bool array
-        Whether the coordinate is the logarithm of that value.
+        Whether the coordinate is the logarithm of the value.
     mean, spread : (d,) arrays
-        Normal approximation of the prior of each coordinate: exact for a normal one, and for a log-normal one of a
-        logarithm.
+        Mean and sd of the normal approximation of the prior of each coordinate: exact for a normal prior, and for a
+        log-normal prior of a logarithmic coordinate.
     """
 
     layout: FlatLayout
@@ -102,7 +102,7 @@ class FlatPrior:
 
     @classmethod
     def of(cls, n_elements: int, priors: tuple[Prior, ...]) -> FlatPrior:
-        """Priors in the order of the flat vector; with or without discrepancies, by their number."""
+        """Priors in the order of the flat vector; their number determines whether it has discrepancies."""
         layout = FlatLayout(n_elements, len(priors) > 4 * n_elements + 3)
         assert len(priors) == layout.size
         logarithmic = np.ones(layout.size, dtype=bool)
@@ -113,7 +113,7 @@ class FlatPrior:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value of each coordinate."""
+        """Lowest and highest value of each coordinate, (d,) each."""
         low, high = np.array([prior.support for prior in self.priors]).T
         with np.errstate(divide="ignore"):
             log_low, log_high = np.log(np.maximum(low, 0.0)), np.log(high)
@@ -121,7 +121,7 @@ class FlatPrior:
 
     @cached_property
     def _other(self) -> NDArray[np.intp]:
-        """Coordinates whose prior is not normal."""
+        """Indices of the coordinates whose prior is not normal."""
         plain = [
             isinstance(prior, LogNormal if log else Normal)
             for prior, log in zip(self.priors, self.logarithmic, strict=True)
@@ -141,7 +141,7 @@ class FlatPrior:
         return np.asarray(total)
 
     def draw(self, rng: np.random.Generator) -> FloatArray:
-        """One vector from the prior."""
+        """One random vector from the prior, (d,)."""
         values = np.array(
             [float(p.quantile(u)) for p, u in zip(self.priors, rng.random(len(self.priors)), strict=True)]
         )
@@ -149,7 +149,7 @@ class FlatPrior:
 
 
 def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
-    """Mean and standard deviation of a coordinate; by its quartiles where its prior is not normal."""
+    """Mean and standard deviation of a coordinate; from its quartiles if its prior is not normal."""
     if isinstance(prior, Normal) and not logarithmic:
         return prior.mean, prior.sd
     if isinstance(prior, LogNormal) and logarithmic:
@@ -157,5 +157,5 @@ def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
     low, middle, high = prior.quantile([0.25, 0.5, 0.75])
     if logarithmic:
         low, middle, high = np.log([low, middle, high])
-    # quartiles of a normal lie 0.6745 standard deviations off
+    # The quartiles of a normal distribution are 0.6745 standard deviations from the mean.
     return float(middle), float(high - low) / (2 * 0.6745)

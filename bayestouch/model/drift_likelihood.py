@@ -1,10 +1,10 @@
-"""Likelihood of the size and correlation time of a drift, its course and the parameters integrated out.
+"""Likelihood of the size and correlation time of a drift, with the function and the parameters integrated out.
 
-The random functions of a fit are held at knots. Between these they are left open by a share of their size, which a
-likelihood of size and time would notice: shorter times have more knots and follow more. Here the process is the exact
-one. A Matérn function of smoothness 3/2 is a linear system with two states, the function and its slope, that is driven
-by white noise, so that a Kalman filter over the touches in the order of time gives its likelihood (J. Hartikainen and
-S. Särkkä, Kalman filtering and smoothing solutions to temporal Gaussian process regression models, 2010).
+A fit represents a random function by its values at knots. This loses part of its variance between the knots, and the
+part depends on the correlation time, which would bias a likelihood of size and time. Here the process is exact: a
+Matérn function of smoothness 3/2 is a linear system with two states, the function and its slope, driven by white
+noise. A Kalman filter over the touches in the order of time gives its likelihood (J. Hartikainen and S. Särkkä, Kalman
+filtering and smoothing solutions to temporal Gaussian process regression models, 2010).
 """
 
 from __future__ import annotations
@@ -17,25 +17,24 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.fitting import Drift, Fitted, functions_of
 from bayestouch.model.observations import Observations
 
-# A gap of so many correlation times, after which nothing is left of what was: exp(-700) is the least double.
+# Largest gap in correlation times; exp(-700) is near the smallest positive double.
 LONG = 700.0
 
 
 @dataclass(frozen=True, eq=False)
 class DriftLikelihood:
-    """A linear model beside one drift; t touches in the order of time, m elements, c courses, q parameters.
+    """A linear model with one drift; t touches in the order of time, m elements, c functions of time, q parameters.
 
     Attributes
     ----------
     rows : (t, m, 1 + q) array
         Whitened residual, and the derivative of the prediction over each parameter.
     scale : (t, m, c) array
-        What each course at one does to the whitened readings.
+        Whitened readings per unit of each function.
     gap : (t,) array
-        Time since the touch before; inf where a session begins.
+        Time since the previous touch; inf for the first touch of a session.
     precision, slope : (q, q), (q,) arrays
-        What the prior and the deviations within touches say of the parameters: precision, and its product with the
-        parameters' mean.
+        Precision of the parameters from the prior and the deviations within touches, and its product with their mean.
     """
 
     rows: FloatArray
@@ -46,7 +45,7 @@ class DriftLikelihood:
 
     @classmethod
     def of(cls, fitted: Fitted, which: int) -> DriftLikelihood:
-        """Of one of the drifts of a fit; the weights of the others count as parameters."""
+        """Likelihood of the drift with index `which` of a fit; the weights of the other drifts count as parameters."""
         model, linear, root = fitted.model, fitted.linear, fitted.whitening.root
         drift, values = fitted.drifts[which]
         others: tuple[Drift, ...] = tuple(each for i, each in enumerate(fitted.drifts) if i != which)
@@ -70,7 +69,7 @@ class DriftLikelihood:
     def __call__(self, size: FloatArray, time: FloatArray) -> FloatArray:
         """Log marginal likelihood, up to a constant, of pairs of size and correlation time, each (g,)."""
         g, c, m = len(size), self.scale.shape[2], self.rows.shape[1]
-        # Covariance of function and slope over λ, both of variance one at rest, less that at rest; and their mean.
+        # Mean of the function and of its slope over λ, and their covariance minus the stationary one (the identity).
         beyond, mean = np.zeros((g, 2 * c, 2 * c)), np.zeros((g, 2 * c, self.rows.shape[2]))
         volume, gram = np.zeros(g), np.zeros((g, self.rows.shape[2], self.rows.shape[2]))
         for rows, scale, gap in zip(self.rows, self.scale, self.gap, strict=True):
@@ -92,7 +91,7 @@ class DriftLikelihood:
 
 
 def _gaps(observed: Observations) -> tuple[IntArray, FloatArray]:
-    """Order of the touches in time, and the time of each since the one before; inf where a session begins."""
+    """Order of the touches in time, and time since the previous touch; inf for the first touch of a session."""
     time = observed.touch_time_s
     order = np.argsort(time, kind="stable")
     begins = np.array([low for low, _ in observed.sessions or (observed.span,)])
@@ -102,6 +101,6 @@ def _gaps(observed: Observations) -> tuple[IntArray, FloatArray]:
 
 
 def _transition(x: FloatArray) -> FloatArray:
-    """What function and slope over λ are carried to after x = λ times the gap, (g, 2, 2); λ is √3 over the time."""
+    """Transition matrix of function and slope over λ for x = λ times the gap, (g, 2, 2); λ is √3/correlation time."""
     matrix = np.array([[1 + x, x], [-x, 1 - x]]) * np.exp(-x)
     return np.asarray(matrix.transpose(2, 0, 1))

@@ -17,7 +17,7 @@ from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
 from bayestouch.results.objects import Calibration
 
-# Log predictive density that a model must gain to be preferred to a simpler one: a factor of twenty.
+# Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
 _WORTH_A_MAP = 3.0
 
 
@@ -33,36 +33,36 @@ def calibrate_pad(
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
-    Three models compete by the log predictive density of each calibration reading left out of the fit: the best
-    kernel alone, that kernel with an empirical map, and an empirical map about a constant; a simpler one holds its
-    place unless it is clearly worse. The posterior of the parameters is the normal (Laplace) approximation at the
-    mode; with a map, it is what is known of the kernel beside the map.
+    Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
+    this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
+    is chosen. The posterior is the normal (Laplace) approximation at the mode, with the map integrated out.
 
     Parameters
     ----------
     dataset : DataSet
-        Of a pad. Without a calibration table the touches are split by location first.
+        Data set of a pad. Without a calibration table, the touches are first split by location.
     kernel : str
-        One of `bayestouch.chain.kernels.kernel_names`, or ``"auto"``.
+        One of `bayestouch.chain.kernel_choice.kernel_names`, or ``"auto"``.
     empirical : bool or "auto"
-        Whether an empirical map is part of the model.
+        Whether the model has an empirical map.
     samples : {"auto", "mean", "first", "last"}
-        Which samples of a touch count; see `bayestouch.pad.known_touches.choose_samples`.
+        Samples of a touch that are used; see `bayestouch.pad.known_touches.choose_samples`.
     draws : int
-        Posterior draws in all.
+        Number of posterior draws, over all chains.
     seed : int
+        Seed of the random numbers.
     progress : callable, optional
         Called with the share done, 0 to 1.
 
     Returns
     -------
     Calibration
-        ``rows.predicted`` predicts each touch's readings without themselves, ``rows.sd`` with their noise.
+        ``rows.predicted`` is the prediction of each reading from all others, ``rows.sd`` its sd with the noise.
 
     Raises
     ------
     InputError
-        The touches cannot identify the parameters, or an option is not known.
+        The touches cannot identify the parameters, or an option has an unknown value.
     """
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
@@ -88,7 +88,7 @@ def choose_model(
     empirical: bool | Literal["auto"],
     progress: Callable[[float], None] | None = None,
 ) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """Best model by score, and all that were fitted by name."""
+    """The chosen model, and all fitted models by name."""
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
     kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
@@ -116,7 +116,7 @@ def choose_model(
             models["map alone"] = alone
             rivals.append(alone)
         told(0.8)
-    # The simplest comes first, and holds its place against one that is hardly better.
+    # The simplest model is first; a later one must be clearly better.
     chosen = rivals[0]
     for rival in rivals[1:]:
         if rival.score > chosen.score + _WORTH_A_MAP:

@@ -1,7 +1,7 @@
-"""A pad with effects as a calibration that can be saved, and used to read touches.
+"""Calibration of a pad with effects.
 
-Readings and loads are corrected for the effects at their most probable values. The calibration is an ordinary one of
-the corrected readings. It holds the effects, so that touches to be read are corrected in the same way.
+Readings and loads are corrected for the effects at their most probable values, and a calibration without effects is
+made of the corrected readings. It stores the effects, so that touches to be read are corrected in the same way.
 """
 
 from __future__ import annotations
@@ -41,34 +41,34 @@ def pad_calibration(
     seed: int,
     notes: tuple[str, ...],
 ) -> Calibration:
-    """Calibration of a pad from its training touches, corrected for the effects that were found.
+    """Calibration of a pad from its training touches, corrected for the effects of a fit.
 
     Parameters
     ----------
     fitted : Fitted
         The fit.
     added : tuple of AddedEffect
-        Its effects in the order in which they were added.
+        Its effects, in the order in which they were added.
     dataset : DataSet
-        Of a pad.
+        Data set of a pad.
     table : Touches
-        All rows, rest reading subtracted.
+        All rows, minus the rest reading.
     clock : Timing
-        Of the rows.
+        Times of the rows.
     training : (n,) bool array
-        Rows to calibrate with.
+        Rows used in the calibration.
     rest : (m,) array or None
         Rest reading that was subtracted.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     kernel, draws, seed
-        As `bayestouch.pad.calibration.calibrate_pad`.
+        As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
-        For the report.
+        Notes for the calibration.
     """
     effects = pad_effects(fitted, added, setting)
     sensor = dataset.sensor
-    # Creep that differs from touch to touch is best kept out, whether its mean is known or not.
+    # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
     if added:
         table = effects.corrected(table, clock)
@@ -78,7 +78,7 @@ def pad_calibration(
     made = calibrate_pad(
         replace(dataset, sensor=sensor, calibration=known), kernel=kernel, samples=samples, draws=draws, seed=seed
     )
-    # The table has no rest reading any more: what was subtracted from it is what touches to come need.
+    # The rest reading is already subtracted from the table; touches read later need it.
     made = made.with_rest_reading(rest)
     made = replace(made, sensor=dataset.sensor, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
@@ -102,7 +102,7 @@ def pad_calibration(
 
 
 def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting) -> PadEffects:
-    """Effects of a fit, ready to free readings of them."""
+    """Effects of a fit with their values, in the form that corrects readings and loads."""
     model, noise = fitted.model, fitted.noise
     assert isinstance(model, PadModel)
     listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
@@ -116,5 +116,5 @@ def _notes(effects: PadEffects) -> list[str]:
         notes.append(f"{' and '.join(effects.left_to_map)}: left to the empirical map, as it goes with the location")
     if effects.listed.drifts:
         names = " and ".join(effect.name for effect in effects.listed.drifts)
-        notes.append(f"{names}: not taken out of readings; it counts as noise")
+        notes.append(f"{names}: readings are not corrected for it; it counts as noise")
     return notes

@@ -1,4 +1,4 @@
-"""The calibration of a pad as a problem to solve: known touches, their loads, and what is taken for granted."""
+"""Input of the calibration of a pad: known touches, loads, priors."""
 
 from __future__ import annotations
 
@@ -16,35 +16,37 @@ from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
 
-# A force sensor whose noise is not stated is taken to be off by this share of the mean load.
+# Assumed noise of a force sensor whose noise is not stated, over the mean load.
 UNSTATED_FORCE_NOISE = 0.005
 
-# The empirical map costs (touches)³: a few seconds for so many.
+# Largest number of touches: the time of the empirical map increases with its cube, to a few seconds here.
 _MOST_TOUCHES = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class PadProblem:
-    """Known touches and what is taken for granted; n touches, m elements.
+    """Known touches and priors of the calibration of a pad; n touches, m elements.
 
     Attributes
     ----------
     known : TouchMeans
-        Touches with location; every load given, 1 where none was measured.
+        Touches with location and load in N; all loads are 1 if none was measured.
     priors : PadPriors
+        Priors of the parameters.
     pitch_mm : float
         Distance between neighbouring elements.
     load_share : (n,) array
-        Standard error of each load as a share of it; NaN where loads were not measured.
+        Standard error of each load, over the load; NaN if loads were not measured.
     force_sd : float
-        Noise of one reading of the force sensor, N; NaN without.
+        Noise of one reading of the force sensor, N; NaN if loads were not measured.
     samples : str
-        Which samples of a touch count.
+        Samples of a touch that are used: ``"mean"``, ``"first"`` or ``"last"``.
     usable : (m,) bool array
         Elements that respond.
     rest : (m,) array or None
-        Reading at rest that was subtracted where a touch had none of its own.
+        Rest reading that was subtracted from touches without one of their own.
     seed : int
+        Seed of the random numbers.
     """
 
     known: TouchMeans
@@ -59,7 +61,7 @@ class PadProblem:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Where there is a reading, (n, m)."""
+        """Whether each reading is present, (n, m)."""
         return self.known.counts > 0
 
     @property
@@ -69,12 +71,12 @@ class PadProblem:
 
 
 def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> tuple[PadProblem, list[str]]:
-    """Prepare the calibration touches of a pad, with notes on what was handled or assumed.
+    """Input of the calibration of a pad, and notes on touches that were left out and on assumptions.
 
     Raises
     ------
     InputError
-        The sensor is no pad, or nothing can be calibrated with these touches.
+        The sensor is not a pad, or these touches cannot calibrate it.
     """
     pad = pad_of(sensor, "a calibration with kernels")
     corrected = table.baseline_corrected()
@@ -96,7 +98,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
         known = known.select(np.sort(order[:_MOST_TOUCHES]))
     usable = _responding(known.readings)
     for e in np.flatnonzero(~usable):
-        notes.append(f"e{e + 1:02d} has no reading, or always the same: it is left out")
+        notes.append(f"e{e + 1:02d} has no readings, or constant ones: it is left out")
     known = replace(known, counts=np.where(usable, known.counts, 0))
     rest = table.rest_reading()
     priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)
@@ -116,7 +118,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
 
 
 def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, list[str]]:
-    """Touches with a load each, and the force sensor's noise (NaN where no load was measured)."""
+    """Touches with a load, noise of the force sensor in N (NaN if no load was measured), and notes."""
     measured = np.isfinite(known.load)
     if not measured.any():
         note = "no load is measured: loads are relative to the calibration's, and their spread is inferred from it"

@@ -1,4 +1,4 @@
-"""The calibration of a pad as a posterior, ready to be saved and used."""
+"""`Calibration` of a pad, from a fitted model."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bayestouch.version import __version__
 
 CHAINS = 4
 
-# Draws beyond the priors' supports are made again, so often at most; then they are moved onto the bound.
+# Draws outside the priors' supports are drawn again, at most so often; then they are moved onto the bound.
 _ROUNDS = 50
 
 
@@ -31,7 +31,7 @@ def pad_calibration_of(
     *,
     draws: int,
 ) -> Calibration:
-    """Everything that a calibration holds, from the model that was chosen among `rivals`."""
+    """Calibration from the chosen model; `rivals` are all fitted models by name."""
     known, chain = problem.known, model.fit.chain
     load_unit = "N" if problem.load_measured else "1"
     mean_load = float(known.load.mean()) if problem.load_measured else 1.0
@@ -69,7 +69,7 @@ def pad_calibration_of(
 
 
 def _by_name(chain: PadChain, flat: FloatArray, *, scalar: bool = False) -> dict[str, FloatArray]:
-    """Parameters (n, d) by name, (n,) or (n, m) arrays; without the first axis where `scalar`."""
+    """Parameters (n, d) by name, (n,) or (n, m) arrays; without the first axis if `scalar`."""
     m, dimensions = chain.position.shape
     own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
     out = {name: flat[:, i * m : (i + 1) * m] for i, name in enumerate(own)}
@@ -79,7 +79,7 @@ def _by_name(chain: PadChain, flat: FloatArray, *, scalar: bool = False) -> dict
 
 
 def _draws(problem: PadProblem, model: PadCandidate, draws: int) -> dict[str, FloatArray]:
-    """Draws of the Laplace normal within the priors' supports, (chain, draw[, m])."""
+    """Draws of the normal approximation inside the supports of the priors, by name, (chain, draw[, m])."""
     rng = np.random.default_rng(problem.seed)
     chain, covariance = model.fit.chain, model.fit.laplace.covariance
     scale = np.sqrt(np.diag(covariance))
@@ -148,7 +148,7 @@ def _load_statistics(problem: PadProblem, rivals: dict[str, PadCandidate]) -> di
 
 
 def _lack_of_fit(problem: PadProblem, model: PadCandidate) -> float:
-    """Mean square of readings left out, over that of pure error and of the prediction; NaN without repeats."""
+    """Mean of squared left-out residuals over the variance of pure error and prediction; NaN without repeats."""
     pure = problem.known.pure_error_variance
     here = np.isfinite(model.left_out.residual) & (pure > 0)
     if not here.any():
@@ -177,7 +177,7 @@ def _model_notes(problem: PadProblem, model: PadCandidate, name: str, rivals: di
             )
     if not np.isfinite(problem.known.pure_error_variance).any():
         notes.append(
-            "no touch was read twice: noise and what the model misses cannot be distinguished, and all is taken to be "
-            "of the kind that averaging does not lower"
+            "no touch was read twice: noise and model error cannot be distinguished, and all of it counts as model "
+            "error, which averaging does not reduce"
         )
     return notes

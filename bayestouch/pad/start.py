@@ -1,4 +1,4 @@
-"""Where every fit of a pad with effects starts: the calibrated pad, and the noise."""
+"""Start of every fit of a pad with effects: the pad without effects, and its noise."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from bayestouch.pad.map_basis import MapBasis
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.problem import pad_problem
 
-# Readings predicted to be below this share of the peak stand for readings of nothing, ...
+# Readings predicted below this share of the peak count as far from the touch, ...
 FAR = 0.03
-# ... where there are so many of them.
+# ... if there are at least so many of them.
 ENOUGH_FAR = 30
 # Median absolute deviation of a normal variable over its standard deviation.
 MAD = 0.6745
@@ -35,23 +35,23 @@ def pad_fit(
     empirical: bool | Literal["auto"] = "auto",
     seed: int = 0,
 ) -> Fitted:
-    """Fit a pad without effects, with the kernel and the map that its calibration has.
+    """Fit of a pad without effects, with the kernel and the map of its calibration.
 
     Parameters
     ----------
     observed : Observations
         Touches with known location.
     table : Touches
-        The same as a table.
+        The same touches as a table.
     dataset : DataSet
-        Of a pad.
+        Data set of a pad.
     kernel, empirical, seed
-        As `bayestouch.pad.calibration.calibrate_pad`.
+        As in `bayestouch.pad.calibration.calibrate_pad`.
 
     Raises
     ------
     InputError
-        As `bayestouch.pad.calibration.calibrate_pad`.
+        For the reasons of `bayestouch.pad.calibration.calibrate_pad`.
     """
     pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed)
@@ -78,11 +78,11 @@ def pad_fit(
 
 
 def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
-    """Noise of one reading, (m,): from repeats where there are any, else from touches that follow each other.
+    """Standard deviation of one reading, (m,): from repeats if there are any, else from consecutive touches.
 
-    What a model misses varies slowly from one touch of a scan to the next, noise does not: with r the residual, the
-    second difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. Its median size is taken,
-    which the ends of the lines of a scan do not disturb, far from the touch where there are enough such readings.
+    The model error varies slowly between consecutive touches of a scan, noise does not: with residuals r, the second
+    difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. The median of its absolute value
+    is used, which the ends of the lines of a scan do not affect; only readings far from the touch, if enough.
     """
     observed = model.known
     means = observed.means

@@ -104,6 +104,11 @@ class LowRank:
         onto = self._onto_functions(self._without_row_error(rows))
         return np.asarray(onto @ self._inverse_root.T @ self._inverse_root)
 
+    def drawn_weights(self, rows: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Draws of the weights given rows (..., t, m), one for each: (..., m r + q)."""
+        mean = self.weights(rows)
+        return np.asarray(mean + rng.standard_normal(mean.shape) @ self._inverse_root)
+
     def whiten(self, rows: FloatArray) -> FloatArray:
         """Rows whose sum of squares is ``xᵀ Q^-1 x``, (..., t, m) to (..., t + r + q, m).
 

@@ -10,8 +10,9 @@ import pytest
 from scipy import stats
 
 from bayestouch.model import correction
-from bayestouch.model.correction import SIZES, _best_sizes, _gain, fit_correction
-from bayestouch.model.linear import Score
+from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.correction import SIZES, _best_sizes, _gain, fit_correction, weights_of
+from bayestouch.model.linear import Functions, Linearised, Score
 
 SLOPE, INFORMATION = np.array([60.0, -150.0]), np.array([[400.0, 100.0], [100.0, 900.0]])
 
@@ -65,3 +66,27 @@ def test_a_correction_that_gains_nothing_is_none(
     else:
         assert found[0].sizes == {"a": chosen} and found[0].gain > 0
         np.testing.assert_allclose(found[1][1], chosen * np.ones((1, 2, 1)))
+
+
+def test_weights_of_a_correction_given_the_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Joint normal posterior of two parameters, a drift's weight and three of the correction, written out.
+
+    The second parameter is held at its bound, which its derivatives count as none for; its covariance, and what the
+    weights do where it goes, count it as free.
+    """
+    rng = np.random.default_rng(2)
+    raw, jacobian, residual = rng.normal(size=(4, 5, 2)), rng.normal(size=(10, 2)), rng.normal(size=(5, 2))
+    functions = Functions.of(raw, WhiteColumns.of(raw, np.broadcast_to(np.eye(2), (5, 2, 2))))
+    linear = Linearised(
+        residual, jacobian, np.zeros((0, 2)), None, np.zeros(0, dtype=int), np.zeros(2), np.array([0.5, 2.0]), functions
+    ).holding(np.array([False, True]))
+    monkeypatch.setattr(correction, "drift_columns", lambda model, vector, drifts: raw[:1])
+    fitted: Any = SimpleNamespace(model=None, vector=None, drifts=(), linear=linear)
+    found = weights_of(fitted)
+    design = np.hstack([jacobian, raw.reshape(4, -1).T])
+    joint = np.linalg.inv(design.T @ design + np.diag([0.5, 2.0, 1, 1, 1, 1]))
+    own, cross, of_parameters = joint[3:, 3:], joint[3:, :2], joint[:2, :2]
+    np.testing.assert_allclose(found.slope, cross @ np.linalg.inv(of_parameters))
+    np.testing.assert_allclose(found.covariance, own - cross @ np.linalg.inv(of_parameters) @ cross.T)
+    at_mode = np.linalg.solve(design[:, 2:].T @ design[:, 2:] + np.eye(4), design[:, 2:].T @ residual.ravel())
+    np.testing.assert_allclose(found.mean, at_mode[1:])

@@ -139,7 +139,6 @@ def test_weights_of_a_correction_follow_those_of_the_drifts(monkeypatch: pytest.
     drifts = np.array([[[1.0, 0.0]], [[0.0, 1.0]]])
     own = np.array([[[10.0, 100.0]]])
     monkeypatch.setattr(module, "drift_columns", lambda model, vector, drifts_: drifts)
-    monkeypatch.setattr(module, "weights_of", lambda fitted: (np.array([5.0]), np.array([[7.0]])))
     model: Any = SimpleNamespace(observing=lambda observed: model, correction_inputs=lambda vector: (1, 2))
     fitted: Any = SimpleNamespace(
         model=model, vector=None, drifts=(), linear=SimpleNamespace(weights=lambda: np.array([2.0, 3.0, 5.0]))

@@ -47,6 +47,16 @@ class PlacedFinger:
         """Name of the contact model."""
         return self.elastic.contact
 
+    @property
+    def finite_strain(self) -> float:
+        """None: functions of place are fitted to the linear chain."""
+        return 0.0
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Zero (..., m), see `finite_strain`."""
+        shape = np.broadcast_shapes(np.shape(radius_mm), np.shape(angle), np.shape(load))
+        return np.zeros((*shape, self.elastic.n_elements))
+
     def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
         """Composite radius (...) with the curvature of the surface at the places touched (rad), mm."""
         return self.places.effective_radius(radius_mm, angle)

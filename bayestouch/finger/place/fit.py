@@ -52,17 +52,13 @@ def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFi
         touch = (effective, known.angle, known.load)
         own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch)
         sd = placed_fit.likelihood.standard_errors(vector).sd
-        placed = PlacedTouches.of(own, surface, sd)
-        readings = known.readings
-        if posterior is not None:
-            readings = readings + surface @ posterior.surface
-        moved = replace(known, radius_mm=effective, readings=readings)
+        mean = np.zeros(surface.shape[2]) if posterior is None else posterior.surface
+        placed = PlacedTouches.of(own, surface, sd, mean)
+        moved = replace(known, radius_mm=effective, readings=known.readings + placed.shift)
         likelihood = fit.likelihood.with_places(moved, placed)
         likelihood.start = vector[: likelihood.layout.n_chain]
         placed_fit = settled_fit(likelihood, vector)
         posterior = _posterior(placed_fit, functions, chain.angle, chain.response)
-        predicted = placed_fit.predicted - (readings - known.readings)
-        placed_fit = replace(placed_fit, predicted=predicted)
     assert posterior is not None
     return placed_fit, posterior
 

@@ -56,22 +56,29 @@ class PlacedTouches:
         What these add.
     surface : (t, m, q) array
         What the functions of the surface's curvature add.
+    shift : (t, m) array
+        Added to the readings of the touches, because the weights of the surface are counted from zero while the touches
+        have its mean curvature already.
     """
 
     basis: FloatArray
     own: FloatArray
     surface: FloatArray
+    shift: FloatArray
 
     @classmethod
-    def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray) -> PlacedTouches:
-        """From columns (t, m, k) and (t, m, q), and standard deviations (t, m) of readings, inf for missing ones."""
+    def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray, mean: FloatArray) -> PlacedTouches:
+        """From columns (t, m, k) and (t, m, q), and standard deviations (t, m) of readings, inf for missing ones.
+
+        `mean` (q,) are the weights of the surface whose curvature the touches have.
+        """
         columns = np.moveaxis(own, 1, 0)
         k = columns.shape[2]
         scaled = columns / sd.T[:, :, None]
         values, turn = np.linalg.eigh(scaled.swapaxes(1, 2) @ scaled)
         kept = int((values > LEAST_INFORMATION).sum(axis=1).max()) if k else 0
         basis = turn[:, :, k - kept :]
-        return cls(basis, columns @ basis, surface)
+        return cls(basis, columns @ basis, surface, surface @ mean)
 
     def errors(self, sd: FloatArray, by_load: FloatArray) -> PlacedErrors:
         """Errors of the readings with standard deviations (t, m), and by the load's standard deviation (t, m)."""
@@ -80,5 +87,5 @@ class PlacedTouches:
         return PlacedErrors(weight, low_rank)
 
     def added(self, weights: FloatArray) -> FloatArray:
-        """Readings (t, m) that weights (m r + q,) add."""
+        """Readings (..., t, m) that weights (..., m r + q) add."""
         return LowRank(np.zeros(self.surface.shape[:2]), self.own, self.surface).added(weights)

@@ -1,4 +1,4 @@
-"""A file of touches made ready to be read by a finger with effects."""
+"""Preparation of touches for a finger with effects: times, drifts, true loads."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.recording import Recording
 from bayestouch.data.touches import Touches
-from bayestouch.effects import Effect
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.draws import FingerSampler
 from bayestouch.finger.reading.drift import LOOSE, TouchEvidence, drift_of_others
@@ -22,21 +21,22 @@ from bayestouch.finger.reading.reader import (
     full_whitener,
     noise_whitener,
 )
+from bayestouch.finger.reading.true_load import changes_load, true_loads
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import without_wrong
 from bayestouch.model.timing import Timing
 
-# Rounds of reading the touches and finding the drifts; the third changes nothing that matters.
+# Number of rounds of fits of the touches and estimates of the drifts; the third changes the result negligibly.
 ROUNDS = 3
-# Central differences in logit, rad and share of the load.
+# Steps of central differences in w, rad and share of the load.
 STEPS = np.array([3e-2, 3e-3, 3e-3])
 
 
 def observe(
     corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
 ) -> tuple[Observations, str]:
-    """Touches of a table on their clock, without readings that are wrong; and what was assumed of the clock."""
+    """Touches of a table with times, without readings that are probably wrong, and a note on the assumed times."""
     timing = Timing.of(corrected)
     table = corrected
     for effect in effects_chain.listed.of_noise:
@@ -49,14 +49,9 @@ def observe(
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
     observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
     if each_sample:
-        # one touch a row; each goes by the number that its touch has in the table
+        # One touch per row, with the number of its touch in the table.
         observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
     return observed, timing.note
-
-
-def changes_load(effects_chain: ChainWithEffects) -> bool:
-    """Whether the force sensor reads another load than the one that acts."""
-    return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
 
 
 def prepare(
@@ -67,7 +62,7 @@ def prepare(
     *,
     plug_in: bool,
 ) -> TouchReadings:
-    """Readings with the effects of each touch's own time, with drifts found and loads set right."""
+    """Readings with the effects at the time of each touch, with estimated drifts and corrected loads."""
     noise = sampler.noise
     scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector)
     t, m = scale.shape
@@ -99,8 +94,9 @@ def prepare(
         mode, _ = find_modes(posterior, mode)
         start = mode
         if corrects_load:
-            load, load_sd = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd)
-            readings = replace(readings, load=load, load_sd=load_sd)
+            loads = true_loads(effects_chain, np.degrees(mode[:, 1]), raw_load, raw_sd, exact=plug_in)
+            current = current.with_loads(loads, posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2])
+            readings = replace(readings, load=loads.load, load_sd=loads.sd, context=current)
         if effects_chain.listed.drifts:
             without = replace(current, scale=scale, shift=shift, extra=np.zeros((t, m, m)))
             evidence = _evidence(replace(posterior, touches=replace(readings, context=without)), mode, noise)
@@ -112,37 +108,6 @@ def prepare(
     return readings
 
 
-def true_loads(
-    effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Loads as they really are, and their standard deviations, from loads as read (t,) at locations (t,)."""
-
-    def at(vector: FloatArray) -> FloatArray:
-        model = effects_chain.model
-        recording = Recording(
-            indenter_radius_mm=np.full(len(load), np.nan),
-            place=(angle_deg,),
-            load=load,
-            time_s=np.zeros(len(load)),
-            held_s=np.zeros(len(load)),
-            element_place=(np.asarray(model.finger.element_angles_deg),),
-            peak=model.peak,
-            reference_load=model.reference_load,
-            signal=np.zeros((len(load), model.n_elements)),
-        )
-        for effect, values in zip(model.effects, model.values(vector), strict=True):
-            recording = effect.pose(recording, values)
-        return recording.load
-
-    variance = load_sd**2
-    sd = np.sqrt(np.diag(effects_chain.covariance))
-    for row in range(effects_chain.model.n_base, len(effects_chain.vector)):
-        moved = effects_chain.vector.copy()
-        moved[row] += sd[row]
-        variance = variance + np.nan_to_num(at(moved) - at(effects_chain.vector)) ** 2
-    return at(effects_chain.vector), np.sqrt(variance)
-
-
 def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectContext) -> FloatArray:
     """Readings of the touches at their modes, (t, m)."""
     touch = posterior.radius(mode[:, 0]), mode[:, 1], mode[:, 2]
@@ -150,7 +115,7 @@ def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectCont
 
 
 def _columns(effects_chain: ChainWithEffects, observed: Observations, signal: FloatArray) -> FloatArray:
-    """What each weight of the drifts adds to the readings of each touch, (t, m, k)."""
+    """Change of the readings of each touch per unit of each weight of the drifts, (t, m, k)."""
     model = effects_chain.model
     recording = Recording(
         indenter_radius_mm=np.full(len(signal), np.nan),
@@ -172,7 +137,7 @@ def _columns(effects_chain: ChainWithEffects, observed: Observations, signal: Fl
 
 
 def _evidence(posterior: FingerPosterior, mode: FloatArray, noise: Noise) -> TouchEvidence:
-    """What each touch says of an addition to its readings."""
+    """Information of each touch on an addition to its readings."""
     readings, context = posterior.touches, posterior.touches.context
     assert isinstance(context, EffectContext)
     steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)

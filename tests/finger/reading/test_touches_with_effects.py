@@ -1,4 +1,4 @@
-"""What touches say of a drift, and loads behind an effect on the force sensor: by hand."""
+"""What touches say of a drift: by hand."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from bayestouch.chain.noise import Noise
-from bayestouch.effects.effect import Effect
 from bayestouch.finger.reading import touches_with_effects as module
 from bayestouch.finger.reading.effects import EffectContext
 from bayestouch.finger.reading.reader import TouchReadings
+from bayestouch.finger.reading.true_load import TrueLoads
 
 MODE = np.array([[0.3, 0.1, 20.0], [0.6, -0.2, 50.0]])
 PLACES = np.array([0.0, 0.2])
@@ -85,59 +85,18 @@ def test_prior_of_the_coordinates() -> None:
     np.testing.assert_allclose(found.shift, [[0, 0, 1.0], [0, 0, 0]])
 
 
-class Shift(Effect):
-    """The force sensor reads `amount` less than what acts, more with the angle."""
-
-    name, stage, summary, parameters = "shift", "rig", "", ()
-
-    def pose(self, recording: Any, values: Any) -> Any:
-        return SimpleNamespace(load=recording.load + values[0] * (1 + recording.place[0]))
-
-
-class Nothing(Effect):
-    name, stage, summary, parameters = "nothing", "rig", "", ()
-
-
-def chain_with(*effects: Effect) -> Any:
-    """One base parameter, then a value of each of two effects, 3 ± 0.5 and 7 ± 100."""
-    model = SimpleNamespace(
-        effects=effects,
-        n_base=1,
-        n_elements=2,
-        peak=np.ones(2),
-        reference_load=1.0,
-        finger=SimpleNamespace(element_angles_deg=(0.0, 1.0)),
-        values=lambda vector: tuple((value,) for value in vector[1 : 1 + len(effects)]),
-    )
-    return SimpleNamespace(model=model, vector=np.array([9.0, 3.0, 7.0]), covariance=np.diag([16.0, 0.25, 1e4]))
-
-
-def test_loads_as_they_really_are() -> None:
-    """What the effect's value leaves open adds to the variance of the reading: (0.5 (1 + angle))²."""
-    angle, load = np.array([0.0, 1.0]), np.array([10.0, np.nan])
-    found, sd = module.true_loads(chain_with(Shift(), Nothing()), angle, load, np.array([0.3, 0.4]))
-    np.testing.assert_allclose(found, [13.0, np.nan])
-    np.testing.assert_allclose(sd, [np.hypot(0.3, 0.5), 0.4])
-    found, sd = module.true_loads(chain_with(Shift(), Nothing()), angle, np.array([10.0, 20.0]), np.array([0.3, 0.4]))
-    np.testing.assert_allclose(found, [13.0, 26.0])
-    np.testing.assert_allclose(sd, np.hypot([0.3, 0.4], [0.5, 1.0]))
-
-
-def test_which_effects_change_loads() -> None:
-    class Elsewhere(Shift):
-        stage = "contact"
-
-    for effects, changes in (((Shift(),), True), ((Nothing(),), False), ((Elsewhere(),), False), ((), False)):
-        assert module.changes_load(chain_with(*effects)) == changes
-
-
 @pytest.mark.parametrize("own", [False, True])
 def test_columns_of_drifts(monkeypatch: pytest.MonkeyPatch, own: bool) -> None:
     """What each weight adds: the course in time times the signal, zero where it is not known."""
     drift = SimpleNamespace(name="drift", scale=lambda recording: recording.signal, own=lambda values: own)
     monkeypatch.setattr(module, "drift_basis", lambda drift, values, observed: np.array([[1.0, 2.0], [3.0, 4.0]]))
-    made = chain_with()
-    made.listed, made.values = SimpleNamespace(drifts=(drift,)), {"drift": (0.1,)}
+    model = SimpleNamespace(
+        n_elements=2,
+        peak=np.ones(2),
+        reference_load=1.0,
+        finger=SimpleNamespace(element_angles_deg=(0.0, 1.0)),
+    )
+    made: Any = SimpleNamespace(model=model, listed=SimpleNamespace(drifts=(drift,)), values={"drift": (0.1,)})
     observed: Any = SimpleNamespace(touch_time_s=np.zeros(2))
     found = module._columns(made, observed, np.array([[1.0, 10.0], [np.nan, 100.0]]))
     if own:
@@ -171,7 +130,9 @@ def test_drifts_are_looked_for_only_where_there_are_any(
         "timed_scale_and_shift": lambda *given: (one, 0 * one),
         "timed_slopes": lambda *given: np.zeros((0, 2, 2, 2)),
         "changes_load": lambda chain: True,
-        "true_loads": lambda chain, angle, load, sd: (load + 1.0, sd),
+        "true_loads": lambda chain, angle, load, sd, exact: TrueLoads(
+            load + 1.0, sd, np.zeros((3, 2)), np.zeros((2, 2))
+        ),
         "FingerPosterior": Posterior,
         "noise_whitener": lambda *given: None,
         "full_whitener": lambda *given: None,
