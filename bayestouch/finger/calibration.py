@@ -68,11 +68,12 @@ def calibrate_finger(
             "sensor is identifiable: give touches with a load",
             file=_file(dataset),
         )
-    fit, used = fit_finger(means, finger, priors, contact=contact)
+    elastic, used = fit_finger(means, finger, priors, contact=contact)
+    fit = elastic
     places: PlacePosterior | None = None
     why: tuple[str, ...] = ()
     if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
-        fit, places, why = fit_of_places(fit, wanted=discrepancy == OF_PLACE)
+        fit, places, why = fit_of_places(elastic, wanted=discrepancy == OF_PLACE)
     calibration = finger_calibration(
         fit,
         means,
@@ -88,6 +89,10 @@ def calibrate_finger(
         progress=progress,
         moves=moves,
     )
+    if places is not None:
+        # That of the model says what to look for: functions of place hide it.
+        both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
+        calibration = replace(calibration, statistics={**calibration.statistics, **both})
     return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 

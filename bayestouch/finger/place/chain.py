@@ -59,7 +59,7 @@ class PlacedFinger:
 
     def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
         """Composite radius (...) with the curvature of the surface at the places touched (rad), mm."""
-        return self.places.effective_radius(radius_mm, angle)
+        return self.places.effective_radius(radius_mm, angle, self.outer_radius_mm)
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with load P (N/m)."""

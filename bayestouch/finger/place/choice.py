@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.place.evidence import (
     OWN_LENGTHS,
     SURFACE_LENGTHS,
+    TIME_LENGTHS,
     Scored,
     with_own,
     with_surface,
@@ -26,7 +28,7 @@ from bayestouch.finger.place.functions import (
     per_weight,
     pressed,
 )
-from bayestouch.finger.place.linear import LinearPosterior, linear_elements
+from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
 
 # Places are held out in so many groups of neighbours; a choice from fewer than the least number says nothing.
 MOST_FOLDS, LEAST_FOLDS = 24, 6
@@ -61,7 +63,7 @@ class Choice:
             where = "its E map" if self.functions.kind == MAP else "its readings"
             parts.append(f"each element misses the model in {where}, {100 * own.sd:.2g} % of the peak")
         if surface is not None:
-            parts.append(f"the curvature of the surface departs by {surface.sd:.2g} /mm")
+            parts.append(f"the curvature of the surface varies by {100 * surface.sd:.2g} %")
         return (
             f"Discrepancy as a function of place: {' and '.join(parts)}. It predicts held-out places better than "
             f"errors that are independent from touch to touch do (log density {self.gain:+.0f} ± {self.gain_sd:.0f})."
@@ -81,7 +83,8 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     Returns
     -------
     Choice or None
-        None where errors that are independent from touch to touch predict held-out places as well.
+        None where errors that are independent from touch to touch predict held-out places as well, or where drifts in
+        the order of the touches explain the readings as well: then they belong to a time, not to a place.
     """
     known, chain = fit.likelihood.known, fit.chain
     folds = place_folds(known.angle)
@@ -93,7 +96,7 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     own = fourier(known.angle[:, None] - chain.angle, n_modes)
     own *= (known.load[:, None] * np.abs(chain.response))[:, :, None]
     surface = fourier(known.angle, modes_of(min(SURFACE_LENGTHS)))
-    surface = by_curvature(chain, *touch)[:, :, None] * surface[:, None, :]
+    surface = (by_curvature(chain, *touch) / chain.outer_radius_mm)[:, :, None] * surface[:, None, :]
     independent = without_functions(elements)
     kinds = [
         with_own(elements, kind, own * per_weight(pressed(chain, kind, known.radius_mm, known.load, n_modes))[:, None])
@@ -102,6 +105,8 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     best = max(kinds, key=lambda each: each.log_evidence)
     simple = [*kinds, with_surface(elements, independent, np.zeros((len(known.load), chain.n_elements, 0)), surface)]
     both = with_surface(elements, best, best.functions.own_columns(chain, *touch), surface)
+    if not wanted and _drifts(elements, fit) > max(each.log_evidence for each in simple) - LEAST_GAIN:
+        return None
     kept = [each for each in simple if wanted or each.log_evidence > independent.log_evidence + LEAST_GAIN]
     if not kept:
         return None
@@ -124,6 +129,14 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
     if gain < STANDARD_ERRORS * gain_sd and not wanted:
         return None
     return Choice(chosen.functions, gain, gain_sd)
+
+
+def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
+    """Log marginal likelihood of smooth functions of time, of each element's own, in the order of the touches."""
+    chain, n = fit.chain, len(fit.likelihood.known.load)
+    turn = fourier(np.pi * np.arange(n) / n, modes_of(min(TIME_LENGTHS)))
+    columns = turn[:, None, :] * (np.abs(chain.response) * fit.likelihood.known.typical_load)[:, None]
+    return with_own(elements, "", columns, TIME_LENGTHS).log_evidence
 
 
 def place_folds(angle: FloatArray) -> IntArray | None:

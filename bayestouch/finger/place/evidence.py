@@ -12,9 +12,11 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.place.functions import PlaceFunctions, Process, modes_of, spectrum
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior
 
-# Lengths that are tried (degree), and sizes: shares of the peak, and 1/mm for the curvature of the surface.
+# Lengths of functions of time, where all touches are half a circle.
+TIME_LENGTHS = (8.0, 16.0, 32.0, 64.0)
+# Lengths that are tried (degree), and sizes: shares of the peak, and of the logarithm of the surface's curvature.
 OWN_LENGTHS, OWN_SIZES = (4.0, 6.0, 9.0, 14.0), np.geomspace(5e-4, 0.2, 19)
-SURFACE_LENGTHS, SURFACE_SIZES = (6.0, 10.0, 16.0, 26.0), np.geomspace(1e-4, 0.05, 19)
+SURFACE_LENGTHS, SURFACE_SIZES = (6.0, 10.0, 16.0, 26.0), np.geomspace(1e-3, 0.6, 19)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,16 +74,18 @@ def without_functions(elements: Sequence[LinearElement]) -> Scored:
     return Scored(PlaceFunctions(), total, np.array(factors))
 
 
-def with_own(elements: Sequence[LinearElement], kind: str, columns: FloatArray) -> Scored:
+def with_own(
+    elements: Sequence[LinearElement], kind: str, columns: FloatArray, lengths: Sequence[float] = OWN_LENGTHS
+) -> Scored:
     """One kind of an element's own functions, with its most probable size and length.
 
-    `columns` are those of weights of variance one at the shortest length, (t, m, k).
+    `columns` are those of weights of variance one at the shortest of the lengths (degree), (t, m, k).
     """
     left = [element.without_model(element.left[:, None])[:, 0] for element in elements]
     white = [element.whiten(columns[:, element.index]) for element in elements]
     factors = elements[0].factors
     best: Scored | None = None
-    for length in OWN_LENGTHS:
+    for length in lengths:
         scale = np.sqrt(spectrum(length))
         tables = np.stack(
             [

@@ -46,11 +46,12 @@ def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFi
     placed_fit = fit
     for _ in range(FITS if functions.surface is None else FITS_OF_SURFACE):
         chain, vector = placed_fit.chain, placed_fit.vector
-        effective = known.radius_mm
+        effective, bent = known.radius_mm, np.zeros(len(known.load))
         if posterior is not None:
-            effective = posterior.effective_radius(known.radius_mm, known.angle)
+            effective = posterior.effective_radius(known.radius_mm, known.angle, chain.outer_radius_mm)
+            bent = posterior.log_curvature(known.angle)
         touch = (effective, known.angle, known.load)
-        own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch)
+        own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch, bent)
         sd = placed_fit.likelihood.standard_errors(vector).sd
         mean = np.zeros(surface.shape[2]) if posterior is None else posterior.surface
         placed = PlacedTouches.of(own, surface, sd, mean)

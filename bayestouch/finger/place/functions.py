@@ -2,8 +2,9 @@
 
 Three kinds. ``map``: each element's E map errs by a function of the angle from element to load; a touch feels it
 through its own pressure. ``place``: each element's readings err by a function of the place touched, whatever touches
-it. ``surface``: the curvature of the surface departs from that of a circle by a function of the place touched, which
-adds to 1/R of every touch there.
+it. ``surface``: the curvature of the surface is ``exp(f)/r_b`` with a function f of the place touched, and every touch
+there has ``1/R = 1/r_c + exp(f)/r_b``. Under a flat f adds to log μ, whose effect on readings it has, so that a finger
+that only flats have touched is a linear problem in both.
 
 A process is a Fourier series with independent normal weights. On a circle these are the eigenfunctions of every
 stationary process, so that length and size only change the weights' variances.
@@ -38,7 +39,7 @@ class Process:
     length_deg : float
         Correlation length, degree.
     sd : float
-        Standard deviation: share of the peak response, or 1/mm of a curvature.
+        Standard deviation: share of the peak response, or of the logarithm of the curvature.
     """
 
     length_deg: float
@@ -92,7 +93,7 @@ class PlaceFunctions:
     own : Process or None
         Of each element's own functions.
     surface : Process or None
-        Of the surface's curvature.
+        Of the logarithm of the surface's curvature.
     """
 
     kind: str = ""
@@ -114,12 +115,21 @@ class PlaceFunctions:
         return columns
 
     def surface_columns(
-        self, chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray
+        self,
+        chain: FingerChain,
+        radius_mm: FloatArray,
+        angle: FloatArray,
+        load: FloatArray,
+        log_curvature: FloatArray | float = 0.0,
     ) -> FloatArray:
-        """Readings that each standard normal weight of the surface adds, (t, m, q); arguments as of `own_columns`."""
+        """Readings that each standard normal weight of the surface adds, (t, m, q).
+
+        Arguments as of `own_columns`, but the radius is that with a curvature of ``exp(log_curvature)/r_b``.
+        """
         if self.surface is None:
             return np.zeros((len(load), chain.n_elements, 0))
         weight = fourier(angle, self.surface.n_modes) * self.surface.weight_sd
+        weight *= np.broadcast_to(np.exp(log_curvature) / chain.outer_radius_mm, angle.shape)[:, None]
         return np.asarray(by_curvature(chain, radius_mm, angle, load)[:, :, None] * weight[:, None, :])
 
 

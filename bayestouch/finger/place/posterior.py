@@ -49,18 +49,19 @@ class PlacePosterior:
         """The chain with the angles and responses that own functions refer to."""
         return chain.with_(angle=self.angle, response=self.response)
 
-    def surface_curvature(self, angle: FloatArray) -> FloatArray:
-        """Mean departure (...) of the surface's curvature from that of a circle, 1/mm, at places (...) in rad."""
+    def log_curvature(self, angle: FloatArray) -> FloatArray:
+        """Mean logarithm (...) of the surface's curvature times ``r_b`` at places (...) in rad."""
         process = self.functions.surface
         if process is None:
             return np.zeros(np.shape(angle))
         return np.asarray(fourier(angle, process.n_modes) @ (process.weight_sd * self.surface))
 
-    def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
+    def effective_radius(self, radius_mm: FloatArray, angle: FloatArray, outer_radius_mm: float) -> FloatArray:
         """Composite radius with the surface's curvature, mm, of touches (...) of composite radius R at places (rad)."""
         if self.functions.surface is None:
             return radius_mm
-        return np.asarray(radius_mm / np.maximum(1 + radius_mm * self.surface_curvature(angle), 0.05))
+        departure = np.expm1(self.log_curvature(angle)) / outer_radius_mm
+        return np.asarray(radius_mm / (1 + radius_mm * departure))
 
     def readings(self, chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Mean (t, m) of what own functions add to touches of *effective* radius (mm), location (rad), load (N/m)."""
@@ -77,7 +78,7 @@ class PlacePosterior:
         """
         own = self.functions.own_columns(self.reference(chain), *touch)
         through = np.moveaxis(np.einsum("tmk,mkj->tmj", own, self.gains, optimize=True), -1, 0)
-        surface = np.moveaxis(self.functions.surface_columns(chain, *touch), -1, 0)
+        surface = np.moveaxis(self.functions.surface_columns(chain, *touch, self.log_curvature(touch[1])), -1, 0)
         half = np.matmul(np.moveaxis(own, 1, 0), self.own_covariance)
         variance = np.einsum("mtk,tmk->tm", half, own, optimize=True)
         return np.concatenate([elastic, surface]) + through, variance
