@@ -165,7 +165,7 @@ def summary(each: Read, fingers: int) -> list[str]:
     by_finger = each.hit.reshape(fingers, -1, len(NAMES)).mean(axis=1)
     se = by_finger.std(axis=0, ddof=1) / np.sqrt(fingers)
     coverage = [f"{100 * share:.1f} ± {100 * more:.1f}" for share, more in zip(each.hit.mean(axis=0), se, strict=True)]
-    z, error = (np.sqrt((values**2).mean(axis=0)) for values in (each.z, each.error[each.firm]))
+    z, error = (np.sqrt((values[each.firm] ** 2).mean(axis=0)) for values in (each.z, each.error))
     chosen = each.placed.reshape(fingers, -1)[:, 0].sum()
     return [*coverage, *(f"{value:.2f}" for value in z), *(f"{value:.3g}" for value in error), f"{chosen}"]
 
@@ -191,9 +191,9 @@ def as_markdown(found: dict[tuple[str, str, str], Read], fingers: int) -> str:
     table = markdown_table(head, [[*key, *summary(each, fingers)] for key, each in found.items()])
     return (
         f"{fingers} fingers with {touches} touches each: coverage of 90 % intervals (%, with standard errors from the "
-        "scatter of fingers); rms of error over stated standard deviation; rms error of touches on the elements with "
-        "more than half the typical load; and fingers whose discrepancy was chosen to have functions of place.\n\n"
-        f"{table}"
+        "scatter of fingers); of touches on the elements with more than half the typical load the rms of error over "
+        "stated standard deviation and the rms error; and fingers whose discrepancy was chosen to have functions of "
+        f"place.\n\n{table}"
     )
 
 

@@ -79,32 +79,27 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
     derivatives[at.response] /= fit.chain.response[:, None, None]
     # (m r + q, 3 m + 2): change of the weights' mean with the parameters of the finger
     moved = -errors.weights(np.where(likelihood.missing, 0.0, derivatives)).T
-    covariance, information = errors.low_rank.covariance, errors.low_rank.information
-    by_surface = np.zeros((n, q))
-    given = covariance[:n, :n]
-    if q:
-        given = np.asarray(np.linalg.inv(information[:n, :n]), dtype=np.float64)
-        by_surface = -given @ information[:n, n:]
-    of_model = moved[:n] - by_surface @ moved[n:]
-    element = np.arange(m)
-    own_gain = of_model.reshape(m, r, 3 * m + 2)
-    gains = np.concatenate(
-        [
-            np.stack([own_gain[element, :, i * m + element] for i in range(3)], axis=-1),
-            own_gain[:, :, [at.sigma, at.log_mu]],
-            by_surface.reshape(m, r, q),
-        ],
-        axis=-1,
-    )
-    blocks = given.reshape(m, r, m, r)[element, :, element]
-    untold = np.eye(k) - placed.basis @ placed.basis.swapaxes(1, 2)
+    given = errors.low_rank.covariance
+    of_model = moved @ fit.covariance
+    joint = joint_covariance(fit.covariance, moved[n:], given[n:, n:])
+    with_parents = np.concatenate([of_model, of_model @ moved[n:].T + given[:, n:]], axis=1)
+    gains, own_covariance = np.empty((m, k, 5 + q)), np.empty((m, k, k))
+    for e, basis in enumerate(placed.basis):
+        own = slice(e * r, (e + 1) * r)
+        parents = [e, m + e, 2 * m + e, at.sigma, at.log_mu, *range(3 * m + 2, 3 * m + 2 + q)]
+        crossed = with_parents[own][:, parents]
+        gain = np.linalg.solve(joint[np.ix_(parents, parents)], crossed.T).T
+        rest = given[own, own] + of_model[own] @ moved[own].T - gain @ crossed.T
+        gains[e] = basis @ gain
+        # what the touches do not tell of keeps its prior
+        own_covariance[e] = basis @ rest @ basis.T + np.eye(k) - basis @ basis.T
     return PlacePosterior(
         functions=functions,
         angle=angle,
         response=response,
         own=np.einsum("mkr,mr->mk", placed.basis, weights[:n].reshape(m, r)),
         surface=weights[n:],
-        gains=placed.basis @ gains,
-        own_covariance=placed.basis @ blocks @ placed.basis.swapaxes(1, 2) + untold,
-        covariance=joint_covariance(fit.covariance, moved[n:], covariance[n:, n:]),
+        gains=gains,
+        own_covariance=own_covariance,
+        covariance=joint,
     )

@@ -24,7 +24,7 @@ from bayestouch.chain.finger import FingerChain
 
 #: Kinds of functions that each element has of its own.
 MAP, PLACE = "map", "place"
-# Modes beyond this many over the length (rad) hold less than a thousandth of the power of a Matérn 5/2 process.
+# Modes beyond this many over the length (rad) hold less than half a percent of the power of a Matérn 5/2 process.
 MODES_A_LENGTH = 5.0
 # Step of the derivative over log R.
 STEP_LOG_RADIUS = 0.02

@@ -28,8 +28,8 @@ class PlacePosterior:
     own, surface : (m, k), (q,) arrays
         Their means at the mode of the finger's parameters.
     gains : (m, k, 5 + q) array
-        Change of an element's weights with its response, r_s (mm) and θ_s (rad), with σ and log μ, and with the
-        weights of the surface.
+        Regression of an element's weights on its response, r_s (mm) and θ_s (rad), on σ and log μ, and on the weights
+        of the surface. That weights of two elements have a little more in common, by errors of the loads, is left out.
     own_covariance : (m, k, k) array
         Of an element's weights, all these given.
     covariance : (3 m + 2 + q, 3 m + 2 + q) array
