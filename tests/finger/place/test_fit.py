@@ -36,14 +36,15 @@ def written_out(fit: FingerFit, places: PlacePosterior, wanted: PlaceFunctions) 
     known, at = likelihood.known, likelihood.layout
     spread = likelihood.standard_errors(fit.vector)
     _, slope = likelihood.predicted(fit.laplace.mode)
-    bent = places.log_curvature(known.angle)
+    assert likelihood.placed is not None
 
-    def rows(elastic: np.ndarray, touch: tuple[np.ndarray, ...], bend: np.ndarray) -> np.ndarray:
+    def rows(elastic: np.ndarray, touch: tuple[np.ndarray, ...], surface: np.ndarray) -> np.ndarray:
         own = own_blocks(wanted.own_columns(chain, *touch))
-        surface = np.moveaxis(wanted.surface_columns(fit.chain, *touch, bend), -1, 0)
-        return np.concatenate([elastic, own, surface])
+        return np.concatenate([elastic, own, np.moveaxis(surface, -1, 0)])
 
-    data = rows(likelihood.derivatives(fit.laplace.mode), (known.radius_mm, known.angle, known.load), bent)
+    data = rows(
+        likelihood.derivatives(fit.laplace.mode), (known.radius_mm, known.angle, known.load), likelihood.placed.surface
+    )
     information = np.diag(
         np.concatenate([likelihood.prior.spread[: at.n_chain] ** -2.0, np.ones(len(data) - at.n_chain)])
     )
@@ -62,7 +63,7 @@ def written_out(fit: FingerFit, places: PlacePosterior, wanted: PlaceFunctions) 
     for i in range(3):
         elastic[i * m + np.arange(m), :, np.arange(m)] = own[i].T
     elastic[[at.sigma, at.log_mu]] = own[3:]
-    every = rows(elastic, new, places.log_curvature(angle))
+    every = rows(elastic, new, wanted.surface_columns(fit.chain, *new, places.log_curvature(angle)))
     return np.einsum("ati,ab,btj->tij", every, covariance, every, optimize=True)
 
 
