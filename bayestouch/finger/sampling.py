@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.density import FingerDensity
@@ -17,13 +16,12 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.quantiles import QuantileMaps
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, Demands, StudentT, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
+from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
+from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.laplace import solve_lower
 
-CHAINS = 4
-# Standard deviations beyond which a bound makes no difference.
-FAR = 30.0
 # Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
 # Steps per draw that is kept, by attempt: 75 % of proposals are accepted on a finger of 16 elements (83 unknowns). With
@@ -42,8 +40,8 @@ class PosteriorMap:
     chain are ``x = x(noise) + R(noise)^-T u``; x(noise) and ``R Rᵀ`` are mode and precision of the least-squares fit
     with the readings weighted by this noise. The proposal is thus wider for an element with larger noise.
 
-    Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn first,
-    from the last to the first; each is cut off at its bounds, given those drawn before it.
+    Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
+    first, from the last to the first; each is cut off at its bounds, given those drawn before it.
 
     Attributes
     ----------
@@ -139,7 +137,7 @@ class PosteriorMap:
         for k in reversed(range(at.n_base, n)):
             rest = np.einsum("nj,nj->n", root[:, k + 1 :, k], step[:, k + 1 :]) - shift[:, k]
             low, high = (root[:, k, k] * (ends[k] - self.vector[k]) + rest for ends in self.ends)
-            out[:, k], more = cut_off(standard[:, k], low, high)
+            out[:, k], more = normal_between(standard[:, k], low, high)
             step[:, k] = (out[:, k] - rest) / root[:, k, k]
             total += more
         return out, total
@@ -150,7 +148,7 @@ class PosteriorMap:
         at, total = self.layout, np.zeros(len(points))
         for k, sd in zip(range(at.further.start, at.size), self.further_sd, strict=True):
             low, high = ((ends[k] - self.vector[k]) / sd for ends in self.ends)
-            z, more = cut_off(points[:, k], np.full(len(points), low), np.full(len(points), high))
+            z, more = normal_between(points[:, k], np.full(len(points), low), np.full(len(points), high))
             vectors[:, k] = self.vector[k] + sd * z
             total += more + np.log(sd)
         return total
@@ -162,26 +160,6 @@ class PosteriorMap:
         if at.discrepancy:
             share = share + np.exp(2 * vectors[:, at.missed]) / known.typical_reads
         return np.asarray(np.exp(2 * vectors[:, at.noise]) * share)
-
-
-def cut_off(z: FloatArray, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Normal variables cut off at bounds from standard normal ones, by their quantile; and the log of the derivative.
-
-    Parameters
-    ----------
-    z : (n,) array
-        Standard normal variables.
-    low, high : (n,) arrays
-        Bounds, in standard deviations.
-    """
-    # In the lower tail probabilities keep their digits.
-    turned = low > 0
-    sign = np.where(turned, -1.0, 1.0)
-    low, high = np.where(turned, -high, low), np.where(turned, -low, high)
-    low, high = np.clip(low, -FAR, FAR), np.clip(high, -FAR, FAR)
-    below, mass = ndtr(low), ndtr(high) - ndtr(low)
-    out = ndtri(np.clip(below + mass * ndtr(sign * z), 1e-300, 1 - 1e-16))
-    return sign * out, np.log(mass) + 0.5 * (out**2 - z**2)
 
 
 def sample_fit(
@@ -229,29 +207,14 @@ def draw_points(
             # One round: in so many dimensions an adapted proposal is not better than the first one.
             rounds=1,
             moves=moves,
-            progress=_part(progress, attempt),
+            progress=part_of(progress, attempt),
         )
         kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
         ess, rhat = bulk_statistics(kept)
-        if _good(ess, rhat, draws):
+        if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
     return replace(
         drawn, draws=kept, log_density=drawn.log_density[:, ::thin] - log_derivative, ess_bulk=ess, rhat=rhat
     )
-
-
-def _good(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
-    """Whether chains are long enough; the limit of R-hat allows for its scatter with few draws."""
-    demands = Demands()
-    enough = bool(ess.min() >= min(demands.ess_bulk, 0.4 * draws))
-    return enough and bool(rhat.max() <= max(demands.rhat, 1 + 8 * CHAINS / draws))
-
-
-def _part(progress: Progress | None, attempt: int) -> Progress | None:
-    """Progress of one attempt: the first covers one half, each later one a half of the rest."""
-    if progress is None:
-        return None
-    left = 0.5**attempt
-    return lambda done: progress(1 - left + 0.5 * left * done)
