@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from bayestouch.effects import Setting, catalogue
-from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
@@ -49,12 +48,10 @@ def begin(
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
-    if groups:
-        raise InputError("groups: they are not written for a calibration with effects")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves)
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves, tuple(groups))
     return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
 
 
@@ -78,6 +75,8 @@ class FingerEvaluation:
         E map of the calibrations: that of the elastic model, or identified with the effects.
     moves : object
         Moves of emcee, as in `bayestouch.calibrate`; None for the default.
+    groups : tuple of str
+        Groups of the ArviZ schema that the calibrations have.
     """
 
     data: SplitData
@@ -88,6 +87,7 @@ class FingerEvaluation:
     seed: int
     e_map: str = MODEL_MAP
     moves: Any = None
+    groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
@@ -103,6 +103,7 @@ class FingerEvaluation:
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
+                groups=self.groups,
                 moves=self.moves,
             )
             return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
@@ -118,6 +119,7 @@ class FingerEvaluation:
             seed=self.seed,
             notes=data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
+            groups=self.groups,
             moves=self.moves,
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
