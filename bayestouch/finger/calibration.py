@@ -52,6 +52,8 @@ def calibrate_finger(
     First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
     joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
+    if groups and e_map != MODEL_MAP:
+        raise InputError("groups: draws of the elastic finger have no likelihood of an identified E map")
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
     assert table is not None

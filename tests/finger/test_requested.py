@@ -113,6 +113,11 @@ def test_groups_change_no_draw_and_the_log_posterior_is_always_there(calibration
     np.testing.assert_array_equal(without.posterior["mu"], calibration.posterior["mu"])
 
 
+def test_an_identified_map_has_no_groups() -> None:
+    with pytest.raises(InputError, match=r"groups: .*identified E map"):
+        bayestouch.calibrate(DATA, e_map="empirical", groups="log_likelihood")
+
+
 def test_with_effects_there_are_likelihood_and_prior() -> None:
     """Crosstalk that is not there adds parameters and hardly changes how well touches are predicted."""
     model = StatedModel("finger", "layer", (("crosstalk", {}),))
