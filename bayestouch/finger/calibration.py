@@ -22,7 +22,7 @@ from bayestouch.finger.place.fit import AUTO, NO_DISCREPANCY, OF_PLACE, fit_of_p
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
-from bayestouch.finger.requested import requested_groups
+from bayestouch.finger.requested import groups_without_effects
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
@@ -184,7 +184,7 @@ def finger_calibration(
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-            **requested_groups(fit, vectors, groups, seed),
+            **groups_without_effects(fit, vectors, groups, seed),
         },
     )
 

@@ -13,12 +13,10 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.public import public_draws
 from bayestouch.finger.sampling_with_effects import EffectFit
-
-#: Arrays by group and variable, (chain, draw, ...).
-Requested = dict[str, dict[str, FloatArray]]
+from bayestouch.results.schema import Requested
 
 
-def requested_groups(
+def groups_without_effects(
     fit: FingerFit,
     vectors: FloatArray,
     groups: Sequence[str],
@@ -67,7 +65,7 @@ def requested_groups(
 
 
 def groups_with_effects(fit: EffectFit, vectors: FloatArray, groups: Sequence[str]) -> Requested:
-    """``log_likelihood`` and ``log_prior`` of a calibration with effects, as of `requested_groups`.
+    """``log_likelihood`` and ``log_prior`` of a calibration with effects, as of `groups_without_effects`.
 
     Raises
     ------
