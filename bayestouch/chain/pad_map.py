@@ -36,6 +36,11 @@ class PadMap:
         Reading per unit load.
     variance, covariance : (*grid, m) arrays
         Variance of the sensitivity, and its covariance with the offset.
+    by_effect : (*grid, q m) array, optional
+        Change of the sensitivity by one standard deviation of each of q independent causes: what the values of effects
+        leave open, for which the readings of the calibration were corrected. Cause by cause.
+    offset_by_effect : (q, m) array, optional
+        The same for the reading without touch.
     """
 
     origin: FloatArray
@@ -47,6 +52,8 @@ class PadMap:
     sensitivity: FloatArray
     variance: FloatArray
     covariance: FloatArray
+    by_effect: FloatArray | None = None
+    offset_by_effect: FloatArray | None = None
 
     @property
     def n_elements(self) -> int:
@@ -61,7 +68,8 @@ class PadMap:
     def exact(self) -> PadMap:
         """Return the same map without uncertainty (plug-in)."""
         none = np.zeros_like(self.variance)
-        return replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
+        exact = replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
+        return replace(exact, by_effect=None, offset_by_effect=None)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
         """Return True for locations (..., D) in the calibrated region, (...)."""
@@ -70,9 +78,20 @@ class PadMap:
 
     def at(self, location: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Sensitivity, its variance and its covariance with the offset at locations (..., D); three (..., m) arrays."""
-        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
         m = self.n_elements
+        both = _interpolate(self._coefficients[..., : 3 * m], self._index(location), (None,))[0]
         return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
+
+    @property
+    def n_causes(self) -> int:
+        """Number of independent causes q of `by_effect`."""
+        return 0 if self.offset_by_effect is None else len(self.offset_by_effect)
+
+    def changes(self, location: FloatArray) -> FloatArray:
+        """Change of the sensitivity (..., q, m) by one sd of each cause of `by_effect`, at locations (..., D)."""
+        m = self.n_elements
+        (flat,) = _interpolate(self._coefficients[..., 3 * m :], self._index(location), (None,))
+        return flat.reshape(*flat.shape[:-1], self.n_causes, m)
 
     def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sensitivity (..., m) and its derivative along each coordinate (..., D, m), per mm, at locations (..., D)."""
@@ -87,12 +106,14 @@ class PadMap:
 
     def arrays(self) -> dict[str, FloatArray]:
         """Return all arrays by name, for a file."""
-        return {f"map_{name}": np.asarray(getattr(self, name)) for name in _NAMES}
+        names = _NAMES if self.by_effect is None else (*_NAMES, *_BY_EFFECT)
+        return {f"map_{name}": np.asarray(getattr(self, name)) for name in names}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
         """Return the map from the result of `arrays`."""
-        return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in _NAMES})
+        names = (*_NAMES, *(name for name in _BY_EFFECT if f"map_{name}" in arrays))
+        return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in names})
 
     def _index(self, location: FloatArray) -> FloatArray:
         # Beyond the grid the last value is used: such locations are outside the prior, but must not raise an error.
@@ -101,10 +122,11 @@ class PadMap:
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Spline coefficients of the three tables side by side, with one more than the grid on every side."""
+        """Spline coefficients of the tables side by side, with one more than the grid on every side."""
         from scipy.ndimage import spline_filter1d
 
-        table = np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1)
+        more = () if self.by_effect is None else (self.by_effect,)
+        table = np.concatenate([self.sensitivity, self.variance, self.covariance, *more], axis=-1)
         for axis in range(self.dimensions):
             table = spline_filter1d(table, order=3, axis=axis, mode="mirror")
         width = [(1, 2)] * self.dimensions + [(0, 0)]
@@ -122,6 +144,8 @@ _NAMES = (
     "variance",
     "covariance",
 )
+# Of calibrations whose readings were corrected for effects.
+_BY_EFFECT = ("by_effect", "offset_by_effect")
 
 
 def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 from bayestouch.chain.kernel_choice import kernel_for, kernel_names
+from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.splits import with_calibration
@@ -30,6 +32,7 @@ def calibrate_pad(
     draws: int = 1000,
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
+    further: Callable[[PadCandidate, PadMap], PadMap] | None = None,
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
@@ -53,6 +56,8 @@ def calibrate_pad(
     seed : int
     progress : callable, optional
         Called with the share done, 0 to 1.
+    further : callable, optional
+        Makes the map that is kept from the model and its map.
 
     Returns
     -------
@@ -76,6 +81,9 @@ def calibrate_pad(
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
     notes = [*dataset.notes, *dataset.calibration.notes, *notes]
     result = pad_calibration_of(dataset.sensor, problem, model, rivals, notes, draws=draws)
+    if further is not None:
+        kept = further(model, PadMap.from_arrays(result.extra))
+        result = replace(result, extra={**result.extra, **kept.arrays()})
     if progress is not None:
         progress(1.0)
     return result

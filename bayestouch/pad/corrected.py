@@ -7,7 +7,7 @@ for the signal, touch by touch. Effects that depend on where the touch is are le
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from bayestouch.effects import Effect, Values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.timing import Timing
-from bayestouch.results.keys import EFFECT_PEAK, EFFECT_VALUES, EFFECT_ZERO
+from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
 # Newton steps of the signal behind a reading: each takes at least half of the error.
@@ -47,6 +47,9 @@ class PadEffects:
         Readings without touch, rest reading subtracted.
     element_place : tuple of (m,) arrays
         Nominal places of the elements, mm.
+    root : (q, q) array
+        Lower Cholesky factor of the covariance of the values of `corrected_for`, one after the other, in the
+        coordinates that fits move; (0, 0) if the values count as exact.
     """
 
     listed: EffectList
@@ -54,6 +57,7 @@ class PadEffects:
     peak: FloatArray
     zero: FloatArray
     element_place: tuple[FloatArray, ...]
+    root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def reference_load(self) -> float:
@@ -72,6 +76,22 @@ class PadEffects:
             if not goes_with_place(effect, values, nowhere):
                 out.append((effect, values))
         return tuple(out)
+
+    @property
+    def corrected_for(self) -> tuple[Effect, ...]:
+        """Effects that readings and loads are corrected for, in the order of `listed`."""
+        left = self.left_to_map
+        return tuple(effect for effect in self.listed.plain if effect.name not in left)
+
+    def moved(self, cause: int, share: float) -> PadEffects:
+        """The same with values moved by a share of a standard deviation of one of the independent causes of `root`."""
+        values, first = dict(self.values), 0
+        for effect in self.corrected_for:
+            there = slice(first, first + len(effect.parameters))
+            moved = zip(effect.parameters, values[effect.name], share * self.root[there, cause], strict=True)
+            values[effect.name] = tuple(p.from_unconstrained(p.to_unconstrained(v) + step) for p, v, step in moved)
+            first = there.stop
+        return replace(self, values=values)
 
     @property
     def left_to_map(self) -> tuple[str, ...]:
@@ -147,6 +167,10 @@ class PadEffects:
         """Load as the force sensor reads it, of loads as they act, any shape: inverse of `acting`, where that rises."""
         return self._inverse(acting, self._corrected)
 
+    def acts(self, pressing: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
     def pressing(self, acting: FloatArray) -> FloatArray:
         """True load, of loads as they act, any shape: the load that effects of the contact take to these."""
         return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
@@ -179,7 +203,8 @@ class PadEffects:
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for a calibration's file."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
-        return {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        out = {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        return out if not len(self.root) else {**out, EFFECT_ROOT: self.root}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
@@ -200,6 +225,7 @@ class PadEffects:
             peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             zero=np.asarray(calibration.extra[EFFECT_ZERO]),
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
+            root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
         )
 
 
