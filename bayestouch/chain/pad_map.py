@@ -79,7 +79,7 @@ class PadMap:
     def at(self, location: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Sensitivity, its variance and its covariance with the offset at locations (..., D); three (..., m) arrays."""
         m = self.n_elements
-        both = _interpolate(self._coefficients[..., : 3 * m], self._index(location), (None,))[0]
+        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
         return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
 
     @property
@@ -88,10 +88,23 @@ class PadMap:
         return 0 if self.offset_by_effect is None else len(self.offset_by_effect)
 
     def changes(self, location: FloatArray) -> FloatArray:
-        """Change of the sensitivity (..., q, m) by one sd of each cause of `by_effect`, at locations (..., D)."""
-        m = self.n_elements
-        (flat,) = _interpolate(self._coefficients[..., 3 * m :], self._index(location), (None,))
-        return flat.reshape(*flat.shape[:-1], self.n_causes, m)
+        """Change of the sensitivity (..., q, m) by one sd of each cause of `by_effect`, at locations (..., D).
+
+        Linear between grid points: an uncertainty need not be known as well as the map.
+        """
+        assert self.by_effect is not None
+        index = self._index(location)
+        flat = index.reshape(-1, self.dimensions)
+        grid = np.array(self.by_effect.shape[:-1])
+        cell = np.minimum(flat.astype(np.int64), grid - 2)
+        share = flat - cell
+        table = self.by_effect.reshape(-1, self.by_effect.shape[-1])
+        strides = np.cumprod([1, *grid[:0:-1]])[::-1]
+        corner, out = cell @ strides, np.zeros((len(flat), table.shape[1]))
+        for taps in product((0, 1), repeat=self.dimensions):
+            weight = np.where(taps, share, 1 - share).prod(axis=1)
+            out += weight[:, None] * table[corner + int(np.dot(taps, strides))]
+        return out.reshape(*index.shape[:-1], self.n_causes, self.n_elements)
 
     def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sensitivity (..., m) and its derivative along each coordinate (..., D, m), per mm, at locations (..., D)."""
@@ -122,11 +135,10 @@ class PadMap:
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Spline coefficients of the tables side by side, with one more than the grid on every side."""
+        """Spline coefficients of the three tables side by side, with one more than the grid on every side."""
         from scipy.ndimage import spline_filter1d
 
-        more = () if self.by_effect is None else (self.by_effect,)
-        table = np.concatenate([self.sensitivity, self.variance, self.covariance, *more], axis=-1)
+        table = np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1)
         for axis in range(self.dimensions):
             table = spline_filter1d(table, order=3, axis=axis, mode="mirror")
         width = [(1, 2)] * self.dimensions + [(0, 0)]

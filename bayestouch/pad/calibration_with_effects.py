@@ -75,13 +75,15 @@ def pad_calibration(
     # Creep that differs from touch to touch is best kept out, whether its mean is known or not.
     samples, _ = choose_samples(table.select(training))
     stated = table
+    if added:
+        table = effects.corrected(stated, clock)
 
     def further(model: PadCandidate, map_: PadMap) -> PadMap:
         """The map, and how it follows the values of the effects."""
         known = model.fit.known
 
         def columns(effects: PadEffects) -> FloatArray:
-            moved = effects.corrected(stated, clock).select(training).baseline_corrected()
+            moved = effects.corrected(stated, clock, near=table).select(training).baseline_corrected()
             means = pad_readings(moved, known.location.shape[1], samples)
             row = np.flatnonzero(np.isin(means.touch, known.touch))
             return np.column_stack([means.readings, means.load])[row]
@@ -89,10 +91,8 @@ def pad_calibration(
         changes = np.nan_to_num(changes_of(effects, columns))
         return with_changes(map_, model, changes[:, :, :-1], changes[:, :, -1])
 
-    if added:
-        table = effects.corrected(table, clock)
-        if sensor.force_noise_sd is not None:
-            sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
+    if added and sensor.force_noise_sd is not None:
+        sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
     made = calibrate_pad(
         replace(dataset, sensor=sensor, calibration=known),

@@ -23,8 +23,9 @@ from bayestouch.model.timing import Timing
 from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-# Newton steps of the signal behind a reading: each takes at least half of the error.
-STEPS = 25
+# Newton steps of the signal behind a reading: each takes at least half of the error; and from a signal that is near, of
+# which the change is wanted to a thousandth.
+STEPS, STEPS_NEAR = 25, 10
 # Central difference of a reading over its signal, as a share of the peak; least slope that a step is taken with.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
 # Loads at which effects of the load are tabulated.
@@ -113,7 +114,7 @@ class PadEffects:
             signal=signal,
         )
 
-    def corrected(self, touches: Touches, clock: Timing | None = None) -> Touches:
+    def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the elements' zeros) in place of readings, and loads as they act.
 
         Parameters
@@ -122,6 +123,8 @@ class PadEffects:
             Rest reading subtracted.
         clock : Timing, optional
             Of its rows; the table's own by default.
+        near : Touches, optional
+            The table corrected with values that are nearly the same.
         """
         rows = np.flatnonzero(touches.in_contact)
         clock = clock or Timing.of(touches)
@@ -134,7 +137,9 @@ class PadEffects:
         )
         readings = touches.readings.copy()
         missing = np.isnan(readings[rows])
-        signal = self._signal_behind(recording, np.where(missing, 0.0, readings[rows] - self.zero))
+        read = np.where(missing, 0.0, readings[rows] - self.zero)
+        start = read if near is None else np.where(missing, 0.0, near.readings[rows] - self.zero)
+        signal = self._signal_behind(recording, read, start, STEPS if near is None else STEPS_NEAR)
         readings[rows] = np.where(missing, np.nan, signal + self.zero)
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
@@ -146,10 +151,9 @@ class PadEffects:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
-    def _signal_behind(self, recording: Recording, read: FloatArray) -> FloatArray:
+    def _signal_behind(self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int) -> FloatArray:
         step = SLOPE_STEP * self.peak
-        signal = read
-        for _ in range(STEPS):
+        for _ in range(steps):
             up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
             slope = np.maximum((up - down) / (2 * step), LEAST_SLOPE)
             signal = signal + (read - self._readings(recording, signal)) / slope

@@ -41,11 +41,10 @@ class CorrectedMeans(TouchMeans):
 
 def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> FloatArray:
     """Change of what a function makes of effects, (q, ...)."""
-    out = [np.empty((0, *of(effects).shape))] if not len(effects.root) else []
-    for cause in range(len(effects.root)):
-        up, down = (of(effects.moved(cause, sign * STEP)) for sign in (1, -1))
-        out.append((up - down)[None] / (2 * STEP))
-    return np.concatenate(out)
+    if not len(effects.root):
+        return np.empty((0, *of(effects).shape))
+    moved = ([of(effects.moved(cause, sign * STEP)) for sign in (1, -1)] for cause in range(len(effects.root)))
+    return np.stack([(up - down) / (2 * STEP) for up, down in moved])
 
 
 def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samples: str) -> CorrectedMeans:
@@ -60,11 +59,13 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
         As `bayestouch.pad.known_touches.pad_readings`.
     """
 
+    corrected = effects.corrected(touches)
+
     def columns(effects: PadEffects) -> FloatArray:
-        means = pad_readings(effects.corrected(touches), dimensions, samples)
+        means = pad_readings(effects.corrected(touches, near=corrected), dimensions, samples)
         return np.column_stack([means.readings, means.load])
 
-    means = pad_readings(effects.corrected(touches), dimensions, samples)
+    means = pad_readings(corrected, dimensions, samples)
     changes = np.nan_to_num(changes_of(effects, columns))
     # The load that acts is what the calibration takes it for, and another under other values; true loads are the same.
     pressing = effects.pressing(np.nan_to_num(means.load, nan=effects.reference_load))

@@ -98,9 +98,12 @@ def test_the_map_follows_its_touches(empirical: bool) -> None:
     moved_load = 1e-3 * np.stack([known.load**2, np.zeros(known.n_touches)])
     found = with_changes(map_, model, readings, moved_load)
     assert found.by_effect is not None and found.offset_by_effect is not None
-    where = np.linspace(9.0, 29.0, 40)[:, None]
+    # at grid points: changes are linear between them, the map is not
+    where = map_.origin + map_.step * np.arange(8, map_.sensitivity.shape[0] - 8)[:, None]
     changes = found.changes(where)
-    assert changes.shape == (40, 2, 4)
+    assert changes.shape == (len(where), 2, 4)
+    between = found.changes(where[:-1] + 0.25 * map_.step)
+    np.testing.assert_allclose(between, 0.75 * changes[:-1] + 0.25 * changes[1:], atol=1e-12)
     for cause in range(2):
         tables = []
         for sign in (1, -1):
