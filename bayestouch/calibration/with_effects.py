@@ -1,25 +1,25 @@
-"""Calibrations with effects that are stated, not searched for."""
+"""Calibration of a sensor with stated effects."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
+from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.model.added import added_effects, moved_to
 from bayestouch.model.body import body_of
-from bayestouch.model.candidates import refine_drift, score_effects
+from bayestouch.model.candidates import score_effects
 from bayestouch.model.correction import corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
-from bayestouch.model.fitting import Fitted, fit, fit_from_both
-from bayestouch.model.noise_fit import with_noise
-from bayestouch.model.noise_posterior import FoundNoise, settled_noise
-from bayestouch.model.noise_search import score_noise
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.joining import fit_with
+from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
@@ -34,16 +34,16 @@ def calibrate_with_effects(
     Parameters
     ----------
     dataset, draws, seed, progress
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     model : StatedModel
-        Effects, with the values that fits start from.
+        Effects, with the starting values of fits.
     options
-        Those of the body: contact and priors of a finger, kernel of a pad.
+        Options of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
+        For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
     """
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
@@ -64,10 +64,12 @@ def calibrate_with_effects(
     added.sort(key=lambda each: order.index(each.effect.name))
     correction = None
     notes: tuple[str, ...] = ()
-    if model.correction:
+    if model.correction and not begun.corrects:
+        notes = ("no correction is added: the identified E map includes errors that depend on element and location",)
+    elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("a correction was asked for, but these touches show nothing to correct",)
+            notes = ("the model states a correction, but these touches show no error to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
@@ -76,23 +78,17 @@ def calibrate_with_effects(
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model with one more effect, fitted from stated values where there are such."""
+    """The model fitted with one more effect, from stated starting values if there are any."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
-    if isinstance(effect, NoiseEffect):
-        scored = score_noise(fitted, (effect,))
-        if not scored:
-            raise InputError(f"{effect.name} shows in repeats only, and no touch was read twice")
-        found = settled_noise(fitted, scored[0])
-        return with_noise(fitted, found), found
-    if isinstance(effect, RandomEffect):
-        values, _ = refine_drift(fitted, effect)
-        return settled(fit(fitted.model, fitted.vector, fitted.noise, (*fitted.drifts, (effect, values)))), None
-    (scored_effect,) = score_effects(fitted, (effect,))
-    values = tuple(start.get(p.name, value) for p, value in zip(effect.parameters, scored_effect.start, strict=True))
+    new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
+    return (new.fitted if new.noise else settled(new.fitted)), new.noise
+
+
+def _start(fitted: Fitted, effect: Effect, stated: Mapping[str, float]) -> Values:
+    """Starting values of the fit of an effect of the chain: the stated ones, else those of its score test."""
+    (scored,) = score_effects(fitted, (effect,))
+    values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, scored.start, strict=True))
     low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)
-    values = tuple(min(max(v, a), b) for v, a, b in zip(values, low, high, strict=True))
-    model = fitted.model.with_effects((*fitted.model.effects, effect))
-    vector = model.extended(fitted.vector, values)
-    return settled(fit_from_both(model, vector, fitted.noise, fitted.drifts)), None
+    return tuple(min(max(v, a), b) for v, a, b in zip(values, low, high, strict=True))

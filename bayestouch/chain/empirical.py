@@ -26,24 +26,35 @@ def modes_of(chain: FingerChain) -> int:
     return int(chain.spectra.body.modes[-1])
 
 
-def elastic_amplitudes(chain: FingerChain, n_coefficients: int) -> FloatArray:
+def elastic_amplitudes(chain: FingerChain, n_coefficients: int) -> NDArray[np.complex128]:
     """Response of each element to the modes ``0 … n_c`` of the traction, readings per MPa, shape (m, n_c + 1).
 
-    Negative if a compressed element reads positive, because traction is tension positive.
+    Negative if a compressed element reads positive, because traction is tension positive. Real without friction, see
+    `bayestouch.chain.response.mode_strain`.
     """
-    strain = chain.spectra.body.radial_strain(chain.sensing_radius_mm)
+    strain = chain.mode_strain
     if n_coefficients >= strain.shape[1]:
         raise InputError(f"this finger sums Fourier modes up to {strain.shape[1] - 1}, got n_c = {n_coefficients}")
     # The response is the reading per N/m of a knife edge above the element; a line load excites all modes equally.
-    peak = strain[:, :1] + 2 * strain[:, 1:].sum(axis=1, keepdims=True)
+    peak = strain[:, :1].real + 2 * strain[:, 1:].real.sum(axis=1, keepdims=True)
     line = 2 * np.pi * chain.outer_radius_mm * 1000
     return np.asarray(-line * chain.response[:, None] / peak * strain[:, : n_coefficients + 1])
 
 
 def elastic_e_matrix(chain: FingerChain, n_coefficients: int) -> FloatArray:
-    """E of an elastic finger, readings per MPa of the traction coefficients, shape (m, 2 n_c + 1)."""
+    """E of an elastic finger, readings per MPa of the traction coefficients, shape (m, 2 n_c + 1).
+
+    What is not in proportion to the pressure (`FingerChain.beyond_linear`) is no part of it.
+    """
     amplitudes = elastic_amplitudes(chain, n_coefficients)
-    return np.asarray(per_coefficient(amplitudes) * fourier_basis(np.degrees(chain.angle), n_coefficients))
+    basis = fourier_basis(np.degrees(chain.angle), n_coefficients)
+    e_matrix = per_coefficient(amplitudes.real) * basis
+    if chain.friction:
+        # An imaginary amplitude turns a mode by a quarter of its wave: sines become cosines, cosines minus sines.
+        turned = np.zeros_like(basis)
+        turned[:, 1::2], turned[:, 2::2] = basis[:, 2::2], -basis[:, 1::2]
+        e_matrix = e_matrix + per_coefficient(amplitudes.imag) * turned
+    return np.asarray(e_matrix)
 
 
 def pressure_matrix(
@@ -144,6 +155,11 @@ class EmpiricalFingerChain:
         return self.elastic.largest_load
 
     @property
+    def finite_strain(self) -> float:
+        """Fraction of the finite strain of the elastic finger in `predict`."""
+        return self.elastic.finite_strain
+
+    @property
     def spectra(self) -> ContactSpectra:
         """Pressure spectra of the contact."""
         return self.elastic.spectra
@@ -191,4 +207,14 @@ class EmpiricalFingerChain:
         load = np.asarray(load, dtype=float)
         kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
         shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
-        return np.asarray(self.offset + self.response * load[..., None] * shape)
+        linear = np.asarray(self.offset + self.response * load[..., None] * shape)
+        return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
+
+    def series(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """As `predict` for touches (t,), (t, m), by the sum over modes: no table is made."""
+        linear = pressure_matrix(self.elastic, radius_mm, angle, load, self.n_coefficients) @ self.e_matrix.T
+        return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else np.asarray(linear)
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Part of the readings due to finite strain, which E does not hold: that of the elastic finger, (..., m)."""
+        return self.elastic.beyond_linear(radius_mm, angle, load)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import CONTACTS, KERNELS, seeded, spoken
+from bayestouch.commands.options import CONTACTS, KERNELS, grouped, seeded, spoken
 from bayestouch.commands.output import check_output, say
 from bayestouch.progress import progress_bar
 
@@ -34,6 +34,7 @@ from bayestouch.progress import progress_bar
     help="Effects of the sensor: model.toml from `bayestouch diagnose`.",
 )
 @click.option("--draws", type=click.IntRange(min=8), default=1000, show_default=True, help="Posterior draws to save.")
+@grouped
 @seeded
 @spoken
 def calibrate(
@@ -45,6 +46,7 @@ def calibrate(
     priors: tuple[str, ...],
     model: Path | None,
     draws: int,
+    groups: str,
     seed: int,
     quiet: bool,
     as_json: bool,
@@ -70,6 +72,7 @@ def calibrate(
             priors=stated,
             model=effects,
             draws=draws,
+            groups=groups,
             seed=seed,
             progress=advance,
         )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import clustered, seeded, spoken
+from bayestouch.commands.options import clustered, grouped, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
 from bayestouch.progress import progress_bar
 
@@ -36,6 +36,7 @@ from bayestouch.progress import progress_bar
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
 @click.option("--thin", type=click.IntRange(min=1), default=1, help="Save one draw out of this many. [default: all]")
 @click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, but no draws.")
+@grouped
 @clustered
 @seeded
 @spoken
@@ -52,6 +53,7 @@ def infer(
     draws: int,
     thin: int,
     summary_only: bool,
+    groups: str,
     scheduler: str | None,
     seed: int,
     quiet: bool,
@@ -68,6 +70,7 @@ def infer(
     from bayestouch.inference import Kept, Options, infer_to_file
     from bayestouch.priors.indenter_text import indenter_from_text
     from bayestouch.results.reading import load_calibration, load_grades
+    from bayestouch.results.schema import chosen_groups
 
     check_output(output)
     options = Options(
@@ -79,6 +82,7 @@ def infer(
         method=method,
         kept=Kept(draws, thin, summary_only),
         seed=seed,
+        groups=chosen_groups(groups),
     )
     calibrated = load_calibration(calibration)
     try:

@@ -20,6 +20,17 @@ def seeded(command: Command) -> Command:
     )(command)
 
 
+def grouped(command: Command) -> Command:
+    """Add `--groups` to a command that writes a posterior file."""
+    return click.option(
+        "--groups",
+        metavar="NAMES",
+        default="",
+        help="Further groups of the ArviZ schema to write: all, or some of log_likelihood, log_prior, prior, "
+        "prior_predictive, posterior_predictive, with commas between them. [default: none]",
+    )(command)
+
+
 def clustered(command: Command) -> Command:
     """Add `--scheduler` to a command that can compute on a cluster."""
     return click.option(

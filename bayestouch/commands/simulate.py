@@ -9,6 +9,7 @@ import click
 from bayestouch.commands.options import seeded, spoken
 from bayestouch.commands.output import say
 from bayestouch.errors import InputError
+from bayestouch.model.body import BODIES
 from bayestouch.progress import progress_bar
 
 
@@ -21,7 +22,7 @@ from bayestouch.progress import progress_bar
     metavar="NAME=VALUE",
     help="Value of an effect's first parameter, or NAME.PARAMETER=VALUE; repeatable.",
 )
-@click.option("--body", type=click.Choice(["finger", "pad"]), default="finger", show_default=True)
+@click.option("--body", type=click.Choice(tuple(BODIES)), default="finger", show_default=True)
 @seeded
 @spoken
 def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet: bool, as_json: bool) -> None:
@@ -30,13 +31,12 @@ def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet
     \b
     Example: bayestouch simulate -o simulated-finger --effect crosstalk=0.04 --seed 3
     """
-    from bayestouch.simulation import FingerDesign, PadDesign, save_simulated
+    from bayestouch.simulation import DESIGNS, save_simulated
     from bayestouch.simulation import simulate as simulate_dataset
 
-    design = FingerDesign() if body == "finger" else PadDesign()
     sizes = _effects(effects)
     with progress_bar("simulate", quiet) as advance:
-        simulated = simulate_dataset(design, effects=sizes, seed=seed)
+        simulated = simulate_dataset(DESIGNS[body](), effects=sizes, seed=seed)
         save_simulated(simulated, output)
         advance(1.0)
     count = simulated.dataset.touches.n_touches

@@ -66,6 +66,7 @@ class Finger(Summarised):
     load_column: ClassVar[str] = "load_N_per_m"
     load_unit: ClassVar[str] = "N/m"
     reads_radius: ClassVar[bool] = True
+    default_contact: ClassVar[str] = "layer"
 
     def __post_init__(self) -> None:
         core = checked_positive(self.core_radius_mm, "core_radius_mm")

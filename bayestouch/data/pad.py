@@ -60,6 +60,7 @@ class Pad(Summarised):
     load_column: ClassVar[str] = "load_N"
     load_unit: ClassVar[str] = "N"
     reads_radius: ClassVar[bool] = False
+    default_contact: ClassVar[str] = ""
 
     def __post_init__(self) -> None:
         x = checked_numbers(self.element_x_mm, "element_x_mm")

@@ -8,6 +8,8 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -15,20 +17,22 @@ import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray, IntArray, ObjectArray
 from bayestouch.data.cells import MISSING, NumberReader
+from bayestouch.data.csv_lines import BOM
 
 #: Words that pandas reads as a missing number.
 _WORDS = ["", "NaN", "+NaN", "-NaN", *(form(word) for word in MISSING for form in (str, str.upper, str.capitalize))]
 
 
 class PlainRows(NamedTuple):
-    """Columns by name: numbers (NaN where missing) and texts, shape (n_rows,) each."""
+    """Columns by name: numbers (NaN where missing) and texts, shape (n_rows,) each; and the number of rows."""
 
     numbers: dict[str, FloatArray]
     texts: dict[str, ObjectArray]
+    n_rows: int
 
 
 def plain_rows(
-    lines: Sequence[str],
+    block: bytes,
     first: int,
     names: Sequence[str],
     wanted: Collection[str],
@@ -39,7 +43,7 @@ def plain_rows(
 
     Parameters
     ----------
-    lines : sequence of str
+    block : bytes
         Lines with their line ends.
     first : int
         Number of the first line in the file, counted from 1.
@@ -59,7 +63,7 @@ def plain_rows(
     """
     import pandas as pd
 
-    if (cells := _Cells.of(lines, len(names), separator)) is None:
+    if (cells := _Cells.of(block, len(names), separator)) is None:
         return None
     numeric = {k: name for k, name in enumerate(names) if name in wanted}
     # pandas reads a column of True and False as numbers, and may use Python's float, which accepts 1_000
@@ -88,61 +92,94 @@ def plain_rows(
     except ValueError:
         return None
     numbers = {name: np.array(frame[k], dtype=np.float64) for k, name in numeric.items()}
-    words = {k: np.flatnonzero(np.isnan(numbers[name]) & ~cells.empty[:, k]).tolist() for k, name in numeric.items()}
+    missing = {k: rows for k, name in numeric.items() if len(rows := np.flatnonzero(np.isnan(numbers[name])))}
+    # Only where a number is missing may a row be empty, or a cell hold a word.
+    if (missing or not numeric) and cells.empty.all(axis=1).any():
+        return None
+    words = {k: rows[~cells.empty[rows, k]].tolist() for k, rows in missing.items()}
     if any(cells.text(row, k).strip().lower() not in MISSING for k, rows in words.items() for row in rows):
         return None
     for k, rows in words.items():
         reader.take_words(len(rows), numeric[k], [first + row for row in rows[:1]])
     if reader.decimal_comma and marks:
         reader.decimal = marks[0]
-    return PlainRows(numbers, {name: np.array(frame[k]) for k, name in enumerate(names) if k not in numeric})
+    texts = {name: np.array(frame[k]) for k, name in enumerate(names) if k not in numeric}
+    return PlainRows(numbers, texts, cells.n_rows)
 
 
-class _Cells(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class _Cells:
     """Rows as bytes, and the positions of their cells.
 
     Attributes
     ----------
     data : bytes
         Rows in UTF-8, each with a newline at its end.
-    marks : int array, shape (n_rows * width,)
-        Position after the last byte of each cell.
-    empty : bool array, shape (n_rows, width)
-        True for cells without content.
+    n_rows, width : int
+        Number of rows and of columns.
+    separator : str
+        Separator between cells.
     """
 
     data: bytes
-    marks: IntArray
-    empty: BoolArray
+    n_rows: int
+    width: int
+    separator: str
 
     @classmethod
-    def of(cls, lines: Sequence[str], width: int, separator: str) -> Self | None:
-        """Return rows of `width` plain cells; None if a row has another number of cells or a cell is not plain."""
-        data = "".join(lines).encode().replace(b"\r\n", b"\n")
+    def of(cls, data: bytes, width: int, separator: str) -> Self | None:
+        """Return rows of `width` plain cells; None if a cell is not plain or the number of cells is not right.
+
+        pandas has to find out that a row other than the first has more cells than the first, which it refuses.
+        """
+        data = data.replace(b"\r\n", b"\n") if b"\r" in data else data
         data += b"" if data.endswith(b"\n") else b"\n"
         # quotes may contain separators and line ends; pandas ends a cell at a zero byte, and skips a byte order mark in
         # every block
-        if width < 2 or any(mark in data for mark in (b'"', b"\r", b"\0")) or data.startswith(b"\xef\xbb\xbf"):
+        if (
+            width < 2
+            or any(mark in data for mark in (b'"', b"\r", b"\0"))
+            or data.startswith(BOM)
+            or not _is_utf8(data)
+        ):
             return None
         raw = np.frombuffer(data, np.uint8)
-        marks = np.flatnonzero((raw == ord(separator)) | (raw == ord("\n")))
-        if len(marks) != len(lines) * width or not (raw[marks[width - 1 :: width]] == ord("\n")).all():
+        ends = np.flatnonzero(raw == ord("\n"))
+        if np.diff(ends, prepend=-1).max() > csv.field_size_limit():
             return None
-        lengths = np.diff(marks, prepend=-1).reshape(-1, width) - 1
-        empty = lengths == 0
-        return None if lengths.max() > csv.field_size_limit() or empty.all(axis=1).any() else cls(data, marks, empty)
+        separators, in_first = (np.count_nonzero(part == ord(separator)) for part in (raw, raw[: ends[0]]))
+        right = separators == (width - 1) * len(ends) and in_first == width - 1
+        return cls(data, len(ends), width, separator) if right else None
+
+    @cached_property
+    def marks(self) -> IntArray:
+        """Position after the last byte of each cell, shape (n_rows * width,)."""
+        raw = np.frombuffer(self.data, np.uint8)
+        return np.flatnonzero((raw == ord(self.separator)) | (raw == ord("\n")))
+
+    @cached_property
+    def empty(self) -> BoolArray:
+        """True for cells without content, shape (n_rows, width)."""
+        return np.asarray(np.diff(self.marks, prepend=-1).reshape(-1, self.width) == 1)
 
     def hold(self, mark: str, columns: npt.ArrayLike) -> bool:
         """Return True if a character occurs in a cell of these columns."""
         if mark.encode() not in self.data:
             return False
         places = np.flatnonzero(np.frombuffer(self.data, np.uint8) == ord(mark))
-        return bool(np.isin(np.searchsorted(self.marks, places) % self.empty.shape[1], columns).any())
+        return bool(np.isin(np.searchsorted(self.marks, places) % self.width, columns).any())
 
     def text(self, row: int, column: int) -> str:
         """Return the text of a cell."""
-        k = row * self.empty.shape[1] + column
+        k = row * self.width + column
         return self.data[self.marks[k - 1] + 1 if k else 0 : self.marks[k]].decode()
+
+
+def _is_utf8(data: bytes) -> bool:
+    try:
+        return data.isascii() or bool(data.decode())
+    except UnicodeDecodeError:
+        return False
 
 
 def _version(text: str) -> tuple[int, ...]:

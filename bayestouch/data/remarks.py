@@ -67,8 +67,9 @@ class Tally:
         """Return the counts of a table, or of a piece of it with complete touches."""
         away, missing = ~touches.in_contact, np.isnan(touches.readings)
         location = [v for v in (touches.angle_deg, touches.x_mm, touches.y_mm) if v is not None]
-        there, lowest, highest = _extremes(touches.readings)
-        touched, touched_lowest, touched_highest = _extremes(readings := touches.readings[~away])
+        there, lowest, highest = touched, touched_lowest, touched_highest = _extremes(readings := touches.readings)
+        if away.any():
+            touched, touched_lowest, touched_highest = _extremes(readings := touches.readings[~away])
         return cls(
             rows=touches.n_rows,
             touches=touches.n_touches,

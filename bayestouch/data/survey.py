@@ -12,6 +12,7 @@ from bayestouch.data.grouping import groups
 from bayestouch.data.remarks import Tally
 from bayestouch.data.touch_source import TouchSource, joined_touches
 from bayestouch.data.touches import Touches
+from bayestouch.parallel.ahead import ahead
 
 #: Minimum number of touches in the sample; the maximum is twice this number.
 SAMPLED = 256
@@ -58,7 +59,7 @@ def survey(source: TouchSource) -> Survey:
     sampled = _Sample()
     n_rows, without, rows_without = 0, 0, 0
     notes: list[str] = []
-    for piece in source.pieces():
+    for piece in ahead(source.pieces()):
         rest = rest.after(piece)
         tally = Tally.of(piece) if tally is None else tally + Tally.of(piece)
         contact = piece.in_contact

@@ -6,18 +6,17 @@ and `bayestouch.data.touch_columns` for the meaning of the columns.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray, ObjectArray
 from bayestouch.data.cells import NumberReader
-from bayestouch.data.csv_lines import SEPARATORS, Lines, records, separator_of
+from bayestouch.data.csv_lines import BOM, SEPARATORS, Lines, records, separator_of
 from bayestouch.data.files import reading
 from bayestouch.data.plain_rows import plain_rows
 from bayestouch.errors import InputError
@@ -92,13 +91,13 @@ def csv_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
             raise InputError(f"expected a table of at most {MAX_BYTES} bytes, got {size}: split it", file=file)
         notes = list(_byte_notes(file))
         try:
-            with file.open(encoding="utf-8-sig", newline="") as stream:
+            with file.open("rb") as stream:
                 yield from _parse(stream, file, schema, notes)
         except UnicodeDecodeError:
             raise _not_utf8(file) from None
 
 
-def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) -> Iterator[RawTable]:
+def _parse(stream: BinaryIO, file: Path, schema: Schema, notes: list[str]) -> Iterator[RawTable]:
     lines = Lines(stream, file, MAX_LINE)
     separator = separator_of(lines)
     rows = records(lines, separator, file)
@@ -113,10 +112,9 @@ def _parse(stream: io.TextIOBase, file: Path, schema: Schema, notes: list[str]) 
     while True:
         block, at = lines.block(CHUNK), lines.taken + 1
         if block and (plain := plain_rows(block, at, header.names, wanted, separator, reader)):
-            line = np.arange(at, at + len(block))
-            lines.take_block()
+            lines.take_block(block, plain.n_rows)
             some = True
-            yield RawTable(header, *plain, line, notes=())
+            yield RawTable(header, plain.numbers, plain.texts, np.arange(at, at + plain.n_rows), notes=())
         elif chunk := list(islice(rows, CHUNK)):
             empty += _check_widths(chunk, len(header.names), file)
             if full := [(at, cells) for at, cells in chunk if any(cells)]:
@@ -197,7 +195,7 @@ def check_names(cells: Sequence[str], file: Path, row: int) -> tuple[str, ...]:
 def _byte_notes(file: Path) -> Iterator[str]:
     with file.open("rb") as stream:
         start = stream.readline(MAX_LINE)
-    if start.startswith(b"\xef\xbb\xbf"):
+    if start.startswith(BOM):
         yield f"{file.name}: a byte order mark was skipped"
     if start.endswith(b"\r\n"):
         yield f"{file.name}: read with Windows line ends"

@@ -8,10 +8,9 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.rounds import Tried
-from bayestouch.effects.effect import Effect
-from bayestouch.effects.random import RandomEffect
-from bayestouch.model.candidates import Candidate, refine_drift
-from bayestouch.model.fitting import SETTLED, Fitted, fit, fit_from_both
+from bayestouch.model.candidates import Candidate
+from bayestouch.model.fitting import SETTLED, Fitted
+from bayestouch.model.joining import fit_with
 from bayestouch.model.predictive import held_out_density
 from bayestouch.parallel.cluster import in_order
 
@@ -87,15 +86,8 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
     """
     effect = candidate.effect
     enough = max(SETTLED, ROUGHLY * fitted.excess)
-    if isinstance(effect, RandomEffect):
-        values, _ = refine_drift(fitted, effect)
-        drifts = (*fitted.drifts, (effect, values))
-        new = fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening, enough=enough)
-    else:
-        model = fitted.model.with_effects((*fitted.model.effects, effect))
-        start = model.extended(fitted.vector, candidate.start)
-        new = fit_from_both(model, start, fitted.noise, fitted.drifts, whitening=fitted.whitening, enough=enough)
-        values = model.values(new.vector)[-1]
+    again = fit_with(effect, fitted, lambda: candidate.start, whitening=fitted.whitening, enough=enough)
+    new = again.fitted
     difference = density(new) - before
     gain, error = paired(gained(difference))
     within, within_se = paired(difference[:, 1])
@@ -103,7 +95,7 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         effect=effect,
         z=candidate.z,
         seen=candidate.seen,
-        start=values,
+        start=again.values,
         gain=gain,
         gain_se=error,
         of_means=float(difference[:, 2].sum()),
@@ -112,18 +104,3 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         difference=gained(difference),
         signature=candidate.signature,
     )
-
-
-def without(fitted: Fitted, effect: Effect) -> Fitted:
-    """Model without one of its effects, fitted again with the same whitening."""
-    if isinstance(effect, RandomEffect):
-        drifts = tuple(pair for pair in fitted.drifts if pair[0].name != effect.name)
-        return fit(fitted.model, fitted.vector, fitted.noise, drifts, whitening=fitted.whitening)
-    model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
-    place = model.n_base
-    for each in model.effects:
-        if each.name == effect.name:
-            kept[place : place + len(each.parameters)] = False
-        place += len(each.parameters)
-    less = model.with_effects(tuple(each for each in model.effects if each.name != effect.name))
-    return fit_from_both(less, fitted.vector[kept], fitted.noise, fitted.drifts, whitening=fitted.whitening)

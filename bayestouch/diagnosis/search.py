@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all, without
+from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
-from bayestouch.effects.noise import NoiseEffect
+from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.joining import fit_without
 from bayestouch.model.noise_fit import with_noise
 from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
@@ -147,7 +148,7 @@ def _needed(fitted: Fitted, last: SearchRound) -> tuple[Fitted, tuple[str, ...]]
         # A random function of time can imitate a cause, so it cannot make a cause unnecessary.
         earlier = [*last.before.model.effects, *earlier]
     for effect in earlier:
-        less = without(fitted, effect)
+        less = fit_without(effect, fitted)
         gain, error = paired(gained(density(fitted) - density(less)))
         if gain < ERRORS * error or gain < _smallest_gain(fitted):
             fitted = less
@@ -161,7 +162,7 @@ def one_round(
     """One round: score all effects, refit the best ones, and choose one or none."""
     scored = score_effects(fitted, effects)
     progress(SCORED)
-    noise = tuple(e for e in effects if isinstance(e, NoiseEffect) and e.name not in fitted.names)
+    noise = tuple(each for each in of_noise(effects) if each.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
     before, least = density(fitted), _smallest_gain(fitted)

@@ -1,4 +1,4 @@
-"""The catalogue of effects: what a real sensor adds to the chain, one small class each."""
+"""The catalogue of effects: each is a class for one thing in a real sensor that the base model leaves out."""
 
 from __future__ import annotations
 

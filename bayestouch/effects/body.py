@@ -1,4 +1,4 @@
-"""Effects of the body."""
+"""Effects of the rubber body: response that depends on location, and finite strain."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 @dataclass(frozen=True)
 class SoftSpot(Effect):
-    """A region where the rubber answers more (or less), whatever the element: signal (1 + share g(θ_c)), g a bell.
+    """The response is larger or smaller in one region of the surface: signal (1 + share g(θ_c)), with a bell g.
 
-    Bubbles, thickness and cure vary over a mould. The response depends on where the touch is, so that all elements that
-    read this touch are raised by the same share, which no gain can do.
+    Bubbles, thickness and cure vary over a moulded part. The factor depends on the location of the touch, so it is the
+    same for all elements that read this touch. The gains of the elements cannot represent it.
 
-    Reference: Nicolson and Fearing (1995), section 3.2, on errors that go with location rather than with elements.
+    Reference: Nicolson and Fearing (1995), section 3.2, on errors that depend on location, not on the element.
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -41,7 +41,7 @@ class SoftSpot(Effect):
             return None
         width = max(spans)
         widths = tuple(width * share for share in (0.035, 0.07, 0.14))
-        # Centres no further apart than the narrowest bell is wide, in the plane twice that.
+        # The distance between trial centres is the width of the narrowest bell, in the plane twice this width.
         count = 18 if len(spans) == 1 else 8
         centres = [
             EffectParameter(
@@ -70,16 +70,16 @@ class SoftSpot(Effect):
 
 @dataclass(frozen=True)
 class FiniteStrain(Effect):
-    """Rubber strained so far that doubling the load does not double the strain.
+    """The strain is large, so that it is no longer proportional to the load.
 
-    What a neo-Hookean annulus adds to the linear one, by a finite-element table of the paper's finger: `share` of it, 0
-    for linear rubber and 1 for neo-Hookean rubber of the finger's shear modulus.
+    A finite-element table for the paper's finger gives the difference between a neo-Hookean and a linear annulus.
+    `share` of this difference is added: 0 is linear rubber, 1 is neo-Hookean rubber of the finger's shear modulus.
 
     Reference: `bayestouch.body.finite_strain`.
     """
 
     parameters: tuple[EffectParameter, ...] = (
-        EffectParameter("share", "", "share of what a neo-Hookean rubber adds", Uniform(-0.5, 2.0), (0.1,), 0.0),
+        EffectParameter("share", "", "share of the neo-Hookean nonlinearity", Uniform(-0.5, 2.0), (0.1,), 0.0),
     )
 
     name: ClassVar[str] = "finite_strain"

@@ -1,4 +1,4 @@
-"""All effects that are known: those of the package and those that others add by an entry point."""
+"""All known effects: those of this package, and those that other packages add by an entry point."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ _BUILT_IN: tuple[type[Effect], ...] = (
 
 
 def effect_classes() -> dict[str, type[Effect]]:
-    """Effects by name, in the order of the stages: the package's own, then those of entry points.
+    """Effect classes by name, in the order of the stages; in each stage this package's own come first.
 
     Raises
     ------
     InputError
-        An entry point cannot be loaded, is no effect, or has a name that is taken.
+        An entry point cannot be loaded, is not an `Effect`, or uses the name of another effect.
     """
     classes = {effect.name: effect for effect in _BUILT_IN}
     for point in sorted(entry_points(group=GROUP), key=lambda each: each.name):
@@ -67,6 +67,6 @@ def effect_classes() -> dict[str, type[Effect]]:
 
 
 def catalogue(setting: Setting) -> tuple[Effect, ...]:
-    """Every effect that can occur and be seen in this setting, in the order of the stages."""
+    """Every effect that can occur and can be observed in this setting, in the order of the stages."""
     suited = (each.suited(setting) for each in effect_classes().values())
     return tuple(effect for effect in suited if effect is not None)

@@ -1,4 +1,4 @@
-"""Effects of the contact: what presses on the surface is not what the base model presses with."""
+"""Effects of the contact: the pressure on the surface differs from that of the base model."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from bayestouch.priors.parameters import Normal, Uniform
 
 @dataclass(frozen=True)
 class RigidCore(Effect):
-    """The rubber is a thin layer on a rigid core, where the base model takes a half-space (Hertz).
+    """The rubber is a thin layer on a rigid core; the base model assumes a half-space (Hertz).
 
-    The layer is stiffer, so that contacts are narrower: the pressure spectrum goes from that of Hertz to the exact one
-    on the bonded layer as `share` goes from 0 to 1.
+    The layer is stiffer, so contacts are narrower. `share` = 0 is the pressure spectrum of Hertz, `share` = 1 is the
+    exact one on a bonded layer; between them it is interpolated.
 
     Reference: Nicolson and Fearing (1995), section 2.3; K. L. Johnson, Contact Mechanics (1985), chapter 5.
     """
@@ -29,7 +29,7 @@ class RigidCore(Effect):
 
     name: ClassVar[str] = "rigid_core"
     stage: ClassVar[Stage] = "contact"
-    summary: ClassVar[str] = "contact on a layer over a rigid core, in place of a half-space"
+    summary: ClassVar[str] = "contact on a layer over a rigid core, instead of a half-space"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -42,9 +42,9 @@ class RigidCore(Effect):
 
 @dataclass(frozen=True)
 class BluntEdge(Effect):
-    """The knife edge has a radius: touches made with r_c = 0 are those of a small cylinder.
+    """The knife edge has a radius: touches with r_c = 0 are computed as touches of a cylinder of this radius.
 
-    Reference: Nicolson and Fearing (1995), section 3.1, where edges stand for line loads.
+    Reference: Nicolson and Fearing (1995), section 3.1, which treats an edge as a line load.
     """
 
     parameters: tuple[EffectParameter, ...] = (
@@ -69,9 +69,9 @@ class BluntEdge(Effect):
 class TangentialLoad(Effect):
     """The probe also drags along the surface: a shear traction of `share` times the pressure.
 
-    Above zero it pulls the surface towards larger angles. Its strain is odd about the contact where that of the
-    pressure is even, so that elements on one side read more and on the other less. Only a steady share, the same in
-    all touches, is looked for.
+    A positive share pulls the surface towards larger angles. The strain of the pressure is even about the contact,
+    that of the shear is odd: elements on one side read more, those on the other side less. The share is the same in
+    all touches.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), chapter 7; N. I. Muskhelishvili, Some Basic Problems, §59.
     """

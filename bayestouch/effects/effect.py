@@ -1,4 +1,4 @@
-"""What an effect is: one more piece for one stage of the chain."""
+"""Base class of effects, their parameters, and the setting in which an effect may occur."""
 
 from __future__ import annotations
 
@@ -21,35 +21,36 @@ STAGES: tuple[Stage, ...] = ("rig", "contact", "body", "element", "readout", "no
 
 @dataclass(frozen=True)
 class Setting:
-    """What an effect may suit itself to before any fit: the sensor, and how it was touched.
+    """What an effect may use to choose its priors and probes before any fit: the sensor and how it was touched.
 
     Attributes
     ----------
     finger : bool
-        A finger, else a pad.
+        True for a finger, False for a pad.
     n_elements : int
-        Elements m.
+        Number of elements m.
     element_place : tuple of (m,) arrays
-        Nominal places, degree or mm.
+        Nominal locations of the elements, one array per coordinate: degree on a finger, mm on a pad.
     place_range : tuple of (float, float)
-        Lowest and highest location touched, for each coordinate.
+        Lowest and highest location of the touches, for each coordinate; degree or mm.
     reference_load : float
-        Typical load.
+        Typical load, in `load_unit`.
     load_unit : str
         ``"N/m"`` or ``"N"``.
     contact : str
         Contact model of a finger; ``""`` on a pad.
     has_edges : bool
-        Whether knife edges touched.
+        Whether some touches were made with a knife edge.
     hold_s, gap_s, span_s : float
         Longest hold of a touch, median time from the last sample of a touch to the first of the next, and
-        duration of the whole recording; 0 where there is no such thing.
+        duration of the whole recording; 0 where it is not defined.
     time_unit : str
-        ``"s"``, or ``"touch"`` where times are not known and the order of rows stands for them.
+        ``"s"``, or ``"touch"`` where times are not known and the order of the rows is used instead.
     loads_vary : bool
-        Whether loads were measured and differ; where they do not, an error of the load is one of the gain.
+        Whether loads were measured and differ. Where they are equal, an error of the load cannot be distinguished
+        from one of the gain.
     radii_mm : tuple of (float, float)
-        ``r_a`` and ``r_b`` of a finger; zeros on a pad.
+        ``r_a`` and ``r_b`` of a finger, mm; zeros on a pad.
     """
 
     finger: bool
@@ -75,14 +76,13 @@ class EffectParameter:
     Attributes
     ----------
     name, unit, description : str
-        As in files.
+        Name (without that of the effect), unit and description, as in files.
     prior : Prior
-        Its prior.
+        Prior of the value.
     probes : tuple of float
-        Values at which the signature of the effect is taken.
+        Values at which the signature of the effect is computed in the search for effects.
     null : float or None
-        Value that leaves the chain unchanged: an amplitude has one. None for what gives the effect its shape
-        (a width, a time), which means nothing where the amplitude is null.
+        Value of an amplitude at which the effect changes nothing. None for a shape parameter (a width, a time).
     """
 
     name: str
@@ -94,20 +94,20 @@ class EffectParameter:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether fits move its logarithm: they do where the prior is log-normal, and so normal in it."""
+        """Whether fits use the logarithm of the value: they do where the prior is log-normal."""
         return isinstance(self.prior, LogNormal)
 
     def to_unconstrained(self, value: float) -> float:
-        """Coordinate that fits move, of a value."""
+        """Coordinate used in fits, of a value: the value itself or its logarithm."""
         return float(np.log(value)) if self.logarithmic else value
 
     def from_unconstrained(self, coordinate: float) -> float:
-        """Value at a coordinate that fits move."""
+        """Value of a coordinate used in fits; inverse of `to_unconstrained`."""
         return float(np.exp(coordinate)) if self.logarithmic else coordinate
 
     @property
     def normal_prior(self) -> tuple[float, float, float, float]:
-        """Mean, sd, lower and upper end of the coordinate; what is not normal is taken by its middle 68 %."""
+        """Mean, sd and bounds of the coordinate; for other priors median and half the central 68 % range."""
         prior = self.prior
         if isinstance(prior, LogNormal):
             return float(np.log(prior.median)), prior.spread, -np.inf, np.inf
@@ -119,28 +119,28 @@ class EffectParameter:
 
 
 class Effect:
-    """One piece of one stage. Subclasses are frozen dataclasses and override what they change.
+    """One addition to one stage of the chain. Subclasses are frozen dataclasses that override what they change.
 
-    An effect changes the pose and load of touches (`pose`: stages rig and contact), the finger (`finger`: what is
-    summed over modes) or the readings (`signal`: body, element and readout). What wanders with time on a course that is
-    not known in advance is a `bayestouch.effects.random.RandomEffect`, what changes the noise a `NoiseEffect`.
+    An effect changes the pose and load of touches (`pose`: stages rig and contact), the finger (`finger`: terms of the
+    series over modes) or the readings (`signal`: stages body, element and readout). An unknown function of time is a
+    `bayestouch.effects.random.RandomEffect`; an effect that changes the noise is a `NoiseEffect`.
 
     Attributes
     ----------
     name : str
         Name in files.
     stage : str
-        Stage of the chain.
+        Stage of the chain, one of `STAGES`.
     summary : str
-        What it does, in half a sentence.
+        What the effect does, in half a sentence.
     needs_samples : bool
-        Whether it acts within a touch, so that the mean of a touch does not show it all.
+        Whether it differs between the samples of one touch, so that means of touches do not show all of it.
     random : bool
-        Whether it is a random function of time, which can follow what other effects do.
+        Whether it is a random function of time, which can also fit part of what other effects cause.
     mixes : bool
-        Whether an element's reading depends on the signals of others.
+        Whether the reading of an element depends on the signals of other elements.
     parameters : tuple of EffectParameter
-        Amplitudes and shapes, in the order of the values that the methods are given.
+        Amplitudes and shape parameters, in the order of the argument `values` of the methods.
     """
 
     name: ClassVar[str]
@@ -153,11 +153,11 @@ class Effect:
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        """The effect with priors and probes for this setting; None where it cannot occur or cannot be seen."""
+        """The effect with priors and probes for this setting; None if it cannot occur or cannot be observed."""
         raise NotImplementedError
 
     def pose(self, recording: Recording, values: Values) -> Recording:
-        """Touches as they really were, from touches as commanded and loads as read."""
+        """Actual locations, radii and loads of the touches, from the commanded ones and the loads as read."""
         return recording
 
     def finger(self, chain: FingerChain, values: Values) -> FingerChain:
@@ -165,41 +165,48 @@ class Effect:
         return chain
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
-        """Readings (n, m) with the effect, from those so far (`recording.signal`)."""
+        """Readings (n, m) with the effect, from `recording.signal`, the readings before it."""
         return recording.signal
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
-        """Readings (n, m) of a simulated sensor with the effect: as `signal`, with what is random in it drawn."""
+        """Simulated readings (n, m) with the effect: as `signal`; random parts are drawn with `rng`."""
         return self.signal(recording, values)
 
     @property
     def changes_pose(self) -> bool:
-        """Whether touches are not where, or under what load, they are said to be."""
+        """Whether the effect changes the location, radius or load of touches."""
         return type(self).pose is not Effect.pose
 
     @property
     def changes_finger(self) -> bool:
-        """Whether the finger itself is another one."""
+        """Whether the effect changes the finger."""
         return type(self).finger is not Effect.finger
 
     @property
     def amplitudes(self) -> tuple[int, ...]:
-        """Which of the parameters are amplitudes."""
+        """Indices of the parameters that are amplitudes."""
         return tuple(i for i, each in enumerate(self.parameters) if each.null is not None)
 
     @property
     def probes(self) -> tuple[Values, ...]:
-        """Every combination of the parameters' probes."""
+        """All combinations of the probes of the parameters."""
         return tuple(product(*(each.probes for each in self.parameters)))
 
     def without(self, values: Values) -> Values:
-        """The same shape with null amplitudes: an effect that does nothing."""
+        """The values with every amplitude at its null, where the effect changes nothing."""
         return tuple(
             value if each.null is None else each.null for each, value in zip(self.parameters, values, strict=True)
         )
 
+    def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
+        """Draws of one of its values about the most probable one, from standard normal numbers of any shape.
+
+        For effects whose values are no parameters of the chain.
+        """
+        return np.clip(value + sd * normal, *self.parameters[which].prior.support)
+
     def public_parameters(self) -> tuple[Parameter, ...]:
-        """The unknowns under the names they have in a calibration: ``crosstalk_share`` …"""
+        """The parameters under their names in a calibration, e.g. ``crosstalk_share``."""
         return tuple(
             Parameter(
                 f"{self.name}_{each.name}",

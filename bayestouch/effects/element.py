@@ -1,4 +1,4 @@
-"""Effects of the elements, and of how they lie beside each other."""
+"""Effects of the elements: their width, and coupling between them."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 class Aperture(Effect):
     """An element averages the strain over a width along the arc.
 
-    The average of cos kθ over a width w is cos kθ sin(u)/u, u = k w/(2 r_s): fine detail is lost, as it is with depth,
-    and an element that lies a little deeper reads almost the same. Where the data cannot tell, depth takes it up.
+    The average of cos kθ over a width w is cos kθ sin(u)/u, u = k w/(2 r_s). High orders k are reduced, as they are by
+    depth, so that a slightly deeper element reads almost the same. Data rarely distinguish width from depth.
 
     Reference: R. N. Bracewell, The Fourier Transform and Its Applications (2000), on running means.
     """
@@ -47,9 +47,9 @@ class Aperture(Effect):
 class Crosstalk(Effect):
     """A share of the signals of both neighbours is added to each channel.
 
-    Capacitance between leads couples the nearest most. Along a finger each lead further away gives `reach` times what
-    the one before it gives, and `lean` says by how much more comes from one side: (1 + lean) `share` from elements at
-    smaller angles, (1 - lean) `share` from those at larger ones.
+    The capacitance between leads is largest for neighbours. On a finger, each element further away adds `reach` times
+    what the element before it adds. `lean` is the difference between the two sides: (1 + lean) `share` comes from
+    elements at smaller angles, (1 - lean) `share` from those at larger angles.
 
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on capacitive coupling.
     """
@@ -69,8 +69,8 @@ class Crosstalk(Effect):
         share = EffectParameter("share", "", "share of each neighbour's signal", Normal(0.0, 0.1), (0.001,), 0.0)
         if not setting.finger:
             return cls((share,), pairs)
-        reach = EffectParameter("reach", "", "share of an element over that of the one before", Uniform(0, 0.6), (0.1,))
-        lean = EffectParameter("lean", "", "excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
+        reach = EffectParameter("reach", "", "share of an element over that of the nearer one", Uniform(0, 0.6), (0.1,))
+        lean = EffectParameter("lean", "", "relative excess from smaller angles", Normal(0.0, 0.2, -0.8, 0.8), (0.0,))
         return cls((share, reach, lean), pairs)
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
@@ -79,7 +79,7 @@ class Crosstalk(Effect):
         return np.asarray(recording.signal + recording.signal @ leaks.T)
 
     def _leaks(self, recording: Recording, reach: float = 0.0, lean: float = 0.0) -> FloatArray:
-        """What each element (m, m) hears of the others, where a neighbour is heard as one."""
+        """Weight (m, m) with which each element (row) reads each other element (column); 1 for a neighbour."""
         m = recording.signal.shape[1]
         if len(recording.element_place) > 1:
             leaks = np.zeros((m, m))
@@ -93,18 +93,18 @@ class Crosstalk(Effect):
 
 @dataclass(frozen=True)
 class ChannelLag(Effect):
-    """A multiplexed amplifier has not settled: a share of the channel scanned before is left over.
+    """A multiplexed amplifier does not settle fully: each channel holds a share of the channel scanned before it.
 
-    Channels are scanned in the order of the table; the first follows the last of the scan before. What is left over
-    holds `carry` of what was left over then: 0 where each channel starts afresh, `share` where one capacitor settles
-    from channel to channel.
+    Channels are scanned in the order of the table; the first one follows the last one of the previous scan. The weight
+    of each earlier channel is `carry` times that of the channel scanned after it: `carry` is 0 if each channel starts
+    from zero, and equals `share` if one capacitor settles from channel to channel.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """
 
     parameters: tuple[EffectParameter, ...] = (
         EffectParameter("share", "", "share left of the channel before", Normal(0.0, 0.1), (0.001,), 0.0),
-        EffectParameter("carry", "", "share of what was left there", Uniform(0.0, 0.8), (0.1,)),
+        EffectParameter("carry", "", "weight of a channel over that of the next one", Uniform(0.0, 0.8), (0.1,)),
     )
 
     name: ClassVar[str] = "channel_lag"
@@ -118,7 +118,7 @@ class ChannelLag(Effect):
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, carry = values
         m = recording.signal.shape[1]
-        # Around the circle of channels: those before count (1 - carry) carry^k, and so on from scan to scan.
+        # The weight of the channel k + 1 before is (1 - carry) carry^k, summed over all scans of this channel.
         before = (np.arange(m)[:, None] - np.arange(m) - 1) % m
         weight = (share * (1 - carry) * carry**before / (1 - carry**m)).astype(recording.signal.dtype)
         return np.asarray((1 - share) * recording.signal + recording.signal @ weight.T)
@@ -126,11 +126,11 @@ class ChannelLag(Effect):
 
 @dataclass(frozen=True)
 class Proximity(Effect):
-    """Beside the strain, an element feels the probe come near: a broad bell over the distance to the probe.
+    """An element also responds to the distance of the probe: a broad bell over angle is added to the reading.
 
-    Capacitive, thermal and optical elements do. `share` is its size over the peak reading, `load_power` says how it
-    grows with the load, from not at all (0: the probe is there or it is not) to in proportion (1), and `tails` how
-    slowly it falls off.
+    This occurs in capacitive, thermal and optical elements. `share` is the height of the bell over the peak reading.
+    It is proportional to the load to the power `load_power` (0: independent of the load, 1: proportional to it).
+    `tails` is the shape of the bell: the larger, the more slowly it decreases.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.
     """
@@ -139,7 +139,7 @@ class Proximity(Effect):
 
     name: ClassVar[str] = "proximity"
     stage: ClassVar[Stage] = "element"
-    summary: ClassVar[str] = "broad response to the probe's nearness, beside the strain"
+    summary: ClassVar[str] = "broad response to the distance of the probe, added to the strain"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -164,7 +164,7 @@ class Proximity(Effect):
 
 
 def neighbours(setting: Setting) -> tuple[tuple[int, int], ...]:
-    """Ordered pairs of elements that lie side by side: on a line the next ones, in the plane those at the pitch."""
+    """Ordered pairs of neighbouring elements: adjacent ones on a line, those within 1.2 pitches in the plane."""
     m = setting.n_elements
     if m < 2:
         return ()

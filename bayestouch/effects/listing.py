@@ -1,4 +1,4 @@
-"""The catalogue for people: what each effect is, with its parameters."""
+"""The catalogue of effects as tables for `bayestouch effects` and the documentation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def listing() -> list[dict[str, str]]:
 
 
 def effect_facts(name: str) -> dict[str, Any]:
-    """All about one effect: the paragraph on its physics with its reference, and its parameters.
+    """Name, stage, summary, physics (the docstring, with its reference) and parameters of one effect.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def effect_facts(name: str) -> dict[str, Any]:
 
 
 def typical(cls: type[Effect]) -> Effect | None:
-    """The effect as it suits the paper's finger, by either contact model, or else a pad; None where it suits none."""
+    """The effect for the paper's finger (contact on a layer, then Hertz), else for a pad; None if it suits neither."""
     suited = (cls.suited(setting) for setting in (FINGER, replace(FINGER, contact="hertz"), PAD))
     return next((effect for effect in suited if effect is not None), None)
 

@@ -1,4 +1,4 @@
-"""Effects of the noise: readings scatter in other ways than independently and identically."""
+"""Effects of the noise: errors of readings that are not independent, identically distributed and normal."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, V
 from bayestouch.errors import InputError
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
-# Log odds beyond which one and the odds are the odds, in double precision.
+# Log odds above which 1 + odds equals odds in double precision.
 CERTAIN = 40.0
 
 
 @dataclass(frozen=True, eq=False)
 class Scatter:
-    """Samples about their prediction, as effects of the noise see them; n samples, m elements.
+    """Residuals of samples, from which noise effects are estimated; n samples, m elements.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Scatter:
     sd : (m,) array
         Sd of one reading over the peak.
     peak : (m,) array
-        Peak reading of each element, over the mean of them.
+        Peak reading of each element, over the mean peak reading.
     """
 
     z: FloatArray
@@ -43,7 +43,7 @@ class Scatter:
 
     @cached_property
     def present(self) -> NDArray[np.bool_]:
-        """Readings that are there, (n, m)."""
+        """Whether each reading is present (not missing), (n, m)."""
         return ~np.isnan(self.z)
 
     @cached_property
@@ -58,64 +58,64 @@ class Scatter:
 
     @cached_property
     def log_signal(self) -> FloatArray:
-        """Logarithm of the size of `signal`, (n, m)."""
+        """Logarithm of the absolute value of `signal`, (n, m)."""
         return np.asarray(np.log(np.maximum(np.abs(self.signal), 1e-300)))
 
     @cached_property
     def covariance(self) -> FloatArray:
-        """Of `z`, (m, m)."""
+        """Covariance of `z` about zero, (m, m)."""
         clean, count = self.clean, self.present.astype(float)
         return np.asarray(clean.T @ clean / np.maximum(count.T @ count, 1))
 
 
 class NoiseEffect(Effect):
-    """An effect on the distribution of one sample's readings; the prediction stays.
+    """An effect that changes the distribution of the errors of one sample, not its prediction.
 
-    The sd that `z` was scaled with holds what the effect adds, too. Each element's own noise is the rest of it.
+    `Scatter.sd` is the sd of all noise, with that of the effect. The own noise of an element is the remaining part.
     """
 
     def log_density(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Log density of each sample (n,), up to a constant, with the own noise that the values leave."""
+        """Log density of each sample (n,), up to a constant; the own noise is that of `own`."""
         return np.asarray(self.terms(scatter, values, self.own(scatter, values)).sum(axis=1))
 
     def terms(self, scatter: Scatter, values: Values, own: FloatArray) -> FloatArray:
-        """Terms of the log density of each sample, up to a constant, for given own variances (m,).
+        """Terms that add up over axis 1 to the log density of each sample; `own` (m,) is as returned by `own`.
 
-        Shape (n, m), one for each element where these are independent; else (n, 1).
+        Shape (n, m), one term for each element, if elements are independent; else (n, 1).
         """
         raise NotImplementedError
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
-        """Errors (n, m) that a simulation adds to the signal: drawn as `log_density` says."""
-        raise InputError(f"effect {self.name} does not say how its errors are drawn: it cannot be simulated")
+        """Errors (n, m) that a simulation adds to the signal, drawn from the density of `log_density`."""
+        raise InputError(f"effect {self.name} cannot be simulated: it has no method `errors`")
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         return np.asarray(recording.signal + self.errors(recording, values, rng))
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Variance of each element's own noise over that of all its noise, (m,), by the moments of the samples."""
+        """Variance of each element's own noise over that of all its noise, (m,), from the moments of the samples."""
         return np.ones(len(scatter.sd))
 
     def added(self, values: Values) -> Mapping[str, float]:
-        """What it adds to the noise, by the names of `bayestouch.model.noise.AddedNoise`.
+        """Fields of `bayestouch.model.noise.AddedNoise` that the effect sets, with their values.
 
-        An effect that adds nothing is found and reported, and predictions stay as uncertain as they are.
+        If it is empty, the effect is reported, but the uncertainty of predictions does not change.
         """
         return {}
 
     def wrong(
         self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
     ) -> NDArray[np.bool_] | None:
-        """Which readings (n, m) are more likely wrong than not, and are left out; None for an effect without such.
+        """Which readings (n, m) are probably wrong (above 50 %) and are left out; None if the effect has no wrong ones.
 
         Parameters
         ----------
         deviation : (n, m) array
-            Reading minus median of its touch; NaN where that tells nothing.
+            Reading minus median of its touch; NaN where the touch has too few readings.
         sd : (m,) array
-            Noise of a reading that is not wrong.
+            Standard deviation of a reading that is not wrong.
         peak : (m,) array
-            Size of the peak reading.
+            Peak reading, in the unit of `deviation`.
         values : tuple of float
             Values of the effect.
         """
@@ -124,10 +124,10 @@ class NoiseEffect(Effect):
 
 @dataclass(frozen=True)
 class CommonModeNoise(NoiseEffect):
-    """An error that all elements share in each sample: hum on the supply, a jumping reference.
+    """All elements have the same random error in each sample, e.g. hum on the supply or noise of the reference.
 
-    As `shared` goes from 0 to 1 its size goes from a share of each element's own peak (it comes before the gains) to
-    one of the mean peak, equal in all elements (it comes after them).
+    With `shared` = 0 its sd is a share of each element's own peak (the error comes before the gains), with `shared` = 1
+    a share of the mean peak, equal in all elements (it comes after the gains).
 
     Reference: H. W. Ott, Electromagnetic Compatibility Engineering (2009), on common-impedance coupling.
     """
@@ -167,14 +167,13 @@ class CommonModeNoise(NoiseEffect):
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
         """See `NoiseEffect.own`.
 
-        The sd that `z` was scaled with holds the shared part too. What is left of the variance is the element's own,
-        but not less than what scatters about the shared error as all elements together show it: where the shared
-        part is most of the noise, the difference of two large numbers would not do.
+        The own variance is the total variance minus that of the shared error, but at least the scatter of each element
+        about the mean of all elements: the difference is not accurate where the shared error dominates.
         """
         direction, covariance = scatter.peak ** -values[1] / scatter.sd, scatter.covariance
         share = direction / (direction**2).sum()
-        # With f the mean of the elements weighted by `share`, the variances of z - direction f are linear in the
-        # own ones.
+        # Let f be the mean of the elements weighted by `share`: the variances of z - direction f are linear in the
+        # own variances.
         together = covariance @ share
         about = np.diag(covariance) - 2 * direction * together + direction**2 * float(share @ together)
         matrix = np.diag(1 - 2 * direction * share) + np.outer(direction**2, share**2)
@@ -184,9 +183,9 @@ class CommonModeNoise(NoiseEffect):
 
 @dataclass(frozen=True)
 class SignalDependentNoise(NoiseEffect):
-    """Noise that grows with the signal: sd² = sd_0² + (share |y/peak|^power)², in units of the peak.
+    """The noise increases with the signal: sd² = sd_0² + (share |y/peak|^power)², sd in units of the peak.
 
-    A gain that flickers adds noise in proportion to the signal (power 1), light and charge as its root (0.5).
+    Noise of the gain is proportional to the signal (power 1), shot noise of light or charge to its root (power 0.5).
 
     Reference: J. R. Janesick, Photon Transfer (2007), on noise against signal.
     """
@@ -200,7 +199,7 @@ class SignalDependentNoise(NoiseEffect):
 
     name: ClassVar[str] = "signal_dependent_noise"
     stage: ClassVar[Stage] = "noise"
-    summary: ClassVar[str] = "noise that grows with the signal"
+    summary: ClassVar[str] = "noise that increases with the signal"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -212,7 +211,7 @@ class SignalDependentNoise(NoiseEffect):
         return np.asarray(-0.5 * (scatter.squares / variance + np.log(variance)) * scatter.present)
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """See `NoiseEffect.own`: the pooled variance that `z` was scaled with holds the mean of the added part too."""
+        """See `NoiseEffect.own`: one minus the mean over samples of the variance that depends on the signal."""
         present = scatter.present
         mean = (self._share(scatter, values) * present).sum(axis=0) / np.maximum(present.sum(axis=0), 1)
         return np.asarray(np.maximum(1 - mean, 0.02))
@@ -221,7 +220,7 @@ class SignalDependentNoise(NoiseEffect):
         return {"share": values[0], "power": values[1]}
 
     def _share(self, scatter: Scatter, values: Values) -> FloatArray:
-        """Variance that comes with the signal over that of all noise, (n, m)."""
+        """Variance that depends on the signal, over the variance of all noise, (n, m)."""
         share, power = values
         return np.asarray(np.exp(2 * power * scatter.log_signal) * (share / scatter.sd) ** 2)
 
@@ -233,9 +232,9 @@ class SignalDependentNoise(NoiseEffect):
 
 @dataclass(frozen=True)
 class Outliers(NoiseEffect):
-    """Now and then a reading is off by much more than the noise: lost bits, loose contacts.
+    """A few readings have errors much larger than the noise, e.g. from lost bits or loose contacts.
 
-    A share of the readings has normal errors of `size` beside the usual noise.
+    A share `probability` of the readings has an additional normal error with the sd `size`.
 
     Reference: D. W. Hogg, J. Bovy and D. Lang, Data analysis recipes: Fitting a model to data (2010), section 3.
     """
@@ -247,7 +246,7 @@ class Outliers(NoiseEffect):
 
     name: ClassVar[str] = "outliers"
     stage: ClassVar[Stage] = "noise"
-    summary: ClassVar[str] = "readings that are wrong now and then"
+    summary: ClassVar[str] = "occasional wrong readings"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -255,7 +254,7 @@ class Outliers(NoiseEffect):
         return cls()
 
     def own(self, scatter: Scatter, values: Values) -> FloatArray:
-        """One less the mean of the added variance."""
+        """See `NoiseEffect.own`: one minus the mean of the added variance."""
         probability, size = values
         return np.asarray(np.maximum(1 - probability * (size / scatter.sd) ** 2, 0.005))
 
@@ -263,7 +262,7 @@ class Outliers(NoiseEffect):
         probability, size = values
         wide = own + (size / scatter.sd) ** 2
         usual = np.log1p(-probability) - 0.5 * np.log(own) - 0.5 * scatter.squares / own
-        # Log odds of a wrong reading; far beyond the noise they are the whole of it.
+        # Log odds of a wrong reading; above CERTAIN, log(1 + odds) equals log(odds).
         odds = np.log(max(probability, 1e-300)) - np.log1p(-probability) + 0.5 * np.log(own / wide)
         odds = odds + 0.5 * scatter.squares * (1 / own - 1 / wide)
         either = usual + np.where(odds > CERTAIN, odds, np.log(1 + np.exp(np.minimum(odds, CERTAIN))))

@@ -1,4 +1,4 @@
-"""Effects of pads only."""
+"""Effects that occur on pads only."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from bayestouch.priors.parameters import LogNormal, Normal
 
 @dataclass(frozen=True)
 class LoadNonlinearity(Effect):
-    """All readings grow less than in proportion to the load P: it acts as p/(1 + share p/P_ref), p = P - threshold.
+    """Readings are not proportional to the load P: the acting load is p/(1 + share p/P_ref), p = P - threshold.
 
-    The contact widens as the load grows, and a thin layer or a channel under it stiffens, so that a pad that is linear
-    in its pressures is not in its load; what the skin carries before it touches the layer or channel is the threshold.
-    On a finger the base model has this already: its contacts widen. It goes with the load, whatever the element reads:
-    a gain that changes with the reading is `gain_nonlinearity`.
+    The contact widens as the load increases, and a thin layer or a channel under it becomes stiffer. A pad that is
+    linear in the pressure is then not linear in the load. `threshold` is the load that the skin carries before it
+    touches the layer or channel. On a finger the base model already has the widening of the contact. The effect depends
+    on the load; a gain that depends on the reading is `gain_nonlinearity`.
 
-    Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere goes with the
-    third root of the load).
+    Reference: K. L. Johnson, Contact Mechanics (1985), chapters 4 and 5 (the peak pressure under a sphere is
+    proportional to the cube root of the load).
     """
 
     parameters: tuple[EffectParameter, ...]
 
     name: ClassVar[str] = "load_nonlinearity"
     stage: ClassVar[Stage] = "contact"
-    summary: ClassVar[str] = "response that grows less than the load"
+    summary: ClassVar[str] = "response that is not proportional to the load"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -54,10 +54,10 @@ class LoadNonlinearity(Effect):
 
 @dataclass(frozen=True)
 class CreepByElement(Effect):
-    """Readings change while the touch is held, by a share of each element's own: y (1 + share_e (1 - exp(-t/time))).
+    """Readings change while the touch is held, with a share for each element: y (1 + share_e (1 - exp(-t/time))).
 
-    What creeps is then not the rubber over the pad but what is around each element: the gel in its housing, a bubble,
-    the bond to the board. On a finger all elements lie in one rubber, and `creep` is looked for alone.
+    Then the material around each element creeps (gel in the housing, a bubble, the bond to the board), not the rubber
+    over the whole pad. On a finger all elements lie in one rubber, so only `creep` is tried.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
     """
@@ -66,7 +66,7 @@ class CreepByElement(Effect):
 
     name: ClassVar[str] = "creep_by_element"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "readings that change while the touch is held, each element's on its own"
+    summary: ClassVar[str] = "readings that change while the touch is held, different for each element"
     mixes: ClassVar[bool] = False
     needs_samples: ClassVar[bool] = True
 
@@ -77,7 +77,7 @@ class CreepByElement(Effect):
         prior, times = Normal(0.0, 0.2), tuple(setting.hold_s * share for share in (0.25, 1.0))
         shares = [
             EffectParameter(
-                f"share_e{e + 1:02d}", "", f"share that e{e + 1:02d} gains in the end", prior, (0.001,), 0.0
+                f"share_e{e + 1:02d}", "", f"change of e{e + 1:02d} after a long time, as a share", prior, (0.001,), 0.0
             )
             for e in range(setting.n_elements)
         ]

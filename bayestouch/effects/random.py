@@ -1,4 +1,4 @@
-"""Effects of time whose course is not known in advance: smooth random functions of time."""
+"""Effects that are unknown smooth functions of time: Gaussian processes."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 @dataclass(frozen=True)
 class RandomEffect(Effect):
-    """An effect that is a smooth random function of time; its values are the function's sd and correlation time.
+    """An effect that is a smooth random function of time: a Gaussian process with Matérn 3/2 correlation.
 
-    Further values are of kinds that are tried one by one, at the probes of their parameters. The function is a
-    Gaussian process with the Matérn 3/2 correlation. Sd and time are estimated under the process itself; fits hold its
-    course at `knots` a correlation time, few while effects are searched for, and more in the final model. A simulation
-    draws the weights of the `basis`, which are standard normal.
+    Its first two values are the sd and the correlation time of the function. Each further value selects a kind of
+    drift; only the probes of its parameter are tried. Sd and correlation time are estimated with the exact process. A
+    fit interpolates the function between `knots` per correlation time: few in the search for effects, more in the
+    final model. A simulation draws the weights of the `basis`, which are standard normal.
     """
 
     parameters: tuple[EffectParameter, ...]
@@ -31,26 +31,32 @@ class RandomEffect(Effect):
     random: ClassVar[bool] = True
 
     def with_dense_knots(self) -> Self:
-        """The same effect, with its course held at more knots."""
+        """The same effect with more knots per correlation time."""
         return replace(self, knots=DENSE)
 
     def own(self, values: Values) -> bool:
-        """Whether each element has a function of its own, or all share one."""
+        """Whether each element has its own function (True), or all elements share one (False)."""
         raise NotImplementedError
 
     def basis(self, time_s: FloatArray, values: Values, low: float, high: float) -> FloatArray:
-        """Basis (n, k) of functions of sd `values[0]` between the times `low` and `high`."""
+        """Basis (n, k) at `time_s` of a function of sd `values[0]` between the times `low` and `high`."""
         sd, time = values[:2]
         return sd * SmoothBasis.of(low, high, time, knots=self.knots)(time_s)
 
     @property
     def kinds(self) -> tuple[Values, ...]:
-        """Every combination of the values beyond sd and time."""
+        """All combinations of the values after sd and correlation time."""
         return tuple(product(*(each.probes for each in self.parameters[2:])))
 
     def scale(self, recording: Recording) -> FloatArray:
-        """What the function is multiplied by in each reading, (n, m)."""
+        """Factor of the function in each reading, (n, m)."""
         raise NotImplementedError
+
+    def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
+        """See `Effect.drawn`: the posterior of size and time is near normal in their logarithms."""
+        if which < 2:
+            return np.asarray(value * np.exp(sd / value * normal))
+        return super().drawn(which, value, sd, normal)
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         time, m = recording.time_s, recording.signal.shape[1]
@@ -69,17 +75,17 @@ def _parameters(setting: Setting, what: str, sd: float) -> tuple[EffectParameter
 
 @dataclass(frozen=True)
 class BaselineDrift(RandomEffect):
-    """The zero of each element wanders: a smooth random function of time for each, in shares of its peak reading.
+    """The zero of each element drifts: a smooth random function of time per element, in units of its peak reading.
 
-    Temperature and charge leakage move zeros whether anything touches or not, so that elements far from the touch
-    show it best.
+    Temperature and charge leakage change the zero whether or not the sensor is touched, so that elements far from the
+    touch show the drift best.
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
 
     name: ClassVar[str] = "baseline_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "zeros that wander with time"
+    summary: ClassVar[str] = "zeros that drift with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -95,24 +101,24 @@ class BaselineDrift(RandomEffect):
 
 @dataclass(frozen=True)
 class GainDrift(RandomEffect):
-    """The gain wanders: smooth random functions of time that multiply the signal.
+    """The gain drifts: the signal is multiplied by 1 plus a smooth random function of time.
 
-    Supply voltage and temperature move all gains together, ageing and loose leads each element's on its own; elements
-    far from the touch show nothing.
+    Supply voltage and temperature change all gains together; ageing and loose leads change the gain of each element
+    separately. Elements far from the touch have no signal and do not show this drift.
 
     Reference: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes (2006), section 4.2 (Matérn).
     """
 
     name: ClassVar[str] = "gain_drift"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "gain that wanders with time"
+    summary: ClassVar[str] = "gain that drifts with time"
     mixes: ClassVar[bool] = False
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
         if setting.span_s <= 0:
             return None
-        what = "0: one course for all elements, 1: one for each"
+        what = "0: one function for all elements, 1: one for each element"
         own = EffectParameter("own", "", what, Uniform(0.0, 1.0), (0.0, 1.0))
         return cls((*_parameters(setting, "the gain, as a share", 0.05), own))
 

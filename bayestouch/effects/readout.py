@@ -1,4 +1,4 @@
-"""Effects of the readout whose course is known: functions of the signal, of time held, and of the touches before."""
+"""Effects of the readout that are functions of the signal, of the time held, or of earlier touches."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
-# Peaks, or limits, beyond which no reading lies.
+# Bound of readings over the peak (or over the limit of a saturation), against overflow.
 FAR = 5.0
-# No curve of a gain is steeper than this power; beyond it the numbers overflow.
+# Largest power of a gain curve; higher powers overflow.
 STEEP = 50.0
 
 
@@ -22,8 +22,8 @@ STEEP = 50.0
 class GainNonlinearity(Effect):
     """The gain changes with the reading: y (1 + share |y/peak|^power).
 
-    Expansive where `share` is above zero, compressive below. A power of 1 is the first term of a rational curve, 2 that
-    of a hyperbolic tangent or a sine; data rarely tell the power well.
+    The curve is expansive for `share` > 0, compressive for `share` < 0. Power 1 is the first term of a rational curve,
+    power 2 that of a hyperbolic tangent or a sine. Data rarely determine the power well.
 
     Reference: J. Fraden, Handbook of Modern Sensors (2016), on transfer functions.
     """
@@ -44,18 +44,18 @@ class GainNonlinearity(Effect):
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power = values
-        # a step of a fit may take the signal, and the power, anywhere
+        # A step of a fit may give extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
         return np.asarray(recording.signal * np.maximum(1 + share * size ** min(power, STEEP), 0.05))
 
 
 @dataclass(frozen=True)
 class Saturation(Effect):
-    """Readings level off at a limit: y/(1 + |y/limit|^knee)^(1/knee).
+    """Readings are limited: y/(1 + |y/limit|^knee)^(1/knee).
 
-    `level` is the limit over the peak reading; as `shared` goes from 0 to 1 it goes from a share of each element's own
-    peak (a limit in the element) to one of the mean peak of all (a limit of the amplifier). The larger `knee`, the
-    harder the limit; a curve that bends over its whole length is a `GainNonlinearity`.
+    `level` is the limit over the peak reading: over each element's own peak for `shared` = 0 (a limit in the element),
+    over the mean peak of all elements for `shared` = 1 (a limit of the amplifier). The larger `knee`, the sharper the
+    limit. A curve that bends over its whole range is `gain_nonlinearity`.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on the output swing of amplifiers.
     """
@@ -69,7 +69,7 @@ class Saturation(Effect):
             (1.15, 1.05, 0.95, 0.85, 0.75, 0.6),
             np.inf,
         ),
-        EffectParameter("knee", "", "hardness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
+        EffectParameter("knee", "", "sharpness of the limit", Uniform(5.0, 40.0), (8.0, 25.0)),
         EffectParameter("shared", "", "0: of each element's own peak, 1: of the mean peak", Uniform(0, 1), (0.0, 1.0)),
     )
 
@@ -95,7 +95,7 @@ class Saturation(Effect):
 class Creep(Effect):
     """Readings change while the touch is held: y (1 + share (1 - exp(-t/time))).
 
-    Rubber creeps under a constant load, and so do adhesives and charge amplifiers.
+    Rubber creeps under a constant load; adhesives and charge amplifiers also do. `share` is the change for t → ∞.
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapter 1, the standard linear solid.
     """
@@ -115,7 +115,7 @@ class Creep(Effect):
         times = tuple(setting.hold_s * share for share in (0.25, 1.0))
         return cls(
             (
-                EffectParameter("share", "", "share gained in the end", Normal(0.0, 0.2), (0.001,), 0.0),
+                EffectParameter("share", "", "change after a long time, as a share", Normal(0.0, 0.2), (0.001,), 0.0),
                 EffectParameter("time", setting.time_unit, "time constant", LogNormal(times[1], 1.0), times),
             )
         )
@@ -126,18 +126,18 @@ class Creep(Effect):
         return np.asarray(recording.signal * (1 + share * gained)[:, None])
 
 
-#: Nodes of a normal variable and their weights: what is of the fifth degree is integrated exactly.
+#: Gauss-Hermite nodes of a standard normal variable, and weights; exact for polynomials up to the fifth degree.
 SPECTRUM_NODES = np.sqrt(3.0) * np.array([-1.0, 0.0, 1.0])
 SPECTRUM_WEIGHTS = np.array([1.0, 4.0, 1.0]) / 6
 
 
 @dataclass(frozen=True)
 class Memory(Effect):
-    """A share of the touches before is still there: each leaves `share` of its reading when the next begins.
+    """Rubber recovers slowly: a share of the reading of each touch remains when the next touch begins.
 
-    What is left fades, so that `share` of the last touch is there after the usual pause, less of those before it, and
-    less at the end of a touch than at its beginning. Rubber has no one time of relaxation: the logarithms of the times
-    are normal about that of `time`, with `breadth` as their sd (three exponentials, by Gauss-Hermite quadrature).
+    `share` is the part that remains after the median pause between touches; it decays further with time. Rubber has
+    more than one relaxation time: the logarithms of the times are normal with median `time` and sd `breadth`
+    (three exponentials, by Gauss-Hermite quadrature).
 
     Reference: J. D. Ferry, Viscoelastic Properties of Polymers (1980), chapters 1 (recovery) and 3 (spectra).
     """
@@ -147,7 +147,7 @@ class Memory(Effect):
 
     name: ClassVar[str] = "memory"
     stage: ClassVar[Stage] = "readout"
-    summary: ClassVar[str] = "what is left of the touches before"
+    summary: ClassVar[str] = "remainder of the readings of earlier touches"
     mixes: ClassVar[bool] = False
     needs_samples: ClassVar[bool] = True
 
@@ -160,8 +160,8 @@ class Memory(Effect):
         return cls(
             (
                 EffectParameter("share", "", "share left after a pause", Normal(0.0, 0.1), (0.001,), 0.0),
-                EffectParameter("time", setting.time_unit, "time in which it fades", LogNormal(times[1], 0.8), times),
-                EffectParameter("breadth", "", "sd of the logarithm of that time", Uniform(0.0, 2.0), (0.5,)),
+                EffectParameter("time", setting.time_unit, "median relaxation time", LogNormal(times[1], 0.8), times),
+                EffectParameter("breadth", "", "sd of the logarithm of the relaxation time", Uniform(0.0, 2.0), (0.5,)),
             ),
             pause,
         )
@@ -172,7 +172,7 @@ class Memory(Effect):
             return recording.signal
         times = time * np.exp(breadth * SPECTRUM_NODES)
         left = recording.history.leftover(recording.time_s - recording.held_s, times)
-        # A time far below the pause leaves nothing, whatever the share.
+        # If the relaxation time is far below the pause, nothing remains, whatever the share.
         after_pause = max(float(SPECTRUM_WEIGHTS @ np.exp(-self.pause_s / times)), 1e-22)
         fade = SPECTRUM_WEIGHTS[:, None] * np.exp(-recording.held_s / times[:, None])
         return np.asarray(recording.signal + share / after_pause * np.einsum("fn,fnm->nm", fade, left))

@@ -1,4 +1,4 @@
-"""Effects of the rig: the touch was not quite where, or as hard as, the table says."""
+"""Effects of the rig: location or load of a touch differ from those in the touch table."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from bayestouch.priors.parameters import Normal
 
 @dataclass(frozen=True)
 class ProberEccentricity(Effect):
-    """The prober turns about an axis beside the finger's: θ_c = θ + a sin θ + b cos θ.
+    """The axis of the prober is not that of the finger: θ_c = θ + a sin θ + b cos θ.
 
-    An axis off by e gives an angle error of e/r_b radians that goes round once a turn. The elements' own angles take up
-    its value at each element, so that only its change across an element's field is seen.
+    An offset e of the axis gives an angle error with the amplitude e/r_b radians and a period of one turn. The fitted
+    angles of the elements absorb its value at each element; only its change near an element can be observed.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """
@@ -29,7 +29,7 @@ class ProberEccentricity(Effect):
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
-    summary: ClassVar[str] = "angle error of the prober, once around"
+    summary: ClassVar[str] = "angle error of the prober with a period of one turn"
     mixes: ClassVar[bool] = False
 
     @classmethod
@@ -44,10 +44,10 @@ class ProberEccentricity(Effect):
 
 @dataclass(frozen=True)
 class LoadOffset(Effect):
-    """The force sensor reads `offset` where nothing presses: P = reading - offset.
+    """The force sensor reads `offset` at zero load: P = reading - offset.
 
-    The gains take up its mean; what is left is that readings do not go to zero with the load that is read, and that a
-    contact is a little narrower or wider than the load says.
+    The gains absorb the mean effect. What can be observed is that readings do not go to zero with the load as read, and
+    that contacts are slightly narrower or wider than the load as read implies.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on bias and sensitivity of instruments.
     """
@@ -73,11 +73,11 @@ class LoadOffset(Effect):
 
 @dataclass(frozen=True)
 class LoadMisalignment(Effect):
-    """The force sensor sees the load at an angle that varies with location.
+    """The force sensor is not parallel to the load; the angle between them varies with location.
 
-    On a finger reading = P (1 + a sin θ + b cos θ): a prober whose axis is not that of the force sensor turns a part of
-    the load away. On a pad the share changes linearly from one side to the other, as on a tilted table. All elements
-    read too much or too little at the same places.
+    On a finger the reading of the force sensor is P (1 + a sin θ + b cos θ), where a and b are shares. On a pad the
+    share changes linearly from one side to the other, as on a tilted table. All elements read too much or too little at
+    the same locations.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """

@@ -1,4 +1,4 @@
-"""``model.toml``: which effects a sensor has, for calibrations to come."""
+"""``model.toml``: the effects that later calibrations of a sensor use."""
 
 from __future__ import annotations
 
@@ -7,34 +7,35 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from bayestouch.data.sensor import BODIES
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.errors import InputError, shown
 
-#: No parameter of an effect has a value beyond this.
+#: Bound of the absolute value of an effect's parameter.
 LARGEST = 1e100
 _HEAD = """\
-# What the chain of this sensor holds beyond the base model, as a diagnosis found it.
-# bayestouch calibrate DATASET --model model.toml fits the values anew, starting from these.
+# Effects of this sensor that are added to the base model, as found by a diagnosis.
+# bayestouch calibrate DATASET --model model.toml fits the values again, starting from these.
 
 """
 
 
 @dataclass(frozen=True)
 class StatedModel:
-    """A chain with effects, by name.
+    """The names and starting values of the effects in a sensor model.
 
     Attributes
     ----------
     body : str
-        ``"finger"`` or ``"pad"``.
+        Kind of body, as in ``sensor.toml``.
     contact : str
         Base contact model of a finger; ``""`` on a pad.
     effects : tuple of (name, mapping of parameter to value)
-        Effects in the order in which they are added, with the values that a fit starts from; a value that is not
-        stated is found.
+        Effects in the order in which they are added, with the values from which a fit starts. The fit chooses a
+        start for values that are not stated.
     correction : bool
-        Whether a correction by element and location, which has no cause, comes on top.
+        Whether an empirical correction by element and location is added.
     """
 
     body: str
@@ -43,7 +44,7 @@ class StatedModel:
     correction: bool = False
 
     def to_toml(self) -> str:
-        """As text."""
+        """Text of ``model.toml``."""
         import tomli_w
 
         content: dict[str, Any] = {"body": self.body}
@@ -58,12 +59,12 @@ class StatedModel:
 
     @classmethod
     def from_toml(cls, text: str) -> StatedModel:
-        """From text.
+        """Model from the text of ``model.toml``.
 
         Raises
         ------
         InputError
-            It is no TOML, names an effect that is not known, or a value is no number.
+            The text is not TOML, names an unknown effect, or a value is not a number.
         """
         content = tables_from_toml(text)
         unknown = sorted(set(content) - {"body", "contact", "correction", "effect"})
@@ -75,10 +76,11 @@ class StatedModel:
         correction = content.get("correction", False)
         if not isinstance(correction, bool):
             raise InputError(f"expected true or false, got {shown(correction)}", column="correction")
-        body = content.get("body", "finger")
-        if body not in ("finger", "pad"):
-            raise InputError(f'expected "finger" or "pad", got {shown(body)}', column="body")
-        contact = content.get("contact", "layer" if body == "finger" else "")
+        body = content.get("body", next(iter(BODIES)))
+        if body not in tuple(BODIES):
+            kinds = " or ".join(f'"{kind}"' for kind in BODIES)
+            raise InputError(f"expected {kinds}, got {shown(body)}", column="body")
+        contact = content.get("contact", BODIES[body].default_contact)
         return cls(body, str(contact), tuple(_effect(each) for each in listed), correction)
 
 
@@ -102,7 +104,7 @@ def read_model(path: str | Path) -> StatedModel:
     Raises
     ------
     InputError
-        As `StatedModel.from_toml`, with the file; or it cannot be read.
+        The file cannot be read, or for the reasons of `StatedModel.from_toml`; the error names the file.
     """
     text, _ = read_toml_text(path)
     try:

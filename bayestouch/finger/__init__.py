@@ -1,1 +1,1 @@
-"""All that is particular to a finger: its fit, its model with effects, its reader."""
+"""Everything that is specific to fingers: fit, model with effects, reading of touches."""

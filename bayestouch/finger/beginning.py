@@ -1,13 +1,14 @@
-"""Where a fit of a finger with effects begins, and what is made of such a fit."""
+"""Start of fits of a finger with effects, and the results that are computed from a fit."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from bayestouch.effects import Setting, catalogue
 from bayestouch.errors import InputError
-from bayestouch.finger.calibration import finger_calibration
+from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
 from bayestouch.finger.held_out import held_out
@@ -22,26 +23,39 @@ from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.priors.parameters import Prior
+from bayestouch.results.keys import MODEL_MAP
 from bayestouch.results.objects import Calibration
 
 
 def begin(
-    data: SplitData, *, contact: str, draws: int, seed: int, priors: Mapping[str, Prior] | None = None
+    data: SplitData,
+    *,
+    contact: str,
+    draws: int,
+    seed: int,
+    priors: Mapping[str, Prior] | None = None,
+    e_map: str = MODEL_MAP,
+    groups: Sequence[str] = (),
+    moves: Any = None,
 ) -> Beginning:
-    """Fit a finger without effects, with priors that may be stated.
+    """Fit of a finger without effects, with default or stated priors.
 
     Raises
     ------
     InputError
-        As `bayestouch.finger.start.finger_start`; or a prior is stated that a fit with effects does not have.
+        For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
+    if moves is not None:
+        raise InputError("moves: a calibration with effects is not drawn by emcee")
+    if groups:
+        raise InputError("groups: a calibration with effects is a normal approximation and has no log likelihood")
     if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: beside effects, what the model misses is found from the residuals")
+        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors)
-    return Beginning(start.fitted, setting, catalogue(setting), evaluation)
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors, e_map)
+    return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +65,19 @@ class FingerEvaluation:
     Attributes
     ----------
     data : SplitData
-        Touches.
+        Training and held-out touches.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     observed : Observations or None
         Held-out touches.
     start : FingerStart
         The fits without effects.
     draws, seed : int
-        Of the calibrations.
+        Number of draws and seed of the calibrations.
     priors : mapping of str to Prior, or None
-        Those that were stated.
+        Priors stated by the user.
+    e_map : str
+        E map of the calibrations: that of the elastic model, or identified with the effects.
     """
 
     data: SplitData
@@ -71,12 +87,13 @@ class FingerEvaluation:
     draws: int
     seed: int
     priors: Mapping[str, Prior] | None
+    e_map: str = MODEL_MAP
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate` for the same touches."""
+        """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
         data = self.data
         if not added and correction is None:
-            return finger_calibration(
+            calibration = finger_calibration(
                 self.start.calibrated,
                 self.start.fitted.model.known.means,
                 self.start.used,
@@ -87,7 +104,8 @@ class FingerEvaluation:
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
             )
-        return calibration_with_effects(
+            return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
+        calibration = calibration_with_effects(
             fitted,
             added,
             sensor=data.dataset.sensor,
@@ -99,9 +117,10 @@ class FingerEvaluation:
             extra=None if correction is None else table_of(fitted, correction).arrays(),
             stated=self.priors,
         )
+        return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
-        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""
         return (
             None
             if self.observed is None
@@ -109,5 +128,5 @@ class FingerEvaluation:
         )
 
     def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
-        """The held-out touches read as unknown, by `infer`, and their errors."""
+        """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
         return read_held_out(infer, calibration, self.data, held, seed=self.seed)

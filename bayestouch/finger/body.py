@@ -1,4 +1,4 @@
-"""What the verbs ask of a finger. Everything is imported when it is used."""
+"""The `Body` of fingers. Modules are imported when they are used."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bayestouch.data.finger import Finger
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
-    from bayestouch.data.sensor import Finger
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
-    # Errors of loads are no errors of gain: the contact is not linear in the load.
+    # On a finger errors of loads differ from errors of gains: the contact is not linear in the load.
     return {
         "finger": True,
         "element_place": (np.asarray(finger.element_angles_deg, dtype=float),),
@@ -35,7 +35,12 @@ def _setting(finger: Finger, contact: str, loads: FloatArray) -> dict[str, Any]:
 
 
 def _calibrate(
-    dataset: DataSet, *, contact: str, e_map: str, priors: Mapping[str, Prior] | None, **common: Any
+    dataset: DataSet,
+    *,
+    contact: str,
+    e_map: str,
+    priors: Mapping[str, Prior] | None,
+    **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
@@ -63,9 +68,11 @@ def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
 BODY = Body(
     kind="finger",
     options={
-        "contact": Option("layer"),
+        "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
         "priors": Option(),
+        "groups": Option(()),
+        "moves": Option(),
         "each_sample": Option(False),
         "method": Option("emcee"),
         "indenter": Option(),

@@ -1,9 +1,10 @@
-"""The calibration of a finger as a posterior, ready to be saved and used."""
+"""`Calibration` of a finger without effects."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,15 +17,18 @@ from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.noise import noise_of, public_noise
-from bayestouch.finger.peak_strain import peak_strain
+from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.public import linear_vectors, public_draws, public_mode
+from bayestouch.finger.requested import requested_groups
 from bayestouch.finger.sampling import sample_fit
+from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
 from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
 
 
@@ -36,12 +40,14 @@ def calibrate_finger(
     draws: int,
     seed: int,
     stated: Mapping[str, Prior] | None = None,
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
     """Calibrate a finger; see `bayestouch.calibrate`.
 
-    The mode and the normal (Laplace) approximation around it come first; emcee then draws from the exact posterior
-    of the chain's parameters and of all noise together, with proposals from that normal.
+    First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
+    joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
@@ -68,9 +74,11 @@ def calibrate_finger(
         draws=draws,
         seed=seed,
         notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        groups=groups,
         progress=progress,
+        moves=moves,
     )
-    return calibration if e_map == "model" else _with_identified_map(calibration, fit)
+    return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
 def finger_calibration(
@@ -84,30 +92,32 @@ def finger_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    groups: Sequence[str] = (),
     progress: Progress | None = None,
+    moves: Any = None,
 ) -> Calibration:
-    """The posterior of a fitted finger without effects, drawn with emcee, as a calibration.
+    """Calibration of a fitted finger without effects, with posterior draws by emcee.
 
     Parameters
     ----------
     fit : FingerFit
         The fit.
     means : TouchMeans
-        t touches.
+        Mean readings of t touches.
     used : (t,) bool array
-        Those of them that were fitted.
+        Touches that were used in the fit.
     sensor : Sensor
-        A finger as built.
+        The finger, with its nominal dimensions.
     priors : FingerPriors
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, progress
-        As of `bayestouch.calibrate`.
+    draws, seed, groups, progress, moves
+        As in `bayestouch.calibrate`.
     notes : tuple of str
-        For the report; what the touches cannot tell of the noise is added to them.
+        Notes; those on the noise and on touches that are left out are added.
     """
-    drawn = sample_fit(fit, draws, seed, progress)
+    drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
     assert means.angle_deg is not None
@@ -125,9 +135,9 @@ def finger_calibration(
     return Calibration(
         sensor=sensor,
         parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
-        mode=_public_mode(fit),
+        mode=public_mode(fit),
         posterior=public_draws(fit, vectors),
-        covariance=np.cov(_linear(fit, vectors).T),
+        covariance=np.cov(linear_vectors(fit, vectors).T),
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
@@ -148,14 +158,23 @@ def finger_calibration(
         },
         extra={} if rest is None else {REST_READING: rest},
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
+        groups={
+            "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+            **requested_groups(fit, vectors, groups, seed),
+        },
     )
 
 
-def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibration:
-    """The calibration with its E map identified directly, as a regression about the elastic one."""
+def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
+    """The calibration of a fit with its E map identified by a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
+    from bayestouch.finger.empirical.with_effects import identify_beside_effects
 
-    identified = fit_empirical(fit)
+    if isinstance(fit, FingerFit):
+        identified = fit_empirical(fit)
+    else:
+        shared = slice(3 * calibration.sensor.n_elements, None)
+        identified = identify_beside_effects(fit, calibration.noise, calibration.covariance[shared, shared])
     lack_of_fit = float(np.nanmean(identified.lack_of_fit))
     notes = calibration.notes
     if lack_of_fit > 1.5:
@@ -176,13 +195,13 @@ def _with_identified_map(calibration: Calibration, fit: FingerFit) -> Calibratio
 
 
 def layout(n_elements: int) -> tuple[str, ...]:
-    """Names of the rows of a finger's covariance (angles in rad, μ as its logarithm)."""
+    """Names of the rows of the covariance of a finger (angles in rad, μ as its logarithm)."""
     by_element = [f"{name}[{e}]" for name in ("response", "r_s", "theta_s_rad") for e in range(n_elements)]
     return (*by_element, "sigma", "log_mu")
 
 
 def finger_chain(calibration: Calibration) -> FingerChain:
-    """The finger at the mode of its calibration."""
+    """The elastic finger at the mode of its calibration."""
     finger = finger_of(calibration.sensor)
     mode = calibration.mode
     return FingerChain(
@@ -204,18 +223,18 @@ def _file(dataset: DataSet) -> str | None:
 
 
 def _noise_notes(known: KnownTouches, priors: FingerPriors) -> tuple[str, ...]:
-    """What the touches cannot tell of the noise, so that its prior speaks."""
+    """Notes on the parts of the noise that the touches do not determine and that depend on the prior."""
     notes = []
     if not known.repeated:
         notes.append(
-            "Not every element was read twice in a touch: what the model misses cannot be told from noise, and all of "
-            "it is called noise."
+            "Not every element was read twice in a touch: model error and noise cannot be distinguished, and all of it "
+            "counts as noise."
         )
     if known.load_scatter_dof == 0:
         source = "as stated" if priors.force_noise else "as assumed"
         notes.append(
-            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from how "
-            "the elements read together."
+            f"No touch has repeated loads: the force sensor's noise is known from its prior, {source}, and from the "
+            "common errors of the elements."
         )
     if (known.load_reads == 0).any():
         count = int((known.load_reads == 0).sum())
@@ -227,51 +246,6 @@ def _left_out(used: NDArray[np.bool_]) -> tuple[str, ...]:
     if used.all():
         return ()
     return (f"{int((~used).sum())} calibration touches without known indenter, location or a load were left out.",)
-
-
-def _public_mode(fit: FingerFit) -> dict[str, FloatArray]:
-    chain = fit.chain
-    return {
-        "sigma": np.asarray(chain.poisson_ratio),
-        "mu": np.asarray(chain.shear_modulus_MPa),
-        "r_s": chain.sensing_radius_mm,
-        "theta_s": np.degrees(chain.angle),
-        "response": chain.response,
-        "gain": chain.gain,
-        "noise_sd": fit.noise.tactile_sd,
-        "discrepancy_sd": fit.noise.discrepancy_sd,
-        "force_noise_sd": np.asarray(fit.noise.force_sd),
-    }
-
-
-def _linear(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, 3 m + 2) of the chain's parameters with responses in place of their logarithms."""
-    at = fit.likelihood.layout
-    linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
-    linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
-    return linear
-
-
-def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
-    """Draws of every parameter, (chain, draw[, m]), from flat vectors (chain, draw, d); gains follow from them."""
-    at = fit.likelihood.layout
-    flat = vectors.reshape(-1, vectors.shape[-1])
-    response = fit.likelihood.sign * np.exp(flat[:, at.response])
-    depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = peak_strain(fit.chain, sigma, depth)
-    noise, missed, force = public_noise(fit.likelihood.known, at, flat)
-    values = {
-        "sigma": sigma,
-        "mu": mu,
-        "r_s": depth,
-        "theta_s": np.degrees(flat[:, at.angle]),
-        "response": response,
-        "gain": response * 1000 * mu[:, None] / peak,
-        "noise_sd": noise,
-        **({"discrepancy_sd": missed} if at.discrepancy else {}),
-        "force_noise_sd": force,
-    }
-    return {name: value.reshape(*vectors.shape[:2], *value.shape[1:]) for name, value in values.items()}
 
 
 def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[str, float]:

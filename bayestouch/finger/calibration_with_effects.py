@@ -1,4 +1,4 @@
-"""A fitted finger with effects as a calibration that can be saved, and used to read touches."""
+"""`Calibration` of a finger with effects."""
 
 from __future__ import annotations
 
@@ -48,21 +48,21 @@ def calibration_with_effects(
     fitted : Fitted
         The fit.
     added : list of AddedEffect
-        Its effects in the order in which they were added.
+        Its effects, in the order in which they were added.
     sensor : Sensor
-        A finger as built.
+        The finger, with its nominal dimensions.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     rest : (m,) array or None
         Rest reading that was subtracted.
     draws, seed : int
         How many draws to keep, and their seed.
     notes : tuple of str
-        For the report.
+        Notes for the calibration.
     extra : mapping of arrays, optional
-        Further arrays: a correction.
+        Further arrays: those of a correction.
     stated : mapping of str to Prior, optional
-        Priors that the user stated, as of `bayestouch.calibrate`.
+        Priors stated by the user, as in `bayestouch.calibrate`.
     """
     model = finger_model(fitted.model)
     means = model.known.means
@@ -140,13 +140,13 @@ def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def _rows_of(effect: Effect) -> list[str]:
-    """Names of an effect's rows of the covariance."""
+    """Names of the rows of an effect in the covariance."""
     pairs = zip(effect.public_parameters(), effect.parameters, strict=True)
     return [f"log {public.name}" if own.logarithmic else public.name for public, own in pairs]
 
 
 def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Draws (n, d) about the mode; those beyond a bound are drawn again, and at last put on it."""
+    """Draws (n, d) about the mode; those beyond a bound are drawn again, and finally moved onto it."""
     _, _, low, high = fitted.model.prior()
     count = CHAINS * -(-draws // CHAINS)
     root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
@@ -167,7 +167,7 @@ def _public(
     force_sd: float,
     rng: np.random.Generator,
 ) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Mode and draws of everything by public name."""
+    """Mode and draws of all parameters, effects and noise, by public name."""
     model = finger_model(fitted.model)
     at = model.layout
     chain = model.chain(fitted.vector)
@@ -208,7 +208,7 @@ def _public(
         for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
             mode[public.name] = np.asarray(each.values[i])
             if effect.name not in place:
-                # Of drifts and noise: no parameter of the chain.
+                # Values of drifts and noise effects are not in the vector of the chain.
                 draws[public.name] = each.draws(i, rng.standard_normal(len(vectors)))
             else:
                 column = vectors[:, start[place[effect.name]] + i]

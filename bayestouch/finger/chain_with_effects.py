@@ -1,4 +1,4 @@
-"""The chain of a finger's calibration with effects, rebuilt from the calibration."""
+"""The chain of a finger with effects, from its calibration."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import finger_of
 from bayestouch.effects import Values
 from bayestouch.finger.correction_table import CorrectionTable
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.model.effect_list import EffectList
@@ -26,17 +27,19 @@ class ChainWithEffects:
     Attributes
     ----------
     model : FingerModel
-        Without touches.
+        The model, without touches.
     vector : (d,) array
-        Its parameters at the mode.
+        Parameters at the mode.
     covariance : (d, d) array
-        Their covariance.
+        Covariance of the parameters.
     listed : EffectList
         All effects.
     values : mapping of str to tuple of float
-        Values of every effect by its name.
+        Values of every effect, by its name.
     correction_table : CorrectionTable or None
-        A correction by element and relative location, without a cause.
+        Empirical correction by element and location, if there is one.
+    identified : EmpiricalCalibration or None
+        E map that was identified with the effects, instead of that of the model.
     """
 
     model: FingerModel
@@ -45,10 +48,11 @@ class ChainWithEffects:
     listed: EffectList
     values: Mapping[str, Values]
     correction_table: CorrectionTable | None = None
+    identified: EmpiricalCalibration | None = None
 
     @classmethod
     def of(cls, calibration: Calibration) -> ChainWithEffects:
-        """Rebuild it from a calibration."""
+        """The chain of a calibration with effects."""
         from bayestouch.finger.calibration import finger_chain
 
         finger = finger_of(calibration.sensor)
@@ -80,6 +84,14 @@ class ChainWithEffects:
             vector = np.concatenate([vector, coordinates])
         scale = np.ones(len(vector))
         scale[: finger.n_elements] = 1 / (sign * response)
+        identified = None
+        if calibration.has_identified_map:
+            from bayestouch.finger.empirical.with_effects import effect_neighbours
+
+            neighbours = effect_neighbours(model, vector)
+            identified = EmpiricalCalibration.from_arrays(
+                calibration.extra, model.chain(vector), calibration.noise, neighbours
+            )
         return cls(
             model,
             vector,
@@ -87,8 +99,9 @@ class ChainWithEffects:
             listed,
             values,
             CorrectionTable.from_arrays(calibration.extra),
+            identified,
         )
 
     def static(self) -> FingerModel:
-        """The model with those effects only that are the same in all samples."""
+        """The model with only those effects that are equal in all samples of a touch."""
         return replace(self.model, effects=tuple(e for e in self.model.effects if not e.needs_samples))

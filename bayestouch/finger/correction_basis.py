@@ -1,8 +1,8 @@
-"""Basis of a finger's correction without a cause: smooth functions of the angle from element to touch, and of the load.
+"""Basis of the empirical correction of a finger: smooth functions of the angle from element to touch, and of the load.
 
-One function of the angle from element to touch that all elements share and one of each element's own, in proportion to
-the load; one that all share and that grows with P R, as the width of contacts does; and one of each element's own for
-what is not in proportion to the load.
+It has four parts: a function of the angle shared by all elements, and one for each element, both proportional to the
+load P; a shared function proportional to P² R, since contacts widen with P R; and one for each element for errors that
+are not proportional to the load.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import SmoothBasis
 from bayestouch.model.fitting import spread_over_elements
 
-# Lengths of the functions, degree: features of the strain are some 10° wide.
+# Correlation lengths of the functions, degree: features of the strain are about 10° wide.
 SHARED_LENGTH, OWN_LENGTH, WIDE_LENGTH = 5.0, 9.0, 7.0
-# How far from an element, degree, its answer is looked at for what is not in proportion to the load.
+# Range about an element, degree, of the function for errors that are not proportional to the load.
 LOADED_REACH = 30.0
-# Loads that scatter by less than this share say nothing about that.
+# This function is left out if the relative standard deviation of the loads is smaller.
 LOADS_VARY = 0.02
 
 
@@ -31,19 +31,19 @@ class FingerCorrectionBasis:
     Attributes
     ----------
     element_deg : (m,) array
-        Angles of the elements.
+        Angles of the elements, degree.
     peak : (m,) array
-        Size of each element's reading under the reference load.
+        Absolute reading of each element under the reference load.
     reference_load : float
-        N/m.
+        Reference load, N/m.
     widest : float
-        R of a flat, mm: its contact under the reference load counts as wide, and others as P R does.
+        R of a flat, mm, the unit of R in the part that depends on P R.
     load_mean, load_sd : float
-        Of the loads over the reference load. What is not in proportion to the load is nothing under the mean load.
+        Mean and sd of the loads over the reference load. The last part of the basis is zero at the mean load.
     shared, wide, loaded : SmoothBasis
-        Of the angle from element to touch, degree.
+        Functions of the angle from element to touch, degree.
     own : tuple of SmoothBasis
-        The same for each element, over what it has seen.
+        Functions of this angle for each element, over the angles of its touches.
     """
 
     element_deg: FloatArray
@@ -83,9 +83,9 @@ class FingerCorrectionBasis:
         )
 
     def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
-        """Readings per unit weight for touches of composite radius (mm), location (degree) and load, all (t,).
+        """Readings per unit weight for touches of composite radius (mm), location (degree) and load (N/m), all (t,).
 
-        Each part is (k, t, m), at size one.
+        The arrays of the parts are (k, t, m), for size 1.
         """
         radius, angle, load = where
         away, share = angle[:, None] - self.element_deg, load / self.reference_load

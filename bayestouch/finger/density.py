@@ -15,7 +15,7 @@ from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
-# Readings of so many touches, elements and vectors are held together: half a megabyte, which stays in cache.
+# Largest size of an array of readings (touches, elements, vectors): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
 
 
@@ -30,7 +30,7 @@ class FingerDensity:
     predict : callable
         Readings (n, t, m) at the measured loads, and their derivative with respect to the load, from n flat vectors.
     within : callable
-        Where `predict` holds among n vectors.
+        From n vectors to a mask (n,) of those for which `predict` is valid.
     """
 
     likelihood: FingerLikelihood
@@ -39,7 +39,7 @@ class FingerDensity:
 
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
-        """The posterior of a fit."""
+        """Posterior density of a fit."""
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
         near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
@@ -62,13 +62,43 @@ class FingerDensity:
         predicted, slope = self.predict(vectors)
         spread = Precisions.of(known, likelihood.layout, vectors)
         left = np.where(likelihood.missing, 0.0, known.readings) - predicted
-        # The load's shared error makes the covariance depend on the prediction: its determinant counts.
+        # The covariance depends on the prediction, through the error of the load: its determinant is needed.
         data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d) and the measured load.
+
+        The error of the load is integrated out. The scatter of repeats about their means is not in it.
+        """
+        known, missing = self.likelihood.known, self.likelihood.missing
+        out = np.empty((len(vectors), len(missing)))
+        held = max(1, NUMBERS_HELD // missing.size)
+        for first in range(0, len(vectors), held):
+            part = slice(first, first + held)
+            predicted, slope = self.predict(vectors[part])
+            spread = Precisions.of(known, self.likelihood.layout, vectors[part])
+            weight, shared = spread.weight, slope * spread.load_sd[..., None]
+            left = np.where(missing, 0.0, known.readings) - predicted
+            length2 = (weight * shared**2).sum(axis=-1)
+            along = (weight * left * shared).sum(axis=-1)
+            distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
+            volume = np.where(missing, 0.0, np.log(2 * np.pi / np.where(missing, 1.0, weight))).sum(axis=-1)
+            out[part] = -0.5 * (distance + volume + np.log1p(length2))
+        return out
+
+    def replicated(self, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Mean readings (n, t, m) as they would be read again, given flat vectors (n, d); NaN where missing."""
+        likelihood = self.likelihood
+        predicted, slope = self.predict(vectors)
+        spread = likelihood.standard_errors(vectors)
+        load = spread.load_sd * rng.standard_normal(slope.shape[:-1])
+        again = predicted + slope * load[..., None] + spread.sd * rng.standard_normal(slope.shape)
+        return np.where(likelihood.missing, np.nan, again)
+
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and standard deviation (n, t) of each touch's true load in N/m, given all else (n, d)."""
+        """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""
         likelihood, spread = self.likelihood, self.likelihood.standard_errors(vectors)
         predicted, slope = self.predict(vectors)
         left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)

@@ -21,28 +21,28 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit
 
-# Fits of the chain, each with the noise that the one before leaves; two serve unless loads are unknown.
+# Largest number of fits of the chain, each with the noise of the one before; two are enough if loads are known.
 MOST_FITS = 6
 
 
 @dataclass(frozen=True, eq=False)
 class FingerFit:
-    """Normal approximation of the posterior of all calibration parameters at once.
+    """Normal approximation of the joint posterior of all calibration parameters.
 
     Attributes
     ----------
     chain : FingerChain
         The finger at the mode.
     laplace : LaplaceFit
-        Of the coordinates that the chain depends on, at the fitted noise (see `FlatLayout`).
+        Mode and covariance of the coordinates of the chain, at the fitted noise (see `FlatLayout`).
     vector : (d,) array
-        Centre of the whole flat vector: the mode of `laplace`, then the mean noise at that mode.
+        Centre of the whole flat vector: the mode of `laplace`, then the mean noise at this mode.
     noise_shape : NoiseShape
-        Approximate density of the noise's coordinates.
+        Approximate density of the coordinates of the noise.
     noise : Noise
         Noise of readings and force sensor, at the centre.
     lack_of_fit : float
-        Residual mean square over pure-error mean square: 1 where the model is right; NaN without repeats.
+        Residual mean square over pure-error mean square: 1 if the model is right; NaN without repeats.
     predicted, sd : (t, m) arrays
         Prediction for the touches, and standard deviation of reading minus prediction.
     likelihood : FingerLikelihood
@@ -61,7 +61,7 @@ class FingerFit:
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of responses, depths (mm), angles (rad), σ and log μ: of the laplace, but not log responses."""
+        """Covariance of responses, depths (mm), angles (rad), σ and log μ, (3 m + 2, 3 m + 2)."""
         scale = np.ones(len(self.laplace.mode))
         scale[: self.chain.n_elements] = self.chain.response
         return self.laplace.covariance * np.outer(scale, scale)
@@ -70,14 +70,14 @@ class FingerFit:
 def fit_finger(
     means: TouchMeans, finger: Finger, priors: FingerPriors, *, contact: str = "layer"
 ) -> tuple[FingerFit, NDArray[np.bool_]]:
-    """Fit every calibration parameter to all known touches at once.
+    """Fit of all calibration parameters to all known touches.
 
     Parameters
     ----------
     means : TouchMeans
-        Averaged calibration touches, rest reading subtracted.
+        Mean readings of the calibration touches, minus the rest reading.
     finger : Finger
-        Geometry as built.
+        Nominal geometry.
     priors : FingerPriors
         Priors.
     contact : str
@@ -91,7 +91,7 @@ def fit_finger(
     Raises
     ------
     InputError
-        If the touches cannot identify the parameters, saying what would.
+        If the touches cannot identify the parameters; the message says which touches are missing.
     """
     known, used = KnownTouches.of(means, finger)
     apparent = known.apparent_response(finger)
@@ -121,7 +121,7 @@ def fit_finger(
         shape = noise_shape(likelihood.known, prior, vector, _residuals(likelihood, laplace, vector))
         vector[prior.layout.n_chain :] = shape.mean
         before, spread = spread, likelihood.standard_errors(vector)
-        # A fiftieth of a standard deviation does not matter to a proposal.
+        # A change of the errors by 2 % is negligible for a proposal.
         settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02) for n in ("sd", "load_sd"))
         if unmeasured.any():
             moved = _estimated_loads(likelihood, vector)
@@ -138,12 +138,12 @@ def fit_finger(
 
 
 def check_enough(known: KnownTouches) -> None:
-    """Refuse data that have fewer numbers than there are parameters.
+    """Raise an error if there are fewer readings than parameters.
 
     Raises
     ------
     InputError
-        Naming the element, or the count, and what would help.
+        The message names the elements or the number of readings, and the touches to add.
     """
     read = (~known.missing).sum(axis=0)
     few = np.flatnonzero((read > 0) & (read < 3))
@@ -163,7 +163,7 @@ def check_enough(known: KnownTouches) -> None:
 
 
 def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatArray) -> Residuals:
-    """What the fit leaves, and how many parameters each element's readings determine."""
+    """Residuals of the fit, with the number of parameters that the readings of each element determine."""
     predicted, slope = likelihood.predicted(laplace.mode)
     rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.standard_errors(vector))
     spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
@@ -172,7 +172,7 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
 
 
 def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
-    """Loads where none was measured, from the readings; the measured ones elsewhere."""
+    """Loads (t,) in N/m: as measured, else estimated from the readings."""
     known, spread = likelihood.known, likelihood.standard_errors(vector)
     predicted, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
     weight = np.where(known.missing, 0.0, 1 / spread.sd**2)
@@ -183,7 +183,7 @@ def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatA
 
 
 def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
-    """Mean square of the residuals over what repeats explain; NaN without repeats."""
+    """Mean square of the residuals over that expected from repeats; NaN without repeats."""
     layout, known = likelihood.layout, likelihood.known
     if not known.repeated:
         return np.nan

@@ -1,4 +1,4 @@
-"""Residuals of a finger's touches that no fit and no choice has seen."""
+"""Residuals of the held-out touches of a finger."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from bayestouch.model.whitening import Whitening
 def held_out(
     fitted: Fitted, correction: Correction | None, observed: Observations, peak: FloatArray, *, stated: bool = False
 ) -> HeldOut:
-    """Residuals of a finger's model on touches that it was not fitted to.
+    """Residuals of the model of a finger on held-out touches.
 
     Parameters
     ----------
     fitted : Fitted
         The model.
     correction : Correction or None
-        Correction that was fitted with it.
+        Correction that was fitted with the model.
     observed : Observations
         Held-out touches.
     peak : (m,) array
-        Peak readings that errors are shares of; effects may give the model other ones.
+        Peak readings, the unit of errors; those of the model with effects may differ.
     stated : bool
-        Predict touches at the references that the data set states, see `at_stated_references`.
+        Predict touches at the references stated in the data set, see `at_stated_references`.
     """
     shown = at_stated_references(fitted) if stated else fitted
     noise, observed = fitted.noise, without_wrong_readings(fitted, observed)

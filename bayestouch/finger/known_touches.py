@@ -1,4 +1,4 @@
-"""Touches that calibrate a finger: what was done, and what was read."""
+"""Known touches for the calibration of a finger: pose, load and mean readings."""
 
 from __future__ import annotations
 
@@ -14,33 +14,33 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 
-# An unmeasured load is normal about where the readings put it, with this many times the mean load as its standard
-# deviation: all but flat.
+# Standard deviation of the prior of an unmeasured load about its estimate from the readings, over the mean load: the
+# prior is nearly flat.
 UNMEASURED_LOAD_SD = 10.0
-# It is looked for between these many times that.
+# Range in which an unmeasured load is searched, over the mean load.
 LEAST_LOAD, MOST_LOAD = 0.05, 3.0
-# The mean of a touch is compared with the peak of elements this near, in degrees, to find where to start.
+# Largest angle between element and touch, degree, for the starting value of the response of the element.
 NEAR_DEG = 15.0
 
 
 @dataclass(frozen=True, eq=False)
 class KnownTouches:
-    """Touches of which indenter and location are known, averaged over samples; t touches, m elements.
+    """Touches with known indenter and location, averaged over samples; t touches, m elements.
 
     Attributes
     ----------
     radius_mm, angle, load : (t,) arrays
-        Composite radius R (mm), contact location (rad), load (N/m): the measured one, or an estimate.
+        Composite radius R (mm), contact location (rad), load (N/m), measured or estimated.
     load_reads : (t,) array
-        Reads of the force sensor behind each load; 0 where it was not measured.
+        Number of readings of the force sensor in each load; 0 where it was not measured.
     readings : (t, m) array
         Mean readings, NaN missing.
     counts : (t, m) array
-        Raw readings behind each; 0 where missing.
+        Number of raw readings in each mean; 0 where missing.
     scatter, scatter_dof : (m,) arrays
-        Sum of squares of raw readings about their touch's mean, and its degrees of freedom (0 without repeats).
+        Sum of squares of raw readings about the mean of their touch, and its degrees of freedom (0 without repeats).
     load_scatter, load_scatter_dof : float
-        The same of the force sensor's readings, (N/m)².
+        Sum of squares of the readings of the force sensor, (N/m)², and its degrees of freedom.
     """
 
     radius_mm: FloatArray
@@ -56,10 +56,10 @@ class KnownTouches:
 
     @classmethod
     def of(cls, means: TouchMeans, finger: Finger) -> tuple[KnownTouches, NDArray[np.bool_]]:
-        """Known touches among `means`, and which they are.
+        """Known touches among `means`, and a mask of them.
 
-        An element that reads the same in every touch tells nothing and is taken as missing. Touches whose mean load
-        is not above zero are left out.
+        The readings of an element that are equal in all touches count as missing. Touches whose mean load is not above
+        zero are left out.
 
         Raises
         ------
@@ -76,7 +76,7 @@ class KnownTouches:
             )
         if not (known & pressed).any():
             raise InputError(
-                "no touch has a load above zero: what does not press says nothing of gains, depths or the rubber; "
+                "no touch has a load above zero, so that gains, depths and the rubber are not identifiable; "
                 "touch with a load, or leave load_N_per_m empty where it was not measured"
             )
         known &= pressed
@@ -117,29 +117,29 @@ class KnownTouches:
 
     @property
     def missing(self) -> NDArray[np.bool_]:
-        """Where there is no reading, (t, m)."""
+        """Whether each reading is missing, (t, m)."""
         return ~(self.counts > 0) | np.isnan(self.readings)
 
     @cached_property
     def shares(self) -> FloatArray:
-        """Variance of each mean over that of one reading, (t, m); inf where there is none."""
+        """Variance of each mean over that of one reading, (t, m); inf where missing."""
         share = np.full(self.counts.shape, np.inf)
         np.divide(1.0, self.counts, out=share, where=~self.missing)
         return share
 
     @cached_property
     def share_values(self) -> FloatArray:
-        """The different ones among `shares`, (k,)."""
+        """Distinct values of `shares`, (k,)."""
         return np.asarray(np.unique(self.shares[~self.missing]))
 
     @cached_property
     def share_counts(self) -> FloatArray:
-        """How many of an element's means have each of them, (k, m)."""
+        """Number of means of each element with each of `share_values`, (k, m)."""
         return np.asarray((self.shares == self.share_values[:, None, None]).sum(axis=1), dtype=np.float64)
 
     @property
     def repeated(self) -> bool:
-        """Whether repeats tell the noise of every element that was read from what the model misses."""
+        """Whether all elements with readings have repeats, so that noise and model error can be distinguished."""
         read = (self.counts > 0).any(axis=0)
         return bool(read.any() and (self.scatter_dof[read] > 0).all())
 
@@ -150,29 +150,29 @@ class KnownTouches:
 
     @property
     def typical_reads(self) -> float:
-        """Median number of raw readings behind a mean."""
+        """Median number of raw readings in a mean."""
         return float(np.median(self.counts[self.counts > 0]))
 
     def load_range(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest load (t,) at which each touch is looked at, N/m: steps about a measured one."""
+        """Lowest and highest load (t,) at which each touch is evaluated, N/m."""
         measured = self.load_reads > 0
         low = np.where(measured, 0.97 * self.load, LEAST_LOAD * self.typical_load)
         return low, np.where(measured, 1.03 * self.load, MOST_LOAD * self.typical_load)
 
     def load_sd(self, force_sd: float | FloatArray) -> FloatArray:
-        """Standard deviation (..., t) of the true load about `load`, for force sensors of this noise (...) in N/m."""
+        """Standard deviation (..., t) of the true load about `load`, N/m, for noise (...) of the force sensor, N/m."""
         measured = np.asarray(force_sd)[..., None] / np.sqrt(np.maximum(self.load_reads, 1.0))
         return np.where(self.load_reads > 0, measured, UNMEASURED_LOAD_SD * self.typical_load)
 
     def apparent_response(self, finger: Finger) -> FloatArray:
-        """Largest reading over load of each element among the touches near it, (m,): where a fit starts.
+        """Largest reading per N/m of each element among the touches near it, (m,), for the start of a fit.
 
-        Of an element without readings the median of the others.
+        For an element without readings it is the median of the others.
 
         Raises
         ------
         InputError
-            If no touch came near an element that was read.
+            If no touch is near an element that has readings.
         """
         nominal = np.radians(finger.element_angles_deg)
         turn = np.abs(np.angle(np.exp(1j * (self.angle[:, None] - nominal))))

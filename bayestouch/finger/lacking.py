@@ -1,4 +1,4 @@
-"""What a data set lacks for the calibration of a finger."""
+"""Data that are missing for the calibration of a finger."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from bayestouch.finger.known_touches import KnownTouches
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
-    """A line for each kind of touch that the calibration needs or would gain by.
+    """A line of text for each kind of touch that is missing and that the calibration needs or would profit from.
 
     Parameters
     ----------
     dataset : DataSet
+        Data set of a finger.
     known : TouchMeans
-        Touches with references: of the calibration table, or of the one table that there is.
+        Touches with references, from the calibration table or, without one, from the only table.
     """
     finger = finger_of(dataset.sensor)
     if known.angle_deg is None:
@@ -37,11 +38,11 @@ def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     edges = known.angle_deg[(known.indenter_radius_mm == 0) & np.isfinite(known.angle_deg)]
     pitch = finger.pitch_deg
     if not edges.size:
-        yield "no knife edge to calibrate with: it is the sharpest look at the depth of each element"
+        yield "no knife edge to calibrate with: it determines the depth of each element best"
     elif pitch is not None:
         nearest = np.abs((np.asarray(finger.element_angles_deg)[:, None] - edges + 180) % 360 - 180).min(axis=1)
         bare = [f"e{e + 1:02d}" for e in np.flatnonzero(nearest > pitch / 2)]
         if bare:
             yield f"no knife edge within half a pitch ({pitch / 2:.3g}°) of {', '.join(bare)}"
     if not np.isinf(known.indenter_radius_mm).any():
-        yield "no flat to calibrate with: it says how the rubber spreads a load (Poisson's ratio)"
+        yield "no flat to calibrate with: it determines how the rubber spreads a load (Poisson's ratio)"

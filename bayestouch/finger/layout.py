@@ -1,13 +1,16 @@
-"""The flat vector of a finger's calibration parameters: where each stands, and its prior.
+"""The flat vector of the calibration parameters of a finger: order and priors.
 
 For m elements: log |response| (reading per N/m), depths r_s (mm), angles θ_s (rad), σ, log μ (MPa), log noise
-(reading), log discrepancy (multiple of the noise of a touch's mean; only where repeats tell the two apart), log noise
-of the force sensor (N/m). What the chain predicts depends on the first ``3 m + 2`` of them.
+(reading), log discrepancy (multiple of the noise of a touch's mean; only if repeats distinguish it from noise), log
+noise of the force sensor (N/m). The chain depends on the first ``3 m + 2`` coordinates.
+
+With effects, the values of those in the chain follow log μ, and the values of drifts and noise effects are last.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -19,28 +22,39 @@ from bayestouch.priors.parameters import LogNormal, Normal, Prior
 
 @dataclass(frozen=True)
 class FlatLayout:
-    """Places in the flat vector.
+    """Positions of the parameters in the flat vector.
 
     Attributes
     ----------
     n_elements : int
-        m.
+        Number of elements m.
     discrepancy : bool
-        Whether discrepancies are among the unknowns.
+        Whether the vector has discrepancies.
+    n_values : int
+        Number of values of effects in the chain.
+    n_further : int
+        Number of values of drifts and noise effects.
     """
 
     n_elements: int
     discrepancy: bool
+    n_values: int = 0
+    n_further: int = 0
 
     @property
-    def n_chain(self) -> int:
-        """Coordinates that the chain depends on."""
+    def n_base(self) -> int:
+        """Number of coordinates of the chain without effects."""
         return 3 * self.n_elements + 2
 
     @property
+    def n_chain(self) -> int:
+        """Number of coordinates on which the chain depends."""
+        return self.n_base + self.n_values
+
+    @property
     def size(self) -> int:
-        """All coordinates."""
-        return self.n_chain + self.n_elements * (2 if self.discrepancy else 1) + 1
+        """Number of all coordinates."""
+        return self.force_noise + 1 + self.n_further
 
     @property
     def response(self) -> slice:
@@ -68,30 +82,40 @@ class FlatLayout:
 
     @property
     def missed(self) -> slice:
-        """Discrepancies; empty where they are not among the unknowns."""
+        """Discrepancies; empty if the vector has none."""
         first = self.n_chain + self.n_elements
         return slice(first, first + (self.n_elements if self.discrepancy else 0))
 
     @property
     def force_noise(self) -> int:
-        return self.size - 1
+        return self.n_chain + self.n_elements * (2 if self.discrepancy else 1)
+
+    @property
+    def values(self) -> slice:
+        """Values of effects in the chain."""
+        return slice(self.n_base, self.n_chain)
+
+    @property
+    def further(self) -> slice:
+        """Values of drifts and noise effects."""
+        return slice(self.force_noise + 1, self.size)
 
 
 @dataclass(frozen=True, eq=False)
 class FlatPrior:
-    """Independent priors of all coordinates; d of them.
+    """Independent priors of all d coordinates.
 
     Attributes
     ----------
     layout : FlatLayout
-        What stands where.
+        Positions in the flat vector.
     priors : tuple of Prior
-        Of the value behind each coordinate.
+        Prior of each value.
     logarithmic : (d,) bool array
-        Whether the coordinate is the logarithm of that value.
+        Whether the coordinate is the logarithm of the value.
     mean, spread : (d,) arrays
-        Normal approximation of the prior of each coordinate: exact for a normal one, and for a log-normal one of a
-        logarithm.
+        Mean and sd of the normal approximation of the prior of each coordinate: exact for a normal prior, and for a
+        log-normal prior of a logarithmic coordinate.
     """
 
     layout: FlatLayout
@@ -102,18 +126,30 @@ class FlatPrior:
 
     @classmethod
     def of(cls, n_elements: int, priors: tuple[Prior, ...]) -> FlatPrior:
-        """Priors in the order of the flat vector; with or without discrepancies, by their number."""
+        """Priors in the order of the flat vector; their number determines whether it has discrepancies."""
         layout = FlatLayout(n_elements, len(priors) > 4 * n_elements + 3)
         assert len(priors) == layout.size
         logarithmic = np.ones(layout.size, dtype=bool)
         logarithmic[n_elements : layout.log_mu] = False
+        return cls._of(layout, priors, logarithmic)
+
+    def with_values(self, values: Sequence[tuple[Prior, bool]], further: Sequence[tuple[Prior, bool]]) -> FlatPrior:
+        """The same with values of effects: a prior for each, and whether the coordinate is a logarithm."""
+        at = self.layout
+        layout = replace(at, n_values=len(values), n_further=len(further))
+        own = list(zip(self.priors, self.logarithmic.tolist(), strict=True))
+        every = [*own[: at.n_base], *values, *own[at.n_base :], *further]
+        return self._of(layout, tuple(prior for prior, _ in every), np.array([log for _, log in every]))
+
+    @classmethod
+    def _of(cls, layout: FlatLayout, priors: tuple[Prior, ...], logarithmic: NDArray[np.bool_]) -> FlatPrior:
         pairs = [_normal(prior, bool(log)) for prior, log in zip(priors, logarithmic, strict=True)]
         mean, spread = np.array(pairs).T
         return cls(layout, priors, logarithmic, mean, spread)
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value of each coordinate."""
+        """Lowest and highest value of each coordinate, (d,) each."""
         low, high = np.array([prior.support for prior in self.priors]).T
         with np.errstate(divide="ignore"):
             log_low, log_high = np.log(np.maximum(low, 0.0)), np.log(high)
@@ -121,7 +157,7 @@ class FlatPrior:
 
     @cached_property
     def _other(self) -> NDArray[np.intp]:
-        """Coordinates whose prior is not normal."""
+        """Indices of the coordinates whose prior is not normal."""
         plain = [
             isinstance(prior, LogNormal if log else Normal)
             for prior, log in zip(self.priors, self.logarithmic, strict=True)
@@ -141,7 +177,7 @@ class FlatPrior:
         return np.asarray(total)
 
     def draw(self, rng: np.random.Generator) -> FloatArray:
-        """One vector from the prior."""
+        """One random vector from the prior, (d,)."""
         values = np.array(
             [float(p.quantile(u)) for p, u in zip(self.priors, rng.random(len(self.priors)), strict=True)]
         )
@@ -149,7 +185,7 @@ class FlatPrior:
 
 
 def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
-    """Mean and standard deviation of a coordinate; by its quartiles where its prior is not normal."""
+    """Mean and standard deviation of a coordinate; from its quartiles if its prior is not normal."""
     if isinstance(prior, Normal) and not logarithmic:
         return prior.mean, prior.sd
     if isinstance(prior, LogNormal) and logarithmic:
@@ -157,5 +193,5 @@ def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
     low, middle, high = prior.quantile([0.25, 0.5, 0.75])
     if logarithmic:
         low, middle, high = np.log([low, middle, high])
-    # quartiles of a normal lie 0.6745 standard deviations off
+    # The quartiles of a normal distribution are 0.6745 standard deviations from the mean.
     return float(middle), float(high - low) / (2 * 0.6745)

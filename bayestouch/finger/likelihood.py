@@ -1,4 +1,4 @@
-"""Likelihood of the readings of known touches, and its maximum over a finger's parameters."""
+"""Likelihood of the readings of known touches, and its maximum over the parameters of a finger."""
 
 from __future__ import annotations
 
@@ -8,37 +8,36 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
-from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import StandardErrors
 from bayestouch.finger.series import Reach, TouchSeries
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
-# Contacts are tabulated up to this many times the largest calibration load: touches may be harder.
+# Contacts are tabulated up to this many times the largest calibration load, for touches with larger loads.
 LOAD_REACH = 3.2
-# A series is good for so many standard deviations of the prior before the fit, and of the posterior after it.
+# Range in which a series is valid: standard deviations of the prior before the fit, and of the posterior after it.
 PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
 
 
 class FingerLikelihood:
-    """Likelihood of the readings of known touches, of a finger without effects.
+    """Likelihood of the readings of known touches for a finger without effects.
 
-    How readings depend on the parameters is what the `FingerModel` says. The true load of a touch is not the measured
-    one; its error moves all elements together and is integrated out: over the width of that error the readings are
-    linear in the load.
+    The `FingerModel` predicts the readings. The error of the measured load of a touch is common to all elements and is
+    integrated out: within this error the readings are linear in the load.
 
     Parameters
     ----------
     model : FingerModel
         The finger without effects, with the prior of all coordinates of the flat vector (see `FlatLayout`).
     known : KnownTouches
-        t touches.
+        The t known touches.
     start : (3 m + 2,) array
-        Where fits start.
+        Starting vector of fits.
     """
 
     def __init__(self, model: FingerModel, known: KnownTouches, start: FloatArray) -> None:
@@ -53,29 +52,30 @@ class FingerLikelihood:
 
     @property
     def layout(self) -> FlatLayout:
-        """What stands where in the vector."""
+        """Positions of the parameters in the vector."""
         return self.model.layout
 
     @property
     def sign(self) -> FloatArray:
-        """See `FingerModel`, (m,)."""
+        """Signs of the responses, (m,), see `FingerModel`."""
         return self.model.sign
 
     @property
     def series(self) -> TouchSeries:
-        """The model's quick evaluator."""
+        """The fast evaluator of the model."""
         assert self.model.evaluator is not None
         return self.model.evaluator
 
     @property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value of each coordinate."""
+        """Lowest and highest value of each coordinate of the chain, (3 m + 2,) each."""
         low, high = (ends.copy() for ends in self.prior.bounds)
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.model.finger, self.model.largest_load))
+        log_mu, sigma = self.layout.log_mu, self.layout.sigma
+        low[log_mu] = max(low[log_mu], softest(self.model.finger, self.model.largest_load, float(low[sigma])))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
-        """Parameters so many standard deviations about a vector, inside the bounds."""
+        """Range of `times` standard deviations about a vector, inside the bounds."""
         at, (low, high) = self.layout, self.bounds
         below = np.maximum(centre - times * sd, low[: at.n_chain])
         above = np.minimum(centre + times * sd, high[: at.n_chain])
@@ -90,7 +90,7 @@ class FingerLikelihood:
         return TouchSeries.of(self.known, model.finger, self.layout, model.sign, reach, model.contact)
 
     def posterior_series(self, fit: LaplaceFit) -> TouchSeries:
-        """The series, no wider than the posterior."""
+        """The series, limited to the range of the posterior."""
         return self.series.down_to(self._reach(fit.mode, fit.sd, POSTERIOR_REACH).depth)
 
     def chain(self, vector: FloatArray) -> FingerChain:
@@ -98,36 +98,36 @@ class FingerLikelihood:
         return self.model.chain(vector)
 
     def predicted(self, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Readings (t, m), and their derivative with respect to the load."""
+        """Predicted readings (t, m), and their derivative over the load (t, m)."""
         return self.model.predict(vector).touches, self.model.by_load(vector)
 
     def derivatives(self, vector: FloatArray) -> FloatArray:
-        """Derivative of the readings, (3 m + 2, t, m); an element's own parameters move that element alone."""
+        """Derivative of the readings over the parameters, (3 m + 2, t, m)."""
         return self.model.derivatives(vector)[0]
 
     def standard_errors(self, vector: FloatArray) -> StandardErrors:
-        """Standard deviations of readings and loads that a whole vector implies."""
+        """Standard errors of readings and loads for a whole flat vector."""
         return StandardErrors.of(self.known, self.layout, vector)
 
     def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
-        """Whiten (..., t, m) rows with the readings' standard deviations and the load's shared error."""
+        """Rows (..., t, m) whitened with the errors of the readings and the shared error of the load."""
         return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
     def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne:
-        """Covariance of the readings of each touch: their own errors, and the load's, which moves all elements."""
+        """Covariance of the readings of each touch: independent errors, and the shared error of the load."""
         return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
 
     def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
 
-        Contacts are solved anew where the posterior reaches beyond those there are.
+        Contacts are solved again if the posterior extends beyond the range of the series.
         """
         fit = self._maximum(spread)
         reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH)
         while not self.series.reach.covers(reach):
             self.model, self.start = replace(self.model, evaluator=self._series(reach)), fit.mode
             fit = self._maximum(spread)
-            # A posterior that ended at the edge of the old series goes on beyond it.
+            # The posterior may extend beyond the range of the old series.
             reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH / 2)
         return fit
 
@@ -152,14 +152,6 @@ class FingerLikelihood:
         return least_squares_map(residuals, jacobian, np.clip(self.start, low, high), (low, high))
 
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
-        """The same touches with other readings, or other estimates of unmeasured loads."""
+        """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""
         model = replace(self.model, evaluator=replace(self.series, known=known))
         return FingerLikelihood(model, known, self.start)
-
-
-def softest(finger: Finger, largest_load: float) -> float:
-    """Least log μ (MPa): a flat under the largest load (N/m) keeps to a quarter of the circumference.
-
-    Linear contact has long lost its meaning there.
-    """
-    return float(np.log(largest_load / 1000 / (10 * finger.outer_radius_mm)))

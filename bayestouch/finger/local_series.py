@@ -1,8 +1,8 @@
-"""Readings of a finger's calibration touches near its fit: polynomials in place of sums over Fourier modes.
+"""Readings of calibration touches of a finger near its fit, by polynomials instead of sums over Fourier modes.
 
-A calibration knows an element's depth and angle to a hundredth of a millimetre and of a degree, σ and log μ to a few
-thousandths. Over so small a range the reading of an element over its response is a polynomial of degree four in these
-four, to 1e-7 of the peak, and an evaluation is one product of matrices.
+A calibration determines depth and angle of an element to 0.01 mm and 0.01°, σ and log μ to a few 0.001. In this small
+range, reading over response is a polynomial of degree four in these four variables, to 1e-7 of the peak. An evaluation
+is one matrix product.
 """
 
 from __future__ import annotations
@@ -17,43 +17,43 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.series import TouchSeries
 
-# Polynomials hold for so many standard deviations either way. One proposal in three hundred goes beyond.
+# Range of the polynomials in standard deviations. One proposal in three hundred is outside.
 REACH = 4.0
-# Total degree of the readings, and of their derivative over the load, which counts for the load's error alone. With
-# degree 4 an accepted proposal is the one that the series accepts; with 3 one decision in a thousand is another.
+# Total degree for the readings, and for their derivative over the load (used only for the error of the load). With
+# degree 4 the same proposals are accepted as with the series; with degree 3 one decision in a thousand differs.
 DEGREE, SLOPE_DEGREE = 4, 2
-# The series is evaluated at so many nodes for each coefficient, and at so many more where the two are compared.
+# Number of nodes per coefficient, and number of further nodes at which polynomials and series are compared.
 NODES, COMPARED = 1.6, 8
-# Vectors that the series is given at once: what it holds of more leaves the cache.
+# Number of vectors per evaluation of the series; the arrays for more do not fit into the cache.
 TOGETHER = 6
-# Root of the sum of squares of what the polynomials are off by, over the noise: about the error of a log density. Terms
-# that are this small together, which most of those of high degree are, are left out.
+# Largest root sum of squares of the errors of the polynomials over the noise (about the error of a log density); the
+# same for terms of high degree that are left out.
 LARGEST_ERROR, LEFT_OUT = 0.02, 3e-4
 
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """Polynomials in four variables, one for each touch and element.
+    """Polynomials in some variables, one for each touch and element.
 
     Attributes
     ----------
     coefficients : (m, t, k) array
-        Of k terms.
+        Coefficients of k terms.
     kept : (k,) int array
-        Which of the products of powers these are.
+        Indices of these terms among the products of powers.
     """
 
     coefficients: FloatArray
     kept: IntArray
 
     def __call__(self, terms: FloatArray) -> FloatArray:
-        """Values (n, t, m) from the products of powers (m, k, n)."""
+        """Values (n, t, m) from all products of powers (m, terms, n)."""
         return np.ascontiguousarray((self.coefficients @ terms[:, self.kept]).transpose(2, 1, 0))
 
     @classmethod
     def of(cls, nodes: FloatArray, values: FloatArray, degree: int, noise: FloatArray) -> Polynomials:
-        """By least squares from values (n, t, m) at nodes (n, 4); `noise` (t, m) is what they are to be good for."""
-        found = np.linalg.lstsq(_monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
+        """Least-squares fit to values (n, t, m) at nodes (n, v); terms far below `noise` (t, m) are left out."""
+        found = np.linalg.lstsq(monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
         found = found.reshape(len(found), *values.shape[1:])
         squares = ((found / noise) ** 2).sum(axis=(1, 2))
         order = np.argsort(squares)
@@ -63,16 +63,16 @@ class Polynomials:
 
 @dataclass(frozen=True, eq=False)
 class LocalSeries:
-    """Polynomials in depth, angle, σ and log μ that stand for a series; t touches, m elements.
+    """Polynomials in depth, angle, σ and log μ that approximate a series; t touches, m elements.
 
     Attributes
     ----------
     series : TouchSeries
-        What they stand for; vectors beyond their range are evaluated with it.
+        The series, used for vectors outside the range of the polynomials.
     centre, half_width : (4, m) arrays
-        Range of the four, for each element.
+        Range of the four variables, for each element.
     readings, slopes : Polynomials
-        Reading over response, and its derivative with respect to the load.
+        Reading over response, and its derivative over the load.
     """
 
     series: TouchSeries
@@ -82,11 +82,11 @@ class LocalSeries:
     slopes: Polynomials
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
-        place = (_coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
+        """Expected readings (n, t, m) at the measured loads, and their derivative over the load (n, t, m)."""
+        place = (coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
         beyond = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.series.sign * np.exp(vectors[:, self.series.layout.response])
-        terms = (_monomials(place, DEGREE) * response).transpose(2, 0, 1)
+        terms = (monomials(place, DEGREE) * response).transpose(2, 0, 1)
         readings, slopes = self.readings(terms), self.slopes(terms)
         if beyond.any():
             readings[beyond], slopes[beyond] = self.series(vectors[beyond])
@@ -96,16 +96,16 @@ class LocalSeries:
 def local_series(
     series: TouchSeries, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray
 ) -> LocalSeries | TouchSeries:
-    """Polynomials about a vector; the series itself where they would be too far off.
+    """Polynomials about a vector, or the series itself if their error would be too large.
 
     Parameters
     ----------
     series : TouchSeries
-        What they stand for.
+        The series to approximate.
     centre, sd : (d,) arrays
-        Vector of the chain's coordinates, and their standard deviations.
+        Vector of the coordinates of the chain, and their standard deviations.
     noise_sd : (t, m) array
-        Of a mean reading; inf where it is missing.
+        Standard deviation of a mean reading; inf where missing.
     """
     at, reach = series.layout, series.reach
     low, high = centre - REACH * sd, centre + REACH * sd
@@ -114,8 +114,8 @@ def local_series(
     for place, ends in ((at.sigma, reach.sigma), (at.log_mu, reach.log_mu)):
         low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
-    count = int(NODES * len(_powers(DEGREE))) + COMPARED
-    # They crowd at the ends, as those of Chebyshev do.
+    count = int(NODES * len(powers(DEGREE, 4))) + COMPARED
+    # Random nodes, denser at the ends like Chebyshev nodes.
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, 4)))
     vectors = np.repeat(centre[None], count, axis=0)
     places: tuple[slice | int, ...] = (at.depth, at.angle, at.sigma, at.log_mu)
@@ -127,8 +127,8 @@ def local_series(
     noise = noise_sd / np.abs(response)
     local = LocalSeries(
         series,
-        _coordinates(at, middle),
-        _coordinates(at, half),
+        coordinates(at, middle),
+        coordinates(at, half),
         Polynomials.of(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE, noise),
         Polynomials.of(
             nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE, noise / series.known.load[:, None]
@@ -138,34 +138,34 @@ def local_series(
     return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
 
 
-def _coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
+def coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
     """Depth, angle, σ and log μ of each element, (4, ..., m), of vectors (..., d)."""
     depth = vectors[..., at.depth]
     shared = (np.broadcast_to(vectors[..., place, None], depth.shape) for place in (at.sigma, at.log_mu))
     return np.stack([depth, vectors[..., at.angle], *shared])
 
 
-def _monomials(place: FloatArray, degree: int) -> FloatArray:
-    """Products of powers up to a total degree, (k, ...), of places (4, ...); low degrees first."""
-    out = np.empty((len(_powers(degree)), *place.shape[1:]))
+def monomials(place: FloatArray, degree: int) -> FloatArray:
+    """Products of powers up to a total degree, (k, ...), of places (v, ...); low degrees first."""
+    out = np.empty((len(powers(degree, len(place))), *place.shape[1:]))
     out[0] = 1.0
-    for i, (less, factor) in enumerate(_factors(degree), start=1):
+    for i, (less, factor) in enumerate(_factors(degree, len(place)), start=1):
         np.multiply(out[less], place[factor], out=out[i])
     return out
 
 
-@lru_cache(maxsize=4)
-def _powers(degree: int) -> tuple[tuple[int, ...], ...]:
-    """Powers of four variables up to a total degree, low degrees first: those of a lower degree are the first ones."""
-    return tuple(sorted((p for p in product(range(degree + 1), repeat=4) if sum(p) <= degree), key=sum))
+@lru_cache(maxsize=8)
+def powers(degree: int, variables: int) -> tuple[tuple[int, ...], ...]:
+    """Powers of some variables up to a total degree, in order of the degree."""
+    return tuple(sorted((p for p in product(range(degree + 1), repeat=variables) if sum(p) <= degree), key=sum))
 
 
-@lru_cache(maxsize=4)
-def _factors(degree: int) -> tuple[tuple[int, int], ...]:
-    """Of each product but the first: which one has a factor less, and which factor that is."""
-    powers, out = _powers(degree), []
-    for one in powers[1:]:
+@lru_cache(maxsize=8)
+def _factors(degree: int, variables: int) -> tuple[tuple[int, int], ...]:
+    """For each product except the first: index of the product with one factor less, and this factor."""
+    every, out = powers(degree, variables), []
+    for one in every[1:]:
         factor = next(i for i, power in enumerate(one) if power)
         less = tuple(power - (i == factor) for i, power in enumerate(one))
-        out.append((powers.index(less), factor))
+        out.append((every.index(less), factor))
     return tuple(out)

@@ -1,9 +1,9 @@
-"""The chain of a finger with effects, as a function of one flat vector, for touches and samples."""
+"""The model of a finger with effects, as a function of one parameter vector, for touches and samples."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
-from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
 from bayestouch.finger.correction_basis import FingerCorrectionBasis
@@ -21,43 +20,42 @@ from bayestouch.finger.derivatives import through_effects
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.possible_touches import possible_touches
 from bayestouch.finger.series import TouchSeries
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Rows, SensorModel
 from bayestouch.model.observations import Observations
 
-# How near to the surface a fit may take an element, as a share of the rubber; or half as near as it was built.
+# Smallest distance of an element from the surface in a fit, over the thickness of the rubber; at most half the nominal.
 NEAREST = 0.05
-# How near to the end of the table of contacts, which is further the higher Poisson's ratio is.
-SHORT_OF_THE_END = 0.95
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class FingerModel(SensorModel):
     """A finger with effects.
 
-    Base parameters are those of `bayestouch.finger.layout` that the chain depends on: for m elements log
-    responses, depths r_s (mm) and angles θ_s (rad), then σ and log μ.
+    The base parameters are those coordinates of `bayestouch.finger.layout` on which the chain depends: for m elements
+    log responses, depths r_s (mm) and angles θ_s (rad), then σ and log μ.
 
     Attributes
     ----------
     observed, peak, reference_load, effects
-        As `SensorModel`; the reference load in N/m.
+        As in `SensorModel`; the reference load in N/m.
     finger : Finger
-        As built.
+        Nominal geometry.
     layout : FlatLayout
-        What stands where among the base parameters.
+        Positions of the base parameters.
     flat_prior : FlatPrior or None
-        Their prior; None where nothing is fitted.
+        Prior of the base parameters; None if nothing is fitted.
     sign : (m,) array
-        1, or -1 for an element whose reading falls when it is squeezed.
+        1, or -1 for an element whose reading decreases under compression.
     contact : str
         Base contact model.
     largest_load : float
-        Up to which contacts are tabulated, N/m.
+        Largest load for which contacts are tabulated, N/m.
     pose : (3, t) array or None
-        Composite radius R (mm), location (rad) and load (N/m) as they really are, in place of what the table says:
-        for touches that are read, not known.
+        Actual composite radius R (mm), location (rad) and load (N/m) of the touches, instead of those in the touch
+        table: for touches that are inferred.
     evaluator : TouchSeries or None
-        Signals of just these touches, quickly; None evaluates the chain.
+        Fast evaluation of the signals of these touches; None evaluates the chain.
     """
 
     finger: Finger
@@ -75,17 +73,15 @@ class FingerModel(SensorModel):
         return self.layout.n_chain
 
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Mean, standard deviation, lower and upper bound of the vector."""
+        """Prior mean, standard deviation, lower and upper bound of the vector, each (d,)."""
         assert self.flat_prior is not None
         base = slice(0, self.n_base)
         mean, spread = self.flat_prior.mean[base], self.flat_prior.spread[base]
         low, high = (ends[base].copy() for ends in self.flat_prior.bounds)
-        # Softer rubber, on which a flat would take a quarter of the circumference, has no linear contact.
-        radii = (self.finger.core_radius_mm, self.finger.outer_radius_mm)
-        softest = self.largest_load / 1000 * radii[1] / _widest_kappa(radii, float(low[self.layout.sigma]))
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], np.log(softest))
-        # Under the very surface an element sees waves without end, and its table grows with them: gigabytes at the
-        # prior's bound, where a step of a fit may try anything.
+        log_mu, sigma = self.layout.log_mu, self.layout.sigma
+        low[log_mu] = max(low[log_mu], softest(self.finger, self.largest_load, float(low[sigma])))
+        # Close to the surface the number of Fourier modes diverges, and with it the size of the table (gigabytes at the
+        # bound of the prior, which a step of a fit may try).
         depth, outer = self.layout.depth, self.finger.outer_radius_mm
         skin = np.minimum(NEAREST * (outer - self.finger.core_radius_mm), 0.5 * np.maximum(outer - mean[depth], 0.0))
         high[depth] = np.minimum(high[depth], outer - skin)
@@ -104,9 +100,9 @@ class FingerModel(SensorModel):
         return np.asarray(np.exp(vector[self.layout.response]) * self.reference_load)
 
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
-        """The vector with depths, angles, σ and μ as built; None where they are near that already.
+        """The vector with nominal depths, angles, σ and μ; None if they are near these already.
 
-        What a missing effect has driven far off is no place to start from once the effect is there.
+        A missing effect can shift parameters far from their nominal values, which is a bad start for a fit with it.
         """
         assert self.flat_prior is not None
         mean, spread, _, _ = self.prior()
@@ -121,7 +117,7 @@ class FingerModel(SensorModel):
         return home
 
     def chain(self, vector: FloatArray) -> FingerChain:
-        """The finger at these base parameters, with the effects that change it."""
+        """The finger with these base parameters, and with the effects that change the finger."""
         changed = tuple((e.name, v) for e, v in zip(self.effects, self.values(vector), strict=True) if e.changes_finger)
         key = (vector[: self.n_base].tobytes(), changed)
         if self._last.get("key") != key:
@@ -131,17 +127,17 @@ class FingerModel(SensorModel):
 
     @cached_property
     def _last(self) -> dict[str, Any]:
-        """The chain that was asked for last, and the signals of the quick evaluator.
+        """Cache of the last chain and of the last signals of the fast evaluator.
 
-        They are dear, and most calls differ in effects of the readout.
+        They take time to compute, and most calls differ only in effects of the readout.
         """
         return {}
 
     def _quick(self, vector: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-        """Signals (t, m) of the touches and their derivative over the load, by the quick evaluator.
+        """Signals (t, m) of the touches and their derivative over the load, by the fast evaluator.
 
-        None where there is none, where an effect changes the finger or the poses, and beyond the parameters that it
-        is good for.
+        None if there is no evaluator, if an effect changes the finger or the poses, or if the vector is outside the
+        range of the evaluator.
         """
         if self.evaluator is None or any(e.changes_finger or e.changes_pose for e in self.effects):
             return None
@@ -175,7 +171,7 @@ class FingerModel(SensorModel):
         return chain
 
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches as they really were."""
+        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
         observed = self.observed
         outer = self.finger.outer_radius_mm
         if self.pose is None:
@@ -204,7 +200,7 @@ class FingerModel(SensorModel):
         return recording
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches with the signal that leaves the body."""
+        """Touches with the signal before the effects on the signal, for loads as read or `load` (t,)."""
         recording = self.poses(vector, load)
         quick = self._quick(vector) if load is None else None
         if quick is not None:
@@ -223,7 +219,7 @@ class FingerModel(SensorModel):
         return np.stack([each.touches for each in out]), samples
 
     def _of_signal(self, vector: FloatArray, recording: Recording) -> FloatArray:
-        """Derivative of the signal, (5, t, m): over own log response, depth and angle, then σ and log μ."""
+        """Derivative of the signal, (5, t, m): over log response, depth and angle of the element, then σ and log μ."""
         if self.evaluator is not None and self._quick(vector) is not None:
             return self.evaluator.derivatives(vector[: self.n_base])
         chain = self.chain(vector)
@@ -233,7 +229,7 @@ class FingerModel(SensorModel):
         return of_signal
 
     def by_load(self, vector: FloatArray) -> FloatArray:
-        """Derivative of the readings of each touch over its load, (t, m)."""
+        """Derivative of the mean readings of each touch over its load, (t, m)."""
         quick = self._quick(vector)
         if quick is not None and not self.effects:
             return quick[1]
@@ -251,15 +247,15 @@ class FingerModel(SensorModel):
         return np.asarray((at(1.0) - at(-1.0)) / (2 * step[:, None]))
 
     def observing(self, observed: Rows) -> FingerModel:
-        """The same sensor and effects for other touches, which the quick evaluator does not know."""
+        """The same sensor and effects for other touches, without the fast evaluator."""
         return self._sharing(replace(self, observed=observed, evaluator=None))
 
     def with_effects(self, effects: tuple[Effect, ...]) -> FingerModel:
-        """The same sensor under other effects."""
+        """The same sensor with other effects."""
         return self._sharing(replace(self, effects=effects))
 
     def correction_basis(self, vector: FloatArray) -> FingerCorrectionBasis:
-        """Basis of a correction without a cause, over the angles that the touches cover."""
+        """Basis of an empirical correction, over the angles that the touches cover."""
         element, outer = np.degrees(vector[self.layout.angle]), self.finger.outer_radius_mm
         return FingerCorrectionBasis.of(element, self.peak, self.reference_load, outer, self.poses(vector))
 
@@ -270,28 +266,20 @@ class FingerModel(SensorModel):
         return radius, recording.place[0], recording.load
 
     def possible_touches(self) -> PossibleTouches:
-        """Touches that could decide between two models: the tips, locations and loads that were used."""
+        """Possible touches that could distinguish two models, with the tips, locations and loads that were used."""
         return possible_touches(self.known, self.load)
 
     def at(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FingerModel:
-        """The same for touches that really are of composite radius R (mm), location (rad) and load (N/m), all (t,)."""
+        """The same model for touches with these actual R (mm), location (rad) and load (N/m), all (t,)."""
         return self._sharing(replace(self, pose=np.stack([radius_mm, angle, load]), evaluator=None))
 
     def _sharing(self, other: FingerModel) -> FingerModel:
-        """The other model; what one of the two has solved last, neither solves again."""
+        """The other model, with the cache of this one."""
         other.__dict__["_last"] = self._last
         return other
 
 
-@lru_cache(maxsize=8)
-def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
-    """κ (mm²) of the widest contact that a fit may try, on a body of this Poisson's ratio or any higher."""
-    return SHORT_OF_THE_END * float(
-        min(LayerContact.for_body(*radii_mm, poisson_ratio).kappas[-1], 10 * radii_mm[1] ** 2)
-    )
-
-
 def finger_model(model: SensorModel) -> FingerModel:
-    """The same model, which must be that of a finger."""
+    """The model itself, as a `FingerModel`."""
     assert isinstance(model, FingerModel)
     return model

@@ -1,12 +1,12 @@
-"""Noise of a finger's readings and of its force sensor as unknowns of the calibration.
+"""Noise of the readings of a finger and of its force sensor as unknowns of the calibration.
 
 A raw reading of element e has noise ``s_e``, one of the force sensor ``s_F``. The mean of n readings has variance
-``s_e² (1/n + τ_e²/ñ)``: ``d_e = τ_e s_e/√ñ``, ñ a touch's typical number of readings, is the discrepancy, what the
-model misses of the element, which averaging does not shrink. Without repeats the two cannot be distinguished and all of
-it is called noise.
+``s_e² (1/n + τ_e²/ñ)``. ``d_e = τ_e s_e/√ñ`` is the discrepancy (model error) of the element, which averaging does not
+reduce; ñ is the typical number of readings of a touch. Without repeats the two cannot be distinguished, and both count
+as noise.
 
-Repeats enter by their sums of squares W about the touches' means, with ν degrees of freedom: the likelihood of the
-noise has the factor ``s^-ν exp(-W/2s²)``, exactly, because means and scatter of normal readings are independent.
+Repeats enter by their sums of squares W about the means of touches, with ν degrees of freedom: the likelihood of the
+noise has the factor ``s^-ν exp(-W/2s²)``. This is exact, because mean and scatter of normal readings are independent.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.quantiles import QuantileMaps
 
-# Grid of the noise's conditional density: standard deviations of log s, and of log τ about its prior and where the
-# residuals put it. Sums over a smooth density on steps of half a standard deviation are exact to a thousandth.
+# Grid of the conditional density of the noise, in standard deviations of log s and log τ. Sums over a smooth density
+# with steps of half a standard deviation are accurate to 0.1 %.
 STEPS = np.linspace(-4.0, 4.0, 17)
 LOG_DISCREPANCY_STEP = 0.15
 FORCE_STEPS = np.linspace(-6.0, 6.0, 61)
@@ -31,14 +31,14 @@ FORCE_STEPS = np.linspace(-6.0, 6.0, 61)
 
 @dataclass(frozen=True, eq=False)
 class StandardErrors:
-    """Standard errors of mean readings and loads that a vector of parameters implies.
+    """Standard errors of mean readings and loads for a vector of parameters.
 
     Attributes
     ----------
     sd : (t, m) array
-        Of each mean reading; ``inf`` where there is none.
+        Standard error of each mean reading; ``inf`` where missing.
     load_sd : (t,) array
-        Of the true load about the measured one, N/m.
+        Standard deviation of the true load about the measured one, N/m.
     """
 
     sd: FloatArray
@@ -46,7 +46,7 @@ class StandardErrors:
 
     @classmethod
     def of(cls, known: KnownTouches, layout: FlatLayout, vector: FloatArray) -> StandardErrors:
-        """Standard errors of the touches with these parameters; of several vectors (n, d) with a leading axis."""
+        """Standard errors for a vector (d,), or for several vectors (n, d), with a leading axis."""
         noise = np.exp(vector[..., layout.noise])
         share = known.shares
         if layout.discrepancy:
@@ -56,16 +56,16 @@ class StandardErrors:
 
 @dataclass(frozen=True, eq=False)
 class Precisions:
-    """What n vectors say of the noise of known touches.
+    """Precisions of mean readings and errors of loads for n vectors of parameters.
 
     Attributes
     ----------
     weight : (n, t, m) array
-        Inverse variance of each mean reading; 0 where there is none.
+        Inverse variance of each mean reading; 0 where missing.
     log_weight : (n,) array
-        Sum of their logarithms.
+        Sum of the logarithms of `weight`.
     load_sd : (n, t) array
-        As of `StandardErrors`.
+        As in `StandardErrors`, N/m.
     """
 
     weight: FloatArray
@@ -74,7 +74,7 @@ class Precisions:
 
     @classmethod
     def of(cls, known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> Precisions:
-        """As `StandardErrors.of`; the logarithms are taken once for each number of readings."""
+        """Precisions for vectors (n, d); the logarithms are computed once for each number of readings."""
         log_noise = vectors[:, layout.noise]
         more = np.zeros(log_noise.shape)
         if layout.discrepancy:
@@ -88,7 +88,7 @@ class Precisions:
 
 
 def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> FloatArray:
-    """Log likelihood (...) of the noise in vectors (..., d) from repeats alone."""
+    """Log likelihood (...) of the noise in vectors (..., d), from repeats only."""
     noise, force = vectors[..., layout.noise], vectors[..., layout.force_noise]
     tactile = noise @ known.scatter_dof + 0.5 * (np.exp(-2 * noise) @ known.scatter)
     loads = known.load_scatter_dof * force + 0.5 * known.load_scatter * np.exp(-2 * force)
@@ -96,7 +96,7 @@ def log_likelihood_of_scatter(known: KnownTouches, layout: FlatLayout, vectors: 
 
 
 def first_guess(known: KnownTouches, prior: FlatPrior) -> FloatArray:
-    """Noise coordinates to start from: repeats where there are any, else the priors."""
+    """Starting values of the noise coordinates: from repeats if there are any, else from the priors."""
     layout = prior.layout
     guess = prior.mean[layout.n_chain :].copy()
     offset = layout.n_chain
@@ -116,7 +116,7 @@ def public_noise(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -
 
 
 def noise_of(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> Noise:
-    """Noise at a vector; of several (n, d) that whose variances are their means, as a prediction has them."""
+    """Noise at a vector; for several vectors (n, d), the noise with the mean of their variances."""
     noise, missed, force = public_noise(known, layout, np.atleast_2d(vectors))
     tactile, discrepancy = (np.sqrt(np.mean(each**2, axis=0)) for each in (noise, missed))
     return Noise(tactile, discrepancy, 0.0, float(np.sqrt(np.mean(force**2))))
@@ -124,14 +124,14 @@ def noise_of(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> No
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """What a fit leaves of the mean readings, and what it spent on them.
+    """Residuals of the mean readings in a fit.
 
     Attributes
     ----------
     left, slope : (t, m) arrays
-        Reading minus prediction, and derivative of the prediction with respect to the load; 0 where missing.
+        Reading minus prediction, and derivative of the prediction over the load; 0 where missing.
     spent : (m,) array
-        Parameters that each element's readings determine: so many degrees of freedom are gone.
+        Degrees of freedom of the parameters that the readings of each element determine.
     """
 
     left: FloatArray
@@ -141,16 +141,16 @@ class Residuals:
 
 @dataclass(frozen=True, eq=False)
 class NoiseShape:
-    """Approximate density of the k noise coordinates, the rest of the vector held.
+    """Approximate density of the k noise coordinates, for fixed parameters of the chain.
 
     Attributes
     ----------
     mean : (k,) array
-        Of the coordinates, in the order of the flat vector from its first noise on.
+        Means of the coordinates, in the order of the flat vector from its first noise on.
     centre, covariance : (k,) array, (k, k) array
-        Of the same with each log discrepancy replaced by the normal variable of its quantile.
+        Mean and covariance after each log discrepancy is replaced by the normal variable of its quantile.
     quantiles : QuantileMaps or None
-        Log discrepancies from those variables: they are skewed, as readings bound them on one side.
+        Log discrepancies as functions of these variables; their density is skewed, since data bound them from above.
     """
 
     mean: FloatArray
@@ -160,7 +160,7 @@ class NoiseShape:
 
 
 def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, residuals: Residuals) -> NoiseShape:
-    """Shape of the noise's density by sums over a grid of each element's own (log s, log τ), and of log s_F."""
+    """Density of the noise by sums over a grid of (log s, log τ) for each element, and of log s_F."""
     layout, m = prior.layout, prior.layout.n_elements
     mean, covariance = vector[layout.n_chain :].copy(), np.zeros((layout.size - layout.n_chain,) * 2)
     held = StandardErrors.of(known, layout, vector)
@@ -184,7 +184,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
             masses.append(own)
             z = ndtri(np.clip(np.cumsum(own) - 0.5 * own, 1e-9, 1 - 1e-9))
             _, covariance[np.ix_(rows, rows)] = _moments([axes[0], z], mass)
-    last = layout.size - 1 - layout.n_chain
+    last = layout.force_noise - layout.n_chain
     mean[last], covariance[last, last] = _force_noise(known, prior, residuals, weight)
     centre = mean.copy()
     centre[layout.missed.start - layout.n_chain : layout.missed.stop - layout.n_chain] = 0.0
@@ -204,7 +204,7 @@ def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -
     else:
         return [axis + prior.mean[i + k * layout.n_elements] for k, axis in enumerate(_prior_axes(prior, i))]
     sd = min(prior.spread[i], 1 / np.sqrt(2 * dof))
-    # few degrees of freedom leave a long tail of large noise
+    # With few degrees of freedom the density has a long tail at large noise.
     axes = [centre + sd * np.concatenate([STEPS, STEPS[-1] + (STEPS[1] - STEPS[0]) * np.arange(1, 9)])]
     if layout.discrepancy:
         j = i + layout.n_elements
@@ -229,7 +229,7 @@ def _element_log_density(
     axes: list[FloatArray],
     spent: float,
 ) -> FloatArray:
-    """Log density of one element's noise on a grid, the rest held; the load's error stays integrated out."""
+    """Log density of the noise of one element on a grid, for fixed other parameters; load errors integrated out."""
     layout, (left, push, by_load, by_both) = prior.layout, data
     i = layout.n_chain + element
     log_noise = axes[0].reshape(-1, *([1] * (len(axes) - 1)))
@@ -242,22 +242,22 @@ def _element_log_density(
         share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
     if not len(left):
         return np.asarray(out)
-    # The variance is exp(2 log s) times the share, so that sums over touches need the grid of the shares alone ...
+    # The variance is exp(2 log s) times the share, so that sums over touches need only the grid of the shares ...
     log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
     total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
-    # ... but for the load's error, which ties elements together.
+    # ... except for the error of the load, which is shared by the elements.
     weight = np.exp(-2 * log_noise)[..., None]
     a = (1 + by_load) + weight * (push**2 / share)
     b = by_both + weight * (push * left / share)
     b *= b
     b /= a
     total = total + np.log(a, out=a).sum(axis=-1) - b.sum(axis=-1)
-    # What the parameters took up: the fitted residuals are that much too small.
+    # Correction for fitted parameters: they reduce the residuals.
     return np.asarray(out - 0.5 * total + 0.5 * spent * log_variance / len(left))
 
 
 def _moments(axes: list[FloatArray], mass: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean and covariance of masses on a grid."""
+    """Mean and covariance of a density given by its masses on a grid."""
     flat = np.stack([grid.ravel() for grid in np.meshgrid(*axes, indexing="ij")])
     mean = flat @ mass.ravel()
     centred = flat - mean[:, None]
@@ -267,7 +267,7 @@ def _moments(axes: list[FloatArray], mass: FloatArray) -> tuple[FloatArray, Floa
 def _force_noise(
     known: KnownTouches, prior: FlatPrior, residuals: Residuals, weight: FloatArray
 ) -> tuple[float, float]:
-    """Mean and variance of log s_F, the rest held."""
+    """Mean and variance of log s_F, for fixed other parameters."""
     i = prior.layout.force_noise
     centre, spread = prior.mean[i], prior.spread[i]
     if known.load_scatter_dof > 0:

@@ -1,4 +1,4 @@
-"""Strain right under a knife edge: what turns a response into a gain."""
+"""Strain directly under a knife edge: gain is response over this strain."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from bayestouch.chain.response import modes_needed
 
 
 def peak_strain(chain: FingerChain, poisson_ratio: FloatArray | float, depth: FloatArray) -> FloatArray:
-    """Compressive strain (..., m) under a knife edge of 1 N/mm above each element at μ = 1 MPa.
+    """Compressive strain (..., m) directly under a knife edge of 1 N/mm at μ = 1 MPa, positive in compression.
 
-    For Poisson's ratios (...) and depths (..., m), mm.
+    Arguments are Poisson's ratios (...) and sensing radii (..., m), mm.
     """
     modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
     strain = solve_annulus(

@@ -1,4 +1,4 @@
-"""Touches on a finger that could be made to decide between two models."""
+"""Possible further touches on a finger that could distinguish two models."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from bayestouch.data.touches import Touches
 from bayestouch.model.base import PossibleTouches
 from bayestouch.model.observations import Observations
 
-# Locations that are considered, over the range that was touched.
+# Number of locations, over the range that was touched.
 LOCATIONS = 11
 
 
 def possible_touches(known: Observations, load: FloatArray) -> PossibleTouches:
-    """Touches on a grid of the tips that were used, the locations that were touched, and three loads.
+    """Touches on a grid of the tips that were used, locations over the range that was touched, and three loads.
 
     Parameters
     ----------
     known : Observations
         Touches that were made.
     load : (t,) array
-        Their loads, N/m.
+        Loads of these touches, N/m.
     """
     table, means = known.table, known.means
     assert means.angle_deg is not None
@@ -51,7 +51,7 @@ def possible_touches(known: Observations, load: FloatArray) -> PossibleTouches:
 
 
 def _series(observed: Observations) -> Iterator[tuple[str, IntArray]]:
-    """Series of touches over all locations, in words: one tip under one load, or all tips under one."""
+    """Series of touches over all locations (words, indices): one tip at one load, or all tips at one load."""
     means = observed.means
     assert means.angle_deg is not None
     over = f"evenly from {means.angle_deg.min():.3g} to {means.angle_deg.max():.3g} degree"
@@ -65,6 +65,6 @@ def _series(observed: Observations) -> Iterator[tuple[str, IntArray]]:
 
 
 def _some_readings(table: Touches, n: int) -> FloatArray:
-    """Zeros for elements that are read, NaN for those that are not: only predictions are compared."""
+    """Zeros for elements with readings, NaN for those without: only predictions are compared."""
     alive = np.isfinite(table.readings).any(axis=0)
     return np.tile(np.where(alive, 0.0, np.nan), (n, 1))

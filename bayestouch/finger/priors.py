@@ -1,4 +1,4 @@
-"""Priors of a finger's calibration parameters: what is assumed, and what the user states instead."""
+"""Priors of the calibration parameters of a finger: defaults, and those stated by the user."""
 
 from __future__ import annotations
 
@@ -13,36 +13,36 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatPrior
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, moved, truncated
 
-# Poisson's ratio of a rubber, short of the limit at which no strain reaches a bonded core.
+# Range of Poisson's ratio of a rubber; at 0.5 a bonded layer does not deform.
 POISSON_BOUNDS = 0.0, 0.4999
-# A prior contradicts the geometry as built when that lies so many of its standard deviations off.
+# A prior contradicts the nominal geometry if that is more than so many of its standard deviations from its mean.
 FARTHEST = 6.0
-# What a model misses is less than the noise of a touch's mean, about as much, or (one in a hundred) four times it.
+# The model error is less than the noise of a touch's mean, about equal, or (probability 1 %) more than four times it.
 DISCREPANCY = LogNormal(0.3, float(np.log(3.0)))
 
 
 @dataclass(frozen=True)
 class FingerPriors:
-    """Priors of a finger, all proper.
+    """Priors of a finger; all are proper.
 
     Attributes
     ----------
     sensing_radius : Prior
-        ``r_s`` in mm, every element's.
+        ``r_s`` of each element, mm.
     angle : Prior
-        Departure of an element's angle from the one it was built with, degree; normal or uniform.
+        Difference between the angle of an element and its nominal angle, degree; normal or uniform.
     poisson_ratio, shear_modulus : Prior
         σ, and μ in MPa.
     response : Prior or None
-        Size of the reading per N/m of a knife edge right above an element. None takes the largest reading over load
-        near each element as the median of a log-normal prior within a factor of 3: wider than any finger.
+        Absolute reading per N/m of a knife edge directly above an element. None: log-normal within a factor of 3 about
+        the largest reading over load near the element.
     noise : Prior or None
-        Standard deviation of one raw reading. None takes 1 % of the peak reading within a factor of 10.
+        Standard deviation of one raw reading. None: log-normal within a factor of 10 about 1 % of the peak reading.
     discrepancy : Prior
-        What the model misses of an element's mean reading, as a multiple of that mean's noise.
+        Model error of an element's mean reading, as a multiple of the noise of this mean.
     force_noise : Prior or None
-        Standard deviation of one reading of the force sensor, N/m. None takes 0.5 % of the mean load within a
-        factor of 3.
+        Standard deviation of one reading of the force sensor, N/m. None: log-normal within a factor of 3 about 0.5 % of
+        the mean load.
     """
 
     sensing_radius: Prior
@@ -56,7 +56,7 @@ class FingerPriors:
 
     @classmethod
     def of(cls, sensor: Sensor) -> tuple[FingerPriors, tuple[str, ...]]:
-        """Default priors for a sensor, with what they assume, one sentence each."""
+        """Default priors for a sensor, and their assumptions, one sentence each."""
         finger = finger_of(sensor)
         notes = []
         sigma, mu, force = sensor.rubber.poisson_ratio, sensor.rubber.shear_modulus_MPa, sensor.force_noise_sd
@@ -65,13 +65,13 @@ class FingerPriors:
         if mu is None:
             notes.append(
                 "The shear modulus is not stated: its prior is wide (0.2 MPa within a factor of 3), and the scale of "
-                "radii rests on the indenters alone."
+                "radii depends on the indenters only."
             )
         if force is None:
             notes.append(
                 "The force sensor's noise is not stated: its prior is wide (0.5 % of the load within a factor of 3)."
             )
-        # Hand-made fingers: depth within a tenth of the rubber (the paper built 9.9 mm and fitted 9.8 to 10.7),
+        # Fingers made by hand: r_s within a tenth of the rubber (the paper has 9.9 mm nominal, 9.8 to 10.7 mm fitted),
         # angles within a quarter of the pitch.
         angles = np.sort(finger.element_angles_deg)
         pitch = float(np.min(np.diff(angles))) if len(angles) > 1 else 8.0
@@ -93,12 +93,12 @@ class FingerPriors:
         )
 
     def with_stated(self, stated: Mapping[str, Prior], finger: Finger) -> FingerPriors:
-        """These priors with those that the user states, by name of the parameter (see `FIELDS`).
+        """The priors with those stated by the user, by name of the parameter (see `FIELDS`).
 
         Raises
         ------
         InputError
-            If a name is unknown, or a prior contradicts what is possible or how the finger was built.
+            If a name is unknown, or a prior contradicts the possible range or the nominal geometry.
         """
         changes: dict[str, Prior] = {}
         for name, prior in stated.items():
@@ -112,7 +112,7 @@ class FingerPriors:
         return replace(self, **changes)
 
     def flat(self, finger: Finger, known: KnownTouches) -> FlatPrior:
-        """Priors of every coordinate of the flat vector, for these touches."""
+        """Priors of all coordinates of the flat vector, for these touches."""
         m = finger.n_elements
         apparent = np.abs(known.apparent_response(finger))
         nominal = np.radians(finger.element_angles_deg)
@@ -135,7 +135,7 @@ class FingerPriors:
         )
 
     def parameters(self, reading_unit: str, *, discrepancy: bool) -> tuple[Parameter, ...]:
-        """The unknowns, for tables and files."""
+        """The parameters with their descriptions, for tables and files."""
         wide = LogNormal(1.0, np.log(3.0))
         own = "reading per load of a knife edge above the element"
         noise = "noise of one raw reading"
@@ -176,7 +176,7 @@ class FingerPriors:
                         "d",
                         reading_unit,
                         self.discrepancy,
-                        "what the model misses beyond noise (prior in units of the noise of a touch's mean)",
+                        "model error beyond noise (prior in units of the noise of a touch's mean)",
                     )
                 ]
                 if discrepancy
@@ -193,7 +193,7 @@ class FingerPriors:
         )
 
 
-#: Parameters a user may state priors of, and the fields of `FingerPriors` that hold them.
+#: Parameters whose priors a user may state, and their fields in `FingerPriors`.
 FIELDS = {
     "sigma": "poisson_ratio",
     "mu": "shear_modulus",
@@ -207,13 +207,13 @@ FIELDS = {
 
 
 def _depth_bounds(finger: Finger) -> tuple[float, float]:
-    """Radii at which an element can lie: inside the rubber, by a thousandth of it."""
+    """Range of r_s, mm: inside the rubber by a thousandth of its thickness."""
     margin = 1e-3 * (finger.outer_radius_mm - finger.core_radius_mm)
     return finger.core_radius_mm + margin, finger.outer_radius_mm - margin
 
 
 def _possible(name: str, prior: Prior, finger: Finger) -> Prior:
-    """The prior cut off where the parameter cannot be; what contradicts the finger as built is refused."""
+    """The prior truncated to the possible range; raises `InputError` if it contradicts the nominal geometry."""
     if name == "sigma":
         return truncated(prior, *POISSON_BOUNDS)
     if name == "r_s":

@@ -1,4 +1,4 @@
-"""Smooth one-dimensional changes of variable that make a skewed density normal."""
+"""Smooth one-dimensional changes of variable that transform a skewed density to a normal one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scipy.special import ndtri
 
 from bayestouch.array_types import FloatArray
 
-# Nodes in the normal variable: steps of 1/8 out to four standard deviations, straight beyond.
+# Range and step of the nodes in the normal variable; linear outside this range.
 END, STEP = 4.0, 0.125
 
 
@@ -20,7 +20,7 @@ class QuantileMaps:
     Attributes
     ----------
     values, slopes : (m, n) arrays
-        Value and derivative at nodes equally spaced from -`END` to `END`; cubic between them, straight beyond.
+        Value and derivative at nodes equally spaced from -`END` to `END`; cubic between them, linear outside.
     """
 
     values: FloatArray
@@ -28,13 +28,13 @@ class QuantileMaps:
 
     @classmethod
     def of(cls, grids: list[FloatArray], weights: list[FloatArray]) -> QuantileMaps:
-        """From the masses of each coordinate on a grid of equal steps."""
+        """Maps from the masses `weights` of each coordinate on its grid, which has equal steps."""
         from scipy.interpolate import PchipInterpolator
 
         nodes = np.arange(-END, END + STEP / 2, STEP)
         values = np.empty((len(grids), len(nodes)))
         for row, grid, weight in zip(values, grids, weights, strict=True):
-            # half a grid point's mass lies on either side of it
+            # Half of the mass of a grid point is on either side of it.
             below = np.cumsum(weight) - 0.5 * weight
             kept = (below > 1e-7) & (below < 1 - 1e-7) & (weight > 1e-9)
             z = ndtri(below[kept])

@@ -1,4 +1,4 @@
-"""What residuals of touches on a finger are looked at against."""
+"""Quantities on which the residuals of touches on a finger may depend."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ def quantities(
     share: FloatArray,
     peak: FloatArray,
 ) -> tuple[Quantity, ...]:
-    """Quantities of touches on a finger; those that are the same in all touches are left out.
+    """Quantities of touches on a finger, without those that are equal in all touches.
 
     Parameters
     ----------
     observed : Observations
-        Touches.
+        The touches.
     element_deg : (m,) array
-        Angles of the elements.
+        Angles of the elements, degree.
     angle_deg, radius_mm, load : (t,) arrays
-        Location, composite radius and load.
+        Location (degree), composite radius (mm) and load (N/m).
     share : (t, m) array
         Predicted reading over the peak.
     peak : (m,) array
-        Peak reading.
+        Peak reading of each element.
     """
     shape = share.shape
 

@@ -1,8 +1,8 @@
-"""Readings of a finger's calibration touches summed over Fourier modes: what its posterior is evaluated with.
+"""Fast evaluation of the readings of calibration touches of a finger, by sums over Fourier modes.
 
-Where the touches are is known, so that the angles' part of the series ``Σ_k w_k q_k cos k(θ_s - θ_c)`` is worked out
-once, and each evaluation is two products of matrices. Pressure spectra q depend smoothly on σ and ``κ = P R/μ``: they
-are solved once at Chebyshev nodes of σ and knots of κ, and interpolated.
+The locations of the touches are known, so the factors of the series ``Σ_k w_k q_k cos k(θ_s - θ_c)`` that depend on
+them are computed once, and each evaluation is two matrix products. Pressure spectra q depend smoothly on σ and
+``κ = P R/μ``: they are solved once at Chebyshev nodes of σ and knots of κ, and interpolated.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 
-# Nine nodes over a quarter of the range of σ, and cubics over steps of 0.1 in log(1 + κ/κ_s): spectra are off by less
-# than 1e-5 up to κ = 60 mm² (a flat of 700 N/m at 0.15 MPa).
+# Nine nodes over a quarter of the range of σ, and cubics over steps of 0.1 in log(1 + κ/κ_s): the error of spectra is
+# below 1e-5 up to κ = 60 mm² (a flat with 700 N/m at 0.15 MPa).
 SIGMA_NODES = 9
 KAPPA_STEP, LEAST_KNOTS = 0.1, 6
 # Relative step of the derivative with respect to the load.
@@ -31,14 +31,14 @@ STEPS = 1e-3, 1e-3, 1e-4, 1e-4, 1e-3
 
 @dataclass(frozen=True)
 class Reach:
-    """Parameters for which a series is good: ranges of σ and log μ, and the shallowest element."""
+    """Range of a series: of σ, of log μ (MPa), and the largest r_s (`depth`, mm)."""
 
     sigma: tuple[float, float]
     log_mu: tuple[float, float]
     depth: float
 
     def covers(self, other: Reach) -> bool:
-        """Whether the other lies inside."""
+        """Whether the other range is inside this one."""
         ranges = ((self.sigma, other.sigma), (self.log_mu, other.log_mu))
         inside = all(mine[0] <= yours[0] and yours[1] <= mine[1] for mine, yours in ranges)
         return inside and other.depth <= self.depth
@@ -46,30 +46,30 @@ class Reach:
 
 @dataclass(frozen=True, eq=False)
 class TouchSeries:
-    """Readings of known touches, and their derivative with respect to the load, from flat vectors.
+    """Readings of known touches, and their derivative over the load, from flat vectors.
 
     Attributes
     ----------
     known : KnownTouches
-        t touches; their radii, angles and loads count.
+        The t touches; only radii, angles and loads are used.
     finger : Finger
-        Geometry as built.
+        Nominal geometry.
     layout : FlatLayout
-        What stands where in a vector.
+        Positions of the parameters in a vector.
     sign : (m,) array
-        1, or -1 for an element whose reading falls when it is squeezed.
+        1, or -1 for an element whose reading decreases under compression.
     reach : Reach
-        Where it is good.
+        Range of the parameters in which the series is valid.
     sigma_nodes : (s,) array
-        σ at which `spectra` were solved.
+        Values of σ at which `spectra` were solved.
     spectra : (s, n, n_modes) array
         Pressure spectra over the κ of the touches that are not knife edges.
     template : ContactSpectra
-        Knots.
+        Knots in κ.
     modes : (n_modes,) array
         Fourier modes that are summed.
     cosine, sine : (t, n_modes) arrays
-        Of k θ_c.
+        Cosine and sine of k θ_c.
     """
 
     known: KnownTouches
@@ -88,7 +88,7 @@ class TouchSeries:
     def of(
         cls, known: KnownTouches, finger: Finger, layout: FlatLayout, sign: FloatArray, reach: Reach, contact: str
     ) -> TouchSeries:
-        """Solve the contacts that these touches need."""
+        """Series for these touches, with the contacts solved."""
         places = np.cos(np.pi * (np.arange(SIGMA_NODES) + 0.5) / SIGMA_NODES)
         nodes = 0.5 * (reach.sigma[0] + reach.sigma[1]) + 0.5 * (reach.sigma[1] - reach.sigma[0]) * places
         blunt = known.radius_mm > 0
@@ -111,14 +111,14 @@ class TouchSeries:
             )
             for node in (nodes if blunt.any() else nodes[:1])
         ]
-        # Touches that are all knife edges need no contact.
+        # If all touches are knife edges, no contact is needed.
         spectra = np.stack([one.spectra for one in solved]) if blunt.any() else np.ones((SIGMA_NODES, 4, 1))
         modes = solved[0].body.modes
         phase = np.outer(known.angle, modes)
         return cls(known, finger, layout, sign, reach, nodes, spectra, solved[0], modes, np.cos(phase), np.sin(phase))
 
     def down_to(self, depth: float) -> TouchSeries:
-        """The same for elements that are no shallower than this radius (mm): fewer modes reach them."""
+        """The series for elements with r_s up to `depth` (mm), with fewer modes."""
         n = modes_needed(depth, self.finger.outer_radius_mm) + 1
         return replace(
             self,
@@ -130,7 +130,7 @@ class TouchSeries:
         )
 
     def covers(self, vectors: FloatArray) -> NDArray[np.bool_]:
-        """Where among vectors (n, d) the series is good."""
+        """Whether each of the vectors (n, d) is in the range of the series, (n,)."""
         at, reach = self.layout, self.reach
         inside: NDArray[np.bool_] = vectors[:, at.depth].max(axis=1) <= reach.depth
         for values, (low, high) in ((vectors[:, at.sigma], reach.sigma), (vectors[:, at.log_mu], reach.log_mu)):
@@ -138,11 +138,11 @@ class TouchSeries:
         return inside
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Expected readings (n, t, m) at the measured loads, and their derivative with respect to the load."""
+        """Expected readings (n, t, m) at the measured loads, and their derivative over the load (n, t, m)."""
         return self._summed(vectors, by_load=True)
 
     def _summed(self, vectors: FloatArray, *, by_load: bool) -> tuple[FloatArray, FloatArray]:
-        """As `__call__`; without `by_load` the derivative is not worked out."""
+        """As `__call__`; the derivative is computed only if `by_load`."""
         known, at = self.known, self.layout
         sigma, mu = vectors[:, at.sigma], np.exp(vectors[:, at.log_mu])
         modes = self.modes
@@ -153,7 +153,7 @@ class TouchSeries:
             poisson_ratio=sigma[:, None],
         )
         weight = np.where(modes == 0, 1.0, 2.0) * body.radial_strain(vectors[:, at.depth])
-        # The response is that to a knife edge right above the element.
+        # The response is that to a knife edge directly above the element.
         response = self.sign * np.exp(vectors[:, at.response])
         weight *= (response / weight.sum(axis=2))[:, :, None]
         phase = vectors[:, at.angle, None] * modes
@@ -177,9 +177,9 @@ class TouchSeries:
         return known.load[:, None] * shape, slope
 
     def derivatives(self, vector: FloatArray) -> FloatArray:
-        """Derivative of the readings at a vector (d,), (5, t, m), as `bayestouch.chain.neighbours` gives it.
+        """Derivative of the readings at a vector (d,), (5, t, m), in the order of `bayestouch.chain.neighbours`.
 
-        With respect to the element's own log response, depth (mm) and angle (rad), then σ and log μ.
+        It is over log response, depth (mm) and angle (rad) of the element, then σ and log μ.
         """
         at = self.layout
         places: tuple[slice | int, ...] = (at.response, at.depth, at.angle, at.sigma, at.log_mu)
@@ -191,7 +191,7 @@ class TouchSeries:
         return np.asarray((readings[::2] - readings[1::2]) / (2 * np.array(STEPS)[:, None, None]))
 
     def at_loads(self, load: FloatArray) -> TouchSeries:
-        """The same for other loads (t,) of the same touches, N/m."""
+        """The series for other loads (t,) of the same touches, N/m."""
         return replace(self, known=replace(self.known, load=load))
 
     def _pressure(self, spectra: FloatArray, kappa: FloatArray) -> FloatArray:
@@ -200,7 +200,7 @@ class TouchSeries:
         step = coordinates[1] - coordinates[0]
         place = (np.log1p(kappa / self.template.kappa_scale) - coordinates[0]) / step
         first = np.clip(np.floor(place).astype(np.int64) - 1, 0, len(coordinates) - 4)
-        # touches beyond the knots are read at their end
+        # Beyond the knots the value at the last knot is used.
         t = np.clip(place - first, 0.0, 3.0)
         weights = (
             -(t - 1) * (t - 2) * (t - 3) / 6,

@@ -1,4 +1,4 @@
-"""Where every fit with effects starts: the base fit of a calibration, and the noise."""
+"""Start of every fit of a finger with effects: the finger without effects, and its noise."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
 from bayestouch.priors.parameters import Prior
 
-# Without repeats, readings predicted to be below this share of the peak stand for readings of nothing.
+# Without repeats, the noise is estimated from readings predicted below this share of the peak.
 FAR = 0.03
 # Median absolute deviation of a normal variable over its standard deviation.
 MAD = 0.6745
@@ -32,15 +32,15 @@ class FingerStart:
     Attributes
     ----------
     priors : FingerPriors
-        Its priors.
+        Priors of both fits.
     notes : tuple of str
-        What they assume.
+        Assumptions of the priors.
     calibrated : FingerFit
-        With the noise as unknown: the fit of a calibration.
+        Fit of a calibration, with unknown noise.
     used : (t,) bool array
-        The touches that were fitted: all of them.
+        Touches that were fitted: all of them.
     fitted : Fitted
-        With the noise that repeats have, so that what the model misses shows: where a search for effects starts.
+        Fit with the noise of repeats, so that residuals show the model error: start of a search for effects.
     """
 
     priors: FingerPriors
@@ -51,35 +51,35 @@ class FingerStart:
 
     @property
     def peak(self) -> FloatArray:
-        """Peak readings, (m,): errors before and after are shares of the same."""
+        """Peak readings, (m,), the unit of errors of all fits."""
         return np.exp(self.fitted.vector[self.calibrated.likelihood.layout.response]) * self.fitted.model.reference_load
 
 
 def base_fit(observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None) -> Fitted:
-    """Fit a finger without effects, see `FingerStart.fitted`; parameters as of `finger_start`."""
+    """Fit of a finger without effects, see `FingerStart.fitted`; parameters as in `finger_start`."""
     return finger_start(observed, sensor, contact, stated).fitted
 
 
 def finger_start(
     observed: Observations, sensor: Sensor, contact: str, stated: Mapping[str, Prior] | None = None
 ) -> FingerStart:
-    """Fit a finger without effects.
+    """Both fits of a finger without effects.
 
     Parameters
     ----------
     observed : Observations
         Touches with known indenter and location.
     sensor : Sensor
-        A finger as built.
+        The finger, with its nominal dimensions.
     contact : str
         Contact model.
     stated : mapping of str to Prior, optional
-        Priors in place of the default ones, as of `bayestouch.calibrate`.
+        Priors instead of the default ones, as in `bayestouch.calibrate`.
 
     Raises
     ------
     InputError
-        As `bayestouch.finger.fit.fit_finger`.
+        For the reasons of `bayestouch.finger.fit.fit_finger`, or a touch has no load above zero.
     """
     finger = finger_of(sensor)
     priors, notes = FingerPriors.of(sensor)
@@ -92,22 +92,22 @@ def finger_start(
     model = replace(base.likelihood.model, observed=observed, pose=None, peak=peak, evaluator=None)
     model = replace(model, evaluator=base.likelihood.series.at_loads(model.load))
     noise = plain_noise(model, base.predicted, known.load_sd(base.noise.force_sd))
-    if priors.noise is not None:  # what is stated of the noise is in that of the fit, beside the repeats
+    if priors.noise is not None:  # the noise of the fit combines the stated prior with the repeats
         noise = replace(noise, sd=np.maximum(base.noise.tactile_sd, 1e-6 * model.peak))
     return FingerStart(priors, notes, base, used, fit(model, base.laplace.mode, noise))
 
 
 def plain_noise(model: FingerModel, predicted: FloatArray, load_sd: FloatArray) -> NoiseModel:
-    """Noise of one reading: pure error where an element has repeats, else the scatter far from contact.
+    """Noise of one reading: pure error if an element has repeats, else the scatter of readings far from the touch.
 
     Parameters
     ----------
     model : FingerModel
-        What was fitted.
+        The fitted model.
     predicted : (t, m) array
-        Its prediction.
+        Predicted mean readings.
     load_sd : (t,) array
-        Standard error of each touch's load.
+        Standard error of the load of each touch, N/m.
     """
     means = model.known.means
     sd = np.sqrt(means.pure_error_variance)

@@ -1,4 +1,4 @@
-"""Errors of touches on a finger that are read as unknown, on touches that no fit and no choice has seen."""
+"""Errors of posteriors of held-out touches on a finger, which are read as unknown touches."""
 
 from __future__ import annotations
 
@@ -25,13 +25,12 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 
 
 def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
-    """Read the held-out touches with a calibration, by `infer`, and compare with their references.
+    """Errors of the posteriors that `infer` gives for the held-out touches with a calibration.
 
-    They are read twice: with the load of the force sensor for R and location, without it for the load. Where effects
-    depend on what came before, the touches in between are read too: they are in the same file, and reading one as
-    unknown uses none of its references.
+    Touches are read twice: with the load of the force sensor for R and location, without it for the load. If effects
+    depend on earlier touches, the touches in between are read too; this does not use their references.
     """
-    # The table has had its rest reading subtracted.
+    # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
 
@@ -40,7 +39,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
         return infer(table, plain, use_load=use_load, check_sensor=check, **options)
 
     with_load = read(True, check=True)
-    # A sound sensor is read the same with and without the check, which takes as long as the reading.
+    # Without faults the second reading does not need the check, which takes as long as the reading.
     sound = is_sound(with_load.settings)
     measured = np.isfinite(held.stated["P"]).any()
     index = rows_of_held_out(with_load, held)
@@ -65,7 +64,7 @@ def errors_by_touch(
     reference: Mapping[str, FloatArray],
     tip_mm: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Error of each touch by the key of its summary, see `TouchReading.by_touch`.
+    """Error of each touch by field of `TouchErrors`, see `TouchReading.by_touch`.
 
     Parameters
     ----------
@@ -74,7 +73,7 @@ def errors_by_touch(
     low, high : (t,) arrays
         Ends of the interval of R, mm.
     tip_mm : (t,) array
-        Radius of the tip as stated, mm: intervals of round tips alone count.
+        Stated radius of the tip, mm: only intervals of round tips count.
     """
     error = {name: estimate[name] - reference[name] for name in ("R", "theta_c", "P")}
     inside = ((low <= reference["R"]) & (reference["R"] <= high)).astype(float)

@@ -1,1 +1,1 @@
-"""A sensor with effects, of any body: predictions, derivatives, noise, fits."""
+"""The model of a sensor with effects, for every body: predictions, derivatives, noise, fits."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Values
+from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.model.fitting import Fitted
 
 
@@ -21,7 +21,7 @@ class AddedEffect:
     effect : Effect
         The effect.
     values, sd : tuple of float
-        Most probable values, and standard deviations; NaN where a value is held.
+        Most probable values, and their standard deviations; NaN for a value that is held fixed.
     """
 
     effect: Effect
@@ -29,22 +29,18 @@ class AddedEffect:
     sd: Values
 
     def draws(self, which: int, normal: FloatArray) -> FloatArray:
-        """Draws of one of its values, from standard normal numbers of any shape; a NaN sd counts as zero."""
-        value, sd = self.values[which], float(np.nan_to_num(self.sd[which]))
-        if isinstance(self.effect, RandomEffect) and which < 2:
-            # The posterior of a drift's size and time is near normal in their logarithms.
-            return np.asarray(value * np.exp(sd / value * normal))
-        return np.clip(value + sd * normal, *self.effect.parameters[which].prior.support)
+        """Draws of the value with index `which`, from standard normal numbers of any shape; a NaN sd counts as 0."""
+        return self.effect.drawn(which, self.values[which], float(np.nan_to_num(self.sd[which])), normal)
 
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
-    """Effects of a fit: those of the chain, the drifts, those of the noise (effect, values, sd)."""
+    """The effects of a fit with values and sd: those of the chain, then drifts, then the given noise effects."""
     model, covariance = fitted.model, fitted.linear.covariance()
     out, place = [], model.n_base
     for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):
         rows = np.arange(place, place + len(values))
         spread = np.sqrt(np.diag(covariance)[rows])
-        # The sd of a logarithm is a share of the value.
+        # The sd of a logarithm times the value is the sd of the value.
         sd = [s * v if p.logarithmic else s for s, v, p in zip(spread, values, effect.parameters, strict=True)]
         out.append(AddedEffect(effect, values, tuple(map(float, sd))))
         place += len(values)
@@ -54,6 +50,6 @@ def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values
 
 
 def moved_to(fitted: Fitted, added: Sequence[AddedEffect]) -> tuple[AddedEffect, ...]:
-    """The same effects with the values that another fit gives those of the chain: a correction takes part of them."""
+    """The effects `added`, with the values of the chain's effects replaced by those of another fit, `fitted`."""
     found = {each.effect.name: each for each in added_effects(fitted, ()) if each.effect in fitted.model.effects}
     return tuple(found.get(each.effect.name, each) for each in added)

@@ -1,4 +1,4 @@
-"""A model as it predicts touches at their references as the data set states them."""
+"""Predictions at the references that the data set states, without the effects that change references."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bayestouch.model.fitting import Fitted
 
 
 def moves_reference(effect: Effect, stages: Sequence[str]) -> bool:
-    """Whether an effect says that a reference is not what the data set states: a tip, a location, or a load.
+    """Whether an effect changes a reference (indenter radius, location or load) stated in the data set.
 
     `stages` are those of `bayestouch.model.base.SensorModel.reference_stages`.
     """
@@ -20,10 +20,10 @@ def moves_reference(effect: Effect, stages: Sequence[str]) -> bool:
 
 
 def at_stated_references(fitted: Fitted) -> Fitted:
-    """The fitted model without the effects that move references; all other values stay as they were fitted.
+    """The fitted model without the effects that change references; all other values are those of the fit.
 
-    It is not fitted anew: the question is what the model with the effects says of touches whose references are right.
-    The same object where no effect moves a reference.
+    It is not fitted again: it predicts touches whose stated references are right. If no effect changes a reference,
+    the same object is returned.
     """
     model = fitted.model
     kept = [not moves_reference(effect, model.reference_stages) for effect in model.effects]

@@ -1,4 +1,4 @@
-"""What fingers and pads with effects have in common: where effects act, and how they pass derivatives on."""
+"""`SensorModel`, the base class of fingers and pads with effects: predictions and their derivatives."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from bayestouch.model.observations import Observations, UntimedTouches
 
 Rows = Observations | UntimedTouches
 
-# Central differences through the effects: of an effect's value, as a share of its probe; of the load.
+# Relative steps of central differences: of an effect's value, over its probe; of the load.
 VALUE_STEP, LOAD_STEP = 1e-2, 1e-4
-# Prior standard deviations beyond which a parameter counts as driven off.
+# A base parameter is unusual if it is more than so many prior standard deviations from its nominal value.
 FAR_FROM_PRIOR = 1.2
 
 
@@ -32,7 +32,7 @@ class Predicted:
     touches : (t, m) array
         Mean reading of each touch.
     samples : (n, m) array or None
-        Sample minus mean of its touch; None where the samples of a touch are all the same.
+        Sample minus mean of its touch; None if all samples of a touch are equal.
     """
 
     touches: FloatArray
@@ -40,23 +40,23 @@ class Predicted:
 
 
 class CorrectionBasis(Protocol):
-    """Smooth functions of where a touch is: what a cause that is not in the catalogue may do on this body."""
+    """Smooth functions of the location of a touch, for errors with a cause that is not in the catalogue."""
 
     def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
-        """Readings per unit weight of touches at `SensorModel.correction_inputs`; each part (k, t, m), at size one."""
+        """Readings per unit weight for touches at `SensorModel.correction_inputs`, by part; (k, t, m) for size 1."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class PossibleTouches:
-    """Touches that could be made, from which a series is chosen that decides between two models.
+    """Possible further touches, from which the series that best distinguishes two models is chosen.
 
     Attributes
     ----------
     observed : Observations
-        All of them, without readings.
+        All possible touches, without readings.
     series : tuple of (str, int array)
-        What to measure in words, and which of the touches that is.
+        For each series: what to measure, in words, and the indices of its touches.
     """
 
     observed: Observations
@@ -65,14 +65,14 @@ class PossibleTouches:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class SensorModel(ABC):
-    """A sensor with effects. Its vector holds the base parameters, then the values of the effects in order.
+    """A sensor with effects. Its parameter vector holds the base parameters, then the values of the effects.
 
     Attributes
     ----------
     observed : Observations or UntimedTouches
-        What is predicted.
+        The touches that are predicted.
     peak : (m,) array
-        Size of each element's reading under the reference load: what shares refer to.
+        Absolute reading of each element directly under the reference load, the unit of shares.
     reference_load : float
         N/m on a finger, N on a pad.
     effects : tuple of Effect
@@ -84,12 +84,12 @@ class SensorModel(ABC):
     reference_load: float
     effects: tuple[Effect, ...] = ()
 
-    #: Whether touches that follow each other in time are neighbours in place, as in a scan: then a random function of
-    #: time can follow all that goes with the place.
+    #: Whether consecutive touches are neighbours in location, as in a scan: then a random function of time can fit
+    #: any error that depends on location.
     time_is_place: ClassVar[bool] = False
-    #: Whether the parameters are fitted anew beside a correction: not where they could follow all that it does.
+    #: Whether the parameters are fitted again with a correction: not if they could represent all of the correction.
     refitted_with_correction: ClassVar[bool] = True
-    #: Stages whose effects on the pose say that a reference is not what the data set states.
+    #: Stages in which an effect that changes the pose changes a reference stated in the data set.
     reference_stages: ClassVar[tuple[str, ...]] = STAGES
 
     @property
@@ -98,7 +98,7 @@ class SensorModel(ABC):
         """Number of base parameters."""
 
     def peak_at(self, vector: FloatArray) -> FloatArray:
-        """Size of each element's signal, before effects on it, right under the reference load, (m,)."""
+        """Absolute signal of each element directly under the reference load, before effects on the signal, (m,)."""
         if not self.effects:
             return self.peak
         recording = self.signal(vector)
@@ -108,19 +108,19 @@ class SensorModel(ABC):
 
     @abstractmethod
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches as they really were."""
+        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
 
     @abstractmethod
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches with the signal that leaves the body, for loads as read or `load` (t,)."""
+        """Touches with the signal before element and readout effects, for loads as read or `load` (t,)."""
 
     @abstractmethod
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Mean, standard deviation, lower and upper bound of the vector."""
+        """Prior mean, standard deviation, lower and upper bound of the vector, each (d,)."""
 
     @abstractmethod
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
-        """The vector with the body's parameters as built; None where they are near that already."""
+        """The vector with the body's parameters at their nominal values; None if they are near these already."""
 
     @abstractmethod
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -128,18 +128,18 @@ class SensorModel(ABC):
 
     @abstractmethod
     def correction_basis(self, vector: FloatArray) -> CorrectionBasis:
-        """Basis of a correction without a cause, over the places that the touches cover."""
+        """Basis of an empirical correction, over the region that the touches cover."""
 
     @abstractmethod
     def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
-        """What the functions of `correction_basis` are functions of, for the touches."""
+        """Arguments of `CorrectionBasis.columns` for the touches, each (t,)."""
 
     def possible_touches(self) -> PossibleTouches | None:
-        """Touches that could decide between two models; None where no advice can be given."""
+        """Possible touches that could distinguish two models; None if no advice can be given."""
         return None
 
     def zero(self, vector: FloatArray) -> FloatArray:
-        """Readings without a signal, (m,): what gains do not multiply."""
+        """Readings at zero signal, (m,); gains do not multiply them."""
         return np.zeros(self.n_elements)
 
     @property
@@ -149,18 +149,18 @@ class SensorModel(ABC):
 
     @property
     def known(self) -> Observations:
-        """What is observed, where there are readings to fit."""
+        """The observations with readings; `observed` of a model that is fitted."""
         assert isinstance(self.observed, Observations)
         return self.observed
 
     @cached_property
     def load(self) -> FloatArray:
-        """Load as read, (t,); the mean of the others where it was not."""
+        """Load as read, (t,), N/m or N; where it was not measured, the mean of the measured ones."""
         load = self.observed.load
         return np.where(np.isfinite(load), load, np.nanmean(load))
 
     def values(self, vector: FloatArray) -> tuple[Values, ...]:
-        """Values of each effect in a vector, which holds the logarithm of what has a log-normal prior."""
+        """Values of each effect in a vector, which holds the logarithm of values with a log-normal prior."""
         out, place = [], self.n_base
         for effect in self.effects:
             count = len(effect.parameters)
@@ -170,24 +170,24 @@ class SensorModel(ABC):
         return tuple(out)
 
     def extended(self, vector: FloatArray, values: Values) -> FloatArray:
-        """A vector of the model without its last effect, with values for that."""
+        """The vector of a model without its last effect, extended by values for that effect."""
         pairs = zip(self.effects[-1].parameters, values, strict=True)
         return np.concatenate([vector, [parameter.to_unconstrained(value) for parameter, value in pairs]])
 
     def in_order(self, vector: FloatArray) -> list[tuple[Effect, Values]]:
-        """Effects with their values in the order of the stages, those that differ from sample to sample last."""
+        """Effects with their values in the order of the stages; in each stage, those that differ by sample are last."""
         pairs = zip(self.effects, self.values(vector), strict=True)
         return sorted(pairs, key=lambda pair: (STAGES.index(pair[0].stage), pair[0].needs_samples))
 
     @cached_property
     def value_priors(self) -> FloatArray:
-        """Mean, sd, lower and upper end of every value of the effects, (q, 4)."""
+        """Prior mean, sd, lower and upper bound of every value of the effects, (q, 4)."""
         ends = [each.normal_prior for effect in self.effects for each in effect.parameters]
         return np.array(ends, dtype=np.float64).reshape(-1, 4)
 
     @property
     def by_sample(self) -> bool:
-        """Whether the samples of a touch differ."""
+        """Whether predictions differ between the samples of a touch."""
         return any(effect.needs_samples for effect in self.effects)
 
     def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
@@ -195,7 +195,7 @@ class SensorModel(ABC):
         return self.readings(self.signal(vector, load), vector)
 
     def rows(self, recording: Recording) -> Recording:
-        """Touches as samples, where the samples of a touch differ."""
+        """One row per sample if predictions differ between the samples of a touch, else one row per touch."""
         if not self.by_sample:
             return recording
         row, observed = self.observed.row_touch, self.observed
@@ -210,38 +210,38 @@ class SensorModel(ABC):
         )
 
     def through(self, recording: Recording, vector: FloatArray) -> FloatArray:
-        """Readings of rows of which the signal that leaves the body is given."""
+        """Readings of rows after the effects on the signal, (n, m), from `recording.signal` before them."""
         for effect, values in self.in_order(vector):
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
     def parted(self, rows: FloatArray) -> Predicted:
-        """Readings of `rows` as means of touches and deviations from them."""
+        """Readings of `rows` as means of touches and deviations of samples from them."""
         if not self.by_sample:
             return Predicted(rows, None)
         touches = self.observed.of_touches(rows)
         return Predicted(touches, rows - touches[self.observed.row_touch])
 
     def readings(self, recording: Recording, vector: FloatArray) -> Predicted:
-        """Readings of touches of which the signal that leaves the body is given."""
+        """Prediction for touches, from their signal before element and readout effects."""
         return self.parted(self.through(self.rows(recording), vector))
 
-    def of_value(self, vector: FloatArray, place: int) -> Predicted:
-        """Derivative over one value of an effect."""
+    def about_value(self, vector: FloatArray, place: int) -> tuple[FloatArray, FloatArray, float]:
+        """Vectors one step above and below in the component `place`, a value of an effect, and half the difference."""
         _, spread, low, high = (float(each) for each in self.value_priors[place - self.n_base])
         step = VALUE_STEP * min(spread, max(abs(float(vector[place])), 0.1 * spread))
-        # One-sided at a bound.
-        up, down = min(vector[place] + step, high), max(vector[place] - step, low)
+        # The difference is one-sided at a bound.
+        up, down = vector.copy(), vector.copy()
+        up[place], down[place] = min(vector[place] + step, high), max(vector[place] - step, low)
+        return up, down, float(0.5 * (up[place] - down[place]))
 
-        def at(sign: float) -> Predicted:
-            moved = vector.copy()
-            moved[place] = up if sign > 0 else down
-            return self.predict(moved)
-
-        return difference(at, 0.5 * (up - down))
+    def of_value(self, vector: FloatArray, place: int) -> Predicted:
+        """Derivative of the prediction over the component `place` of the vector, a value of an effect."""
+        up, down, step = self.about_value(vector, place)
+        return difference(lambda sign: self.predict(up if sign > 0 else down), step)
 
     def by_load(self, vector: FloatArray) -> FloatArray:
-        """Derivative of the readings of each touch over its load, (t, m)."""
+        """Derivative of the mean readings of each touch over its load, (t, m)."""
         step = LOAD_STEP * self.load
         up, down = (self.predict(vector, self.load + sign * step).touches for sign in (1, -1))
         return np.asarray((up - down) / (2 * step[:, None]))
@@ -251,12 +251,12 @@ class SensorModel(ABC):
         return replace(self, observed=observed)
 
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:
-        """The same sensor under other effects."""
+        """The same sensor with other effects."""
         return replace(self, effects=effects)
 
 
 def difference(at: Callable[[float], Predicted], step: float) -> Predicted:
-    """Central difference of a prediction ``at`` plus and minus one step."""
+    """Central difference of a prediction: ``(at(1) - at(-1)) / (2 step)``."""
     up, down = at(1.0), at(-1.0)
     samples = None
     if up.samples is not None and down.samples is not None:

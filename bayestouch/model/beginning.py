@@ -1,4 +1,4 @@
-"""Where a search for effects begins, or a fit with effects that are stated: the same for every body."""
+"""Start of a search for effects, or of a fit with stated effects: the same for every body."""
 
 from __future__ import annotations
 
@@ -15,38 +15,41 @@ from bayestouch.results.objects import Calibration
 
 
 class Evaluation(Protocol):
-    """What a body makes of a fit to its training touches."""
+    """Results that a body computes from a fit to its training touches."""
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """The fit as a posterior that `bayestouch.infer` uses."""
+        """Posterior of the fit, for `bayestouch.infer`."""
         ...
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
-        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""
         ...
 
     def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
-        """The held-out touches read as unknown, by `infer`, and their errors."""
+        """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
         ...
 
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
-    """A sensor fitted without effects, and what may be added to it.
+    """A sensor fitted without effects, and the effects that may be added.
 
     Attributes
     ----------
     fitted : Fitted
         The model without effects.
     setting : Setting
-        How the sensor was touched: effects suit themselves to it.
+        How the sensor was touched; effects choose their priors and probes by it.
     effects : tuple of Effect
-        Effects of the catalogue that can occur, and that the model does not have already.
+        Effects of the catalogue that can occur and that the model does not have already.
     evaluation : Evaluation
-        Makes a calibration of a fit, and its errors on the held-out touches.
+        Computes the calibration of a fit, and its errors on the held-out touches.
+    corrects : bool
+        Whether a correction can be added; not if the calibration has a map that includes it.
     """
 
     fitted: Fitted
     setting: Setting
     effects: tuple[Effect, ...]
     evaluation: Evaluation
+    corrects: bool = True

@@ -1,4 +1,4 @@
-"""What the verbs ask of a body: all that differs between a finger and a pad, and where it stands."""
+"""`Body`: everything that `calibrate`, `infer` and `diagnose` need to know about a kind of sensor."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from bayestouch.model.beginning import Beginning
     from bayestouch.results.objects import Calibration
 
-#: Module that holds the `BODY` of each kind of sensor. A further body is a folder, and a line here. Modules are named,
-#: not imported: bodies stand above this package, and one that is not used is never loaded.
+#: Module with the `BODY` of each kind of sensor. A further body is a folder, and a line here. The names are strings,
+#: since bodies are in a higher layer; a module is imported when it is needed.
 BODIES = {"finger": "bayestouch.finger.body", "pad": "bayestouch.pad.body"}
 
 
 @dataclass(frozen=True)
 class Option:
-    """An option of the verbs that not all bodies have.
+    """An option of `calibrate`, `infer` or `diagnose` that only some bodies have.
 
     Attributes
     ----------
     default : object
-        What it is where it is not given.
+        Value if the option is not given.
     words : tuple of str
-        All that it may be; empty where it is checked where it is used.
+        Allowed values; empty if the value is checked where it is used.
     """
 
     default: Any = None
@@ -41,27 +41,27 @@ class Option:
 
 @dataclass(frozen=True)
 class Body:
-    """A kind of sensor, as the verbs use it.
+    """A kind of sensor, as `calibrate`, `infer` and `diagnose` use it.
 
     Attributes
     ----------
     kind : str
-        As in ``sensor.toml``.
+        Name of the kind in ``sensor.toml``.
     options : mapping of str to Option
         Options of `bayestouch.calibrate`, `bayestouch.infer` and `bayestouch.diagnose` that this body has and others
-        lack.
+        do not have.
     main_option : str
-        What is said of them where an option of another body is given.
+        Option of this body that the message names if an option of another body is given.
     instead : mapping of str to str
-        What is said in place of that, by the option of another body that is given.
+        Other text of that message, by the option of the other body.
     references : tuple of str
-        Columns of a touch table that a fit needs; one that the table does not have is not asked for.
+        Columns of a touch table whose values a fit needs; columns that the table does not have are not required.
     scanned : bool
-        Whether touches that follow each other in time are neighbours in place. They are then held out in blocks.
+        Whether consecutive touches are neighbours in location. They are then held out in blocks.
     most_touches : int or None
-        Training touches that a search for effects has time for.
+        Largest number of training touches in a search for effects; None for no limit.
     setting : callable
-        ``(body, contact, loads)`` to those entries of `bayestouch.effects.Setting` that depend on the kind of body.
+        ``(body, contact, loads)`` to the fields of `bayestouch.effects.Setting` that depend on the kind of body.
     calibrate : callable
         ``(dataset, *, draws, seed, progress, **options)`` to a `Calibration` without effects.
     begin : callable
@@ -69,8 +69,8 @@ class Body:
     reader : callable
         ``(calibration, options)`` to a `bayestouch.reading.touch_reader.TouchReader`.
     lacking : callable
-        ``(dataset, known)`` to a line for each kind of touch that a calibration needs or would gain by; `known` has the
-        means of the touches with references.
+        ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
+        would profit from; `known` has the means of the touches with references.
     """
 
     kind: str
@@ -87,17 +87,17 @@ class Body:
     instead: Mapping[str, str] = field(default_factory=dict)
 
     def own(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Those of the options of a verb that this body has, with its default where one is None.
+        """The options in `given` that this body has; the default replaces None.
 
         Parameters
         ----------
         given : mapping
-            All options of the verb that not all bodies have; None for those that were not given.
+            All options that only some bodies have; None for those that were not given.
 
         Raises
         ------
         InputError
-            An option of another body is given, or a word that an option does not know.
+            An option of another body is given, or an option has a value that is not allowed.
         """
         for owner, why, names in self._foreign(given):
             if any(given[name] is not None for name in names):
@@ -110,7 +110,7 @@ class Body:
         return {name: given[name] or self.options[name].default for name in given if name in self.options}
 
     def _foreign(self, given: Mapping[str, Any]) -> list[tuple[str, str, list[str]]]:
-        """Options that this body lacks: whose they are, what is said of them, and their names."""
+        """Given options that this body does not have: (kind of the other body, message, names of the options)."""
         here = f"this sensor is a {self.kind} (its option is the {self.main_option})"
         lacking = [(_owner(name), self.instead.get(name, here), name) for name in given if name not in self.options]
         return [(*key, [name for _, _, name in group]) for key, group in groupby(lacking, lambda each: each[:2])]
@@ -118,13 +118,13 @@ class Body:
 
 @cache
 def body_of_kind(kind: str) -> Body:
-    """The body of a kind of sensor, as `bayestouch.data.sensor` names it."""
+    """The `Body` of a kind of sensor: ``"finger"`` or ``"pad"``."""
     body: Body = import_module(BODIES[kind]).BODY
     return body
 
 
 def body_of(sensor: Sensor) -> Body:
-    """The body of a sensor."""
+    """The `Body` of a sensor."""
     return body_of_kind(sensor.body.kind)
 
 

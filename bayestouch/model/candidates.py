@@ -1,8 +1,9 @@
-"""Which effects the residual speaks for: signatures of all of them against it, in seconds."""
+"""Score tests of effects: the signature of each effect is compared with the residual of a fit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import singledispatch
 from itertools import product
 
 import numpy as np
@@ -17,13 +18,13 @@ from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import Score, Scorer
 from bayestouch.model.significance import normal_score, quadratic_score
 
-# Standard deviations of random functions that are tried, over the peak or as shares.
+# Trial standard deviations of random functions, as a share of the peak or of the gain.
 DRIFT_SIZES = tuple(np.geomspace(1e-3, 0.3, 10).tolist())
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An effect with what its score says.
+    """An effect with the result of its score test.
 
     Attributes
     ----------
@@ -32,15 +33,15 @@ class Candidate:
     start : tuple of float
         Values from which to refit.
     z : float
-        Normal score of the best of its signatures; signed where it has one amplitude.
+        Normal score of the best signature; has the sign of the amplitude if the effect has one amplitude.
     trials : int
-        Signatures that were tried.
+        Number of signatures that were tried.
     gain : float
-        Log likelihood that adding it would gain, about.
+        Approximate increase of the log likelihood if the effect is added.
     seen : float
-        Share of the signature's squares that the model's parameters do not absorb.
+        Share of the sum of squares of the signature that the parameters of the model do not absorb.
     signature : (t, m) array
-        What the effect does to the mean readings at its start, in the unit of the readings.
+        Change of the mean readings by the effect at `start`, in the unit of the readings.
     """
 
     effect: Effect
@@ -53,21 +54,15 @@ class Candidate:
 
 
 def score_effects(fitted: Fitted, effects: tuple[Effect, ...]) -> tuple[Candidate, ...]:
-    """Score every effect that is not in the model and is not noise, the largest gain first."""
+    """Score of every effect that is not in the model and not a noise effect, in decreasing order of the gain."""
     scorer = Scorer(fitted.linear)
-    found = []
-    for effect in effects:
-        if effect.name in fitted.names or isinstance(effect, NoiseEffect):
-            continue
-        if isinstance(effect, RandomEffect):
-            found.append(_score_random(fitted, scorer, effect))
-        else:
-            found.append(_score_effect(fitted, scorer, effect))
-    return tuple(sorted(found, key=lambda each: -each.gain))
+    scored = (_scored(effect, fitted, scorer) for effect in effects if effect.name not in fitted.names)
+    return tuple(sorted((each for each in scored if each is not None), key=lambda each: -each.gain))
 
 
-def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
-    """Best of an effect's signatures: finite differences between a probe and the same shape with no amplitude."""
+@singledispatch
+def _scored(effect: Effect, fitted: Fitted, scorer: Scorer) -> Candidate | None:
+    """Best signature of an effect: the difference between the predictions at a probe and at null amplitude."""
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     best: tuple[float, Values, Score, FloatArray] | None = None
     memo: dict[Values, Predicted] = {}
@@ -113,19 +108,25 @@ def _score_effect(fitted: Fitted, scorer: Scorer, effect: Effect) -> Candidate:
 
 
 def _allowed(effect: Effect, score: Score) -> float:
-    """Chi-square of a score; zero where its one amplitude would have to leave its support."""
+    """Chi-square of a score; zero if the single amplitude would be outside the support of its prior."""
     chi_square = score.chi_square()
     if len(effect.amplitudes) == 1:
         parameter = effect.parameters[effect.amplitudes[0]]
         null = parameter.null if parameter.null is not None else 0.0
         if np.isinf(null) or null <= parameter.prior.support[0]:
-            # A probe is on the side that is allowed: so must the estimate be.
+            # The estimate must be on the same side as the probe, which is inside the support.
             return chi_square if score.slope[0] > 0 else 0.0
     return chi_square
 
 
-def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candidate:
-    """Variance component: the middle of the correlation times stands for all in the score."""
+@_scored.register
+def _(effect: NoiseEffect, fitted: Fitted, scorer: Scorer) -> None:
+    """None: a noise effect changes how samples scatter, see `bayestouch.model.noise_search`."""
+
+
+@_scored.register
+def _(effect: RandomEffect, fitted: Fitted, scorer: Scorer) -> Candidate:
+    """Score of a random function of time, as a variance component, at the middle one of the trial correlation times."""
     times = effect.parameters[1].probes
     time = times[len(times) // 2]
     best: tuple[float, float, Values, Score, FloatArray] | None = None
@@ -151,7 +152,7 @@ def _score_random(fitted: Fitted, scorer: Scorer, effect: RandomEffect) -> Candi
 
 
 def best_size(score: Score) -> tuple[float, float]:
-    """Standard deviation of a random function with the highest marginal likelihood, and what that gains over none."""
+    """Trial sd of a random function with the largest marginal likelihood, and the log of its ratio to that of sd 0."""
     gains = []
     for size in DRIFT_SIZES:
         root = np.linalg.cholesky(np.eye(len(score.slope)) + size**2 * score.information)
@@ -162,7 +163,7 @@ def best_size(score: Score) -> tuple[float, float]:
 
 
 def refine_drift(fitted: Fitted, effect: RandomEffect) -> tuple[Values, float]:
-    """Values of a drift with the highest marginal likelihood, and its gain over none.
+    """Values of a drift with the largest marginal likelihood, and the increase of its logarithm over no drift.
 
     `fitted` is the model without the drift.
     """

@@ -1,11 +1,12 @@
-"""Whitened columns of a linear model: random functions by the hundred, most of which move one element each.
+"""Whitened columns of a linear model with many random functions, most of which change one element only.
 
-A function of time for each of m elements has k m columns, of which all but one in m entries are zero before whitening.
-Whitening ties the readings of a touch together, so that white columns are full; products with them need not be.
+A function of time for each of m elements has k m columns; before whitening only one entry in m is not zero. Whitened
+columns are full, but products with them are computed from the sparse columns and the whitening.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,19 +16,19 @@ from bayestouch.array_types import FloatArray, IntArray
 
 @dataclass(frozen=True, eq=False)
 class WhiteColumns:
-    """c columns over t touches of m elements, whitened: those of one element by what they are before it.
+    """c whitened columns over t touches of m elements; columns of a single element are stored before whitening.
 
     Attributes
     ----------
     count : int
-        c.
+        Number of columns c.
     full, full_index : (t m, a) array, (a,) int array
-        Columns that move several elements, whitened, and which ones they are.
+        Columns that change several elements, whitened, and their indices.
     own, own_index : (m, b, t) array, (m, b) int array
-        Columns that move one element alone, as they are, and which ones they are; elements that have fewer than b are
-        filled up with zeros that count as the column after the last.
+        Columns that change one element only, before whitening, and their indices; an element with fewer than b
+        columns has zeros with the index c.
     root : (t, m, m) array
-        Whitening of each touch.
+        Whitening matrix of each touch.
     """
 
     count: int
@@ -39,7 +40,7 @@ class WhiteColumns:
 
     @classmethod
     def of(cls, raw: FloatArray, root: FloatArray) -> WhiteColumns:
-        """From columns as they are (c, t, m), NaN where nothing is known, and the whitening (t, m, m) of each touch."""
+        """From columns before whitening (c, t, m), NaN missing, and the whitening matrix (t, m, m) of each touch."""
         raw = np.where(np.isnan(raw), 0.0, raw)
         count, t, m = raw.shape
         moves = raw.any(axis=1)
@@ -54,13 +55,24 @@ class WhiteColumns:
         full = np.einsum("tij,ctj->tic", root, raw[several], optimize=True).reshape(t * m, len(several))
         return cls(count, np.ascontiguousarray(full), several, own, index, root)
 
+    @classmethod
+    def of_elements(cls, columns: Sequence[FloatArray], root: FloatArray) -> WhiteColumns:
+        """From columns as they are that move one element each, (c_e, t) for every element, and the whitening."""
+        t, m = root.shape[:2]
+        counts = [len(each) for each in columns]
+        count, most = sum(counts), max(counts, default=0)
+        own, index = np.zeros((m, most, t)), np.full((m, most), count)
+        for e, (each, first) in enumerate(zip(columns, np.cumsum([0, *counts]), strict=False)):
+            own[e, : len(each)], index[e, : len(each)] = each, first + np.arange(len(each))
+        return cls(count, np.zeros((t * m, 0)), np.zeros(0, dtype=np.int64), own, index, root)
+
     @property
     def shape(self) -> tuple[int, int]:
         """Touches t and elements m."""
         return self.root.shape[0], self.root.shape[1]
 
     def times(self, weights: FloatArray) -> FloatArray:
-        """White rows (t m, q) that weights (c, q) make."""
+        """Product of the columns with weights (c, q): whitened rows (t m, q)."""
         t, m = self.shape
         padded = np.concatenate([weights, np.zeros((1, weights.shape[1]))])
         each = np.swapaxes(self.own, 1, 2) @ padded[self.own_index]
@@ -68,7 +80,7 @@ class WhiteColumns:
         return np.asarray(rows + self.full @ weights[self.full_index])
 
     def transposed(self, rows: FloatArray) -> FloatArray:
-        """Products (c, q) of the columns with white rows (t m, q)."""
+        """Scalar products (c, q) of the columns with whitened rows (t m, q)."""
         t, m = self.shape
         out = np.zeros((self.count + 1, rows.shape[1]))
         out[self.full_index] = self.full.T @ rows
@@ -77,7 +89,7 @@ class WhiteColumns:
         return out[:-1]
 
     def gram(self) -> FloatArray:
-        """Products (c, c) of the columns with each other."""
+        """Gram matrix of the columns, (c, c)."""
         m = self.shape[1]
         out = np.zeros((self.count + 1, self.count + 1))
         with_full = self.transposed(self.full)
@@ -92,7 +104,7 @@ class WhiteColumns:
         return out[:-1, :-1]
 
     def dense(self) -> FloatArray:
-        """The columns, (t m, c)."""
+        """The whitened columns as one array, (t m, c)."""
         t, m = self.shape
         out = np.zeros((t, m, self.count + 1))
         out[:, :, self.full_index] = self.full.reshape(t, m, -1)
@@ -101,7 +113,7 @@ class WhiteColumns:
         return out[:, :, :-1].reshape(t * m, self.count)
 
     def of_touches(self, which: IntArray) -> WhiteColumns:
-        """The rows of some touches."""
+        """The columns for some of the touches only, with indices `which`."""
         t, m = self.shape
         full = self.full.reshape(t, m, -1)[which].reshape(len(which) * m, -1)
         return replace(self, full=full, own=np.ascontiguousarray(self.own[:, :, which]), root=self.root[which])

@@ -1,7 +1,7 @@
-"""A correction without a cause: smooth functions of where a touch is, fitted beside the parameters.
+"""Empirical correction: smooth functions of the location of a touch, fitted together with the parameters.
 
-Random functions of `bayestouch.model.base.CorrectionBasis` are added up. Their sizes are chosen by the marginal
-likelihood, so that none stays where there is nothing to correct.
+It is a sum of the random functions of `bayestouch.model.base.CorrectionBasis`. Their standard deviations maximise the
+marginal likelihood; they are zero if the data show no error.
 """
 
 from __future__ import annotations
@@ -16,24 +16,24 @@ from bayestouch.model.base import CorrectionBasis
 from bayestouch.model.fitting import Fitted, drift_columns, fit, functions_of
 from bayestouch.model.linear import Linearised, Score, Scorer, with_functions
 
-# Standard deviations of a part that are tried, over the peak reading.
+# Trial standard deviations of a part, over the peak reading.
 SIZES = (0.0, 0.003, 0.01, 0.03, 0.1)
 
 
 @dataclass(frozen=True, eq=False)
 class Correction:
-    """A correction whose sizes are chosen.
+    """An empirical correction with the chosen standard deviations.
 
     Attributes
     ----------
     basis : CorrectionBasis
-        Its functions.
+        Functions of the location.
     sizes : dict of str to float
         Standard deviation of each part, over the peak reading.
     gain : float
-        Log marginal likelihood gained over the model without.
+        Increase of the log marginal likelihood over the model without correction.
     linear : Linearised
-        The model that it was chosen for, with the correction among its random functions.
+        The linearised model for which it was chosen, with the correction among its random functions.
     """
 
     basis: CorrectionBasis
@@ -42,16 +42,16 @@ class Correction:
     linear: Linearised
 
     def columns(self, *where: FloatArray) -> FloatArray:
-        """What each weight, standard normal, adds to the readings of touches; (k, t, m).
+        """Readings of touches per unit of each weight, (k, t, m); the weights are standard normal.
 
-        `where` is that of `bayestouch.model.base.SensorModel.correction_inputs`.
+        `where` is the result of `bayestouch.model.base.SensorModel.correction_inputs`.
         """
         parts = self.basis.columns(*where)
         return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
 
 
 def fit_correction(fitted: Fitted) -> Correction | None:
-    """Choose a correction on top of a fitted model; None where its marginal likelihood gains nothing."""
+    """Correction for a fitted model; None if no correction increases the marginal likelihood."""
     model = fitted.model
     basis = model.correction_basis(fitted.vector)
     where = model.correction_inputs(fitted.vector)
@@ -68,9 +68,9 @@ def fit_correction(fitted: Fitted) -> Correction | None:
 
 
 def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
-    """The model fitted anew with the correction that suits it; None where none does.
+    """The model fitted again with its correction, and the correction; None if `fit_correction` finds none.
 
-    A model that is not `refitted_with_correction` keeps its parameters.
+    The parameters are not fitted again where `SensorModel.refitted_with_correction` is False.
     """
     chosen = fit_correction(fitted)
     if chosen is None:
@@ -86,17 +86,16 @@ def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
 class CorrectionWeights:
     """Weights of the correction of a corrected fit; k weights, d parameters.
 
-    Given the parameters they are normal with a mean that is linear in these: both are fitted to the same readings,
-    so that each takes part of what the other leaves.
+    For given parameters of the model they are normal, with a mean that is linear in the parameters.
 
     Attributes
     ----------
     mean : (k,) array
-        At the most probable parameters.
+        Mean at the most probable parameters.
     slope : (k, d) array
         Derivative of the mean over the parameters.
     covariance : (k, k) array
-        Given the parameters.
+        Covariance for given parameters.
     """
 
     mean: FloatArray
@@ -105,7 +104,7 @@ class CorrectionWeights:
 
 
 def weights_of(fitted: Fitted) -> CorrectionWeights:
-    """Weights of the correction of a corrected fit."""
+    """Weights of the correction in a corrected fit."""
     linear, functions = fitted.linear, fitted.linear.functions
     assert functions is not None
     first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))
@@ -116,7 +115,7 @@ def weights_of(fitted: Fitted) -> CorrectionWeights:
 
 
 def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray, float]:
-    """Sizes of the parts with the highest marginal likelihood: one after the other, twice around."""
+    """Sizes of the parts with the largest marginal likelihood, chosen one part after the other, in two rounds."""
     sizes, best = np.zeros(n_parts), 0.0
     for _ in range(2):
         changed = False
@@ -133,7 +132,7 @@ def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray,
 
 
 def _gain(score: Score, size: FloatArray) -> float:
-    """Log marginal likelihood of random functions of given sizes over none."""
+    """Increase of the log marginal likelihood by random functions of the given sizes."""
     used = size > 0
     if not used.any():
         return 0.0

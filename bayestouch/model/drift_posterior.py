@@ -1,4 +1,4 @@
-"""Size and correlation time of the drifts that were found, with their uncertainty."""
+"""Posterior of the size and correlation time of the drifts of a model."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from bayestouch.effects.effect import Values
 from bayestouch.model.drift_likelihood import DriftLikelihood
 from bayestouch.model.fitting import Fitted, fit
 
-# Nodes on each axis, in standard deviations: the trapezoidal rule with this step integrates a normal density to 1e-5.
+# Nodes per axis, in standard deviations: the trapezoidal rule with this step integrates a normal density to 1e-5.
 NODES = np.linspace(-3.6, 3.6, 7)
-# Standard deviations of the logarithms of size and time to begin with: the search tries sizes a factor of two apart and
-# times of three.
+# First guess of the standard deviations of the logarithms of size and time: the search tries sizes that differ by a
+# factor of two and times that differ by a factor of three.
 BEGINNING = (0.5, 0.8)
-# Grids at most; one fits if the mean is so near to its middle and the spread is its own to such a factor.
+# Largest number of grids; a grid is accepted if mean and spread differ from its own by NEAR sd and a factor WITHIN.
 MOST_GRIDS, NEAR, WITHIN = 12, 0.3, 1.2
 
 
 def settled_drifts(fitted: Fitted) -> tuple[Fitted, dict[str, Values]]:
-    """The model fitted anew with each drift's most probable size and time, and their standard deviations.
+    """The model fitted again with the posterior size and time of each drift, and their standard deviations by effect.
 
-    The new fit has denser knots than those that the search compares.
+    The new fit has more knots per correlation time than the fits of the search.
     """
     drifts, spreads = list(fitted.drifts), {}
     for i, (effect, _) in enumerate(fitted.drifts):
@@ -35,23 +35,23 @@ def settled_drifts(fitted: Fitted) -> tuple[Fitted, dict[str, Values]]:
 
 
 def drift_posterior(fitted: Fitted, which: int) -> tuple[Values, Values]:
-    """Size and time of one drift, with their standard deviations; its kind is held.
+    """Size and correlation time of one drift, with their standard deviations; its kind is fixed.
 
-    Their posterior is near normal in the logarithms: values are the exponentials of the logarithms' means, and standard
-    deviations are those of the logarithms times the values. The course of the drift and the parameters of the model are
+    Their posterior is nearly normal in the logarithms. A value is the exponential of the mean logarithm; its standard
+    deviation is that of the logarithm times the value. The function of time and the parameters of the model are
     integrated out.
 
     Returns
     -------
     values, sd : tuple of float
-        In the order of the effect's parameters; the sd of what is held is NaN.
+        In the order of the parameters of the effect; the sd of a fixed value is NaN.
     """
     effect, (size, time, *kind) = fitted.drifts[which]
     of_size, of_time = (parameter.prior for parameter in effect.parameters[:2])
     likelihood = DriftLikelihood.of(fitted, which)
 
     def log_density(logs: FloatArray) -> FloatArray:
-        """Of logarithms of size and time, (g, 2): the last term turns densities of values into those."""
+        """Log density of log size and log time, (g, 2); the last term is the Jacobian of the logarithms."""
         size, time = np.exp(logs).T
         prior = of_size.log_density(size) + of_time.log_density(time)
         return np.asarray(likelihood(size, time) + prior + logs.sum(axis=1))
@@ -65,12 +65,12 @@ def drift_posterior(fitted: Fitted, which: int) -> tuple[Values, Values]:
 def moments(
     log_density: Callable[[FloatArray], FloatArray], middle: FloatArray, covariance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean (2,) and covariance (2, 2) of a density of two variables, by quadrature on a grid that comes to suit it.
+    """Mean (2,) and covariance (2, 2) of a density of two variables, by quadrature on a grid that is adapted to it.
 
     Parameters
     ----------
     log_density : callable
-        Of points (g, 2), up to a constant.
+        Log density of points (g, 2), up to a constant.
     middle, covariance : (2,), (2, 2) arrays
         First guess of mean and covariance.
     """
@@ -82,7 +82,7 @@ def moments(
         weight /= weight.sum()
         mean = weight @ nodes
         spread = (nodes - mean).T @ ((nodes - mean) * weight[:, None])
-        # A density between two nodes has no spread on them: the next grid is at most three times finer.
+        # If the density lies between two nodes, its spread is underestimated: the next grid is at most 3 times finer.
         values, axes = np.linalg.eigh(spread)
         middle = middle + root @ mean
         covariance = root @ (axes * np.maximum(values, 0.1)) @ axes.T @ root.T

@@ -1,4 +1,4 @@
-"""The effects of a model as text: how a calibration file and ``model.toml`` hold them."""
+"""The effects of a calibration as JSON text, as its file stores them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
+from bayestouch.effects.kinds import of_chain, of_noise, of_time
 from bayestouch.errors import InputError, shown
 from bayestouch.model.noise import AddedNoise
 from bayestouch.results.data import CalibrationData
@@ -17,16 +18,16 @@ from bayestouch.results.keys import EFFECTS
 
 @dataclass(frozen=True, eq=False)
 class EffectList:
-    """Effects of a chain, and the setting that they suit themselves to.
+    """Effects of a calibration, and the setting in which they were fitted.
 
     Attributes
     ----------
     setting : Setting
         How the sensor was touched when the effects were fitted.
     effects : tuple of Effect
-        In the order in which they were added.
+        Effects in the order in which they were added.
     noise : AddedNoise
-        What effects of the noise add.
+        Noise that the noise effects add.
     """
 
     setting: Setting
@@ -35,21 +36,21 @@ class EffectList:
 
     @property
     def plain(self) -> tuple[Effect, ...]:
-        """Those whose values are parameters of the chain."""
-        return tuple(e for e in self.effects if not isinstance(e, RandomEffect | NoiseEffect))
+        """Effects whose values are parameters of the chain: neither drifts nor noise effects."""
+        return of_chain(self.effects)
 
     @property
     def drifts(self) -> tuple[RandomEffect, ...]:
-        """Random functions of time, as the final model has them."""
-        return tuple(e.with_dense_knots() for e in self.effects if isinstance(e, RandomEffect))
+        """Random functions of time, with the dense knots of the final model."""
+        return tuple(drift.with_dense_knots() for drift in of_time(self.effects))
 
     @property
     def of_noise(self) -> tuple[NoiseEffect, ...]:
-        """Effects of the noise."""
-        return tuple(e for e in self.effects if isinstance(e, NoiseEffect))
+        """Noise effects."""
+        return of_noise(self.effects)
 
     def to_text(self) -> str:
-        """As JSON."""
+        """JSON text."""
         setting = asdict(self.setting)
         setting["element_place"] = [axis.tolist() for axis in self.setting.element_place]
         parameters = {effect.name: [each.name for each in effect.parameters] for effect in self.effects}
@@ -57,29 +58,28 @@ class EffectList:
 
     @property
     def settings(self) -> dict[str, str]:
-        """What a calibration's settings hold of it; `of` reads it."""
+        """The entry of a calibration's settings that `of` reads."""
         return {EFFECTS: self.to_text()}
 
     @classmethod
     def of(cls, calibration: CalibrationData) -> EffectList | None:
-        """Effects of a calibration; None where it has none.
+        """Effects of a calibration; None if it has no effects.
 
         Raises
         ------
         InputError
-            As `from_text`.
+            For the reasons of `from_text`.
         """
         return cls.from_text(str(calibration.settings[EFFECTS])) if calibration.has_effects else None
 
     @classmethod
     def from_text(cls, text: str) -> EffectList:
-        """From what `to_text` gave.
+        """Effects from the result of `to_text`.
 
         Raises
         ------
         InputError
-            An effect is not known here (an entry point may be missing) or has other parameters, or the text is
-            damaged.
+            An effect is unknown (its package may not be installed) or has other parameters, or the text is damaged.
         """
         try:
             content: dict[str, Any] = json.loads(text)
@@ -97,17 +97,17 @@ class EffectList:
             if parameters[effect.name] != names:
                 had = ", ".join(map(str, parameters[effect.name]))
                 reason = f"effect {effect.name} has the parameters {', '.join(names)} here and had {shown(had)} there"
-                raise InputError(f"{reason}: made by another version, calibrate anew", column=EFFECTS)
+                raise InputError(f"{reason}: made by another version, calibrate again", column=EFFECTS)
         return cls(setting, effects, noise)
 
 
 def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
-    """Effects by name, suited to a setting.
+    """Effects with the given names, with priors and probes for a setting.
 
     Raises
     ------
     InputError
-        There is no such effect, or it cannot occur in this setting.
+        A name is unknown, or the effect cannot occur in this setting.
     """
     classes, out = effect_classes(), []
     for name in names:

@@ -1,4 +1,4 @@
-"""Fits of a finger with effects to its touches, with random functions of time beside the parameters."""
+"""Maximum a posteriori fits of a sensor model with effects and random functions of time."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from bayestouch.model.whitening import Whitening
 Drift = tuple[RandomEffect, Values]
 
 MAX_ITERATIONS = 30
-# Half the sum of squares: what is gained below this is far below one standard deviation of any parameter.
+# Gain of a step (half sum of squares) after which a fit ends: far below one standard deviation of any parameter.
 SETTLED = 0.05
-# How often a gain drift's functions are taken anew at most, and the share of them whose change calls for it.
+# Largest number of updates of the functions of a gain drift, and the relative change that requires an update.
 FOLLOWED, MOVED = 4, 0.05
 
 
@@ -32,17 +32,17 @@ class Fitted:
     Attributes
     ----------
     model : SensorModel
-        Of a finger or a pad, with its effects.
+        Model of a finger or a pad, with its effects.
     vector : (d,) array
         Parameters at the mode.
     drifts : tuple of (RandomEffect, values)
-        Random functions of time, their hyper-parameters held.
+        Random functions of time, with fixed sd, correlation time and kind.
     noise : NoiseModel
         Noise of one reading and of the loads.
     whitening : Whitening
-        What it makes of the touches.
+        Whitening of the readings with this noise.
     linear : Linearised
-        Around the mode.
+        The model linearised at the mode.
     """
 
     model: SensorModel
@@ -54,34 +54,34 @@ class Fitted:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Effects in the model."""
+        """Names of the effects in the model: of the chain, drifts, noise."""
         drifts = tuple(drift.name for drift, _ in self.drifts)
         return tuple(effect.name for effect in self.model.effects) + drifts + self.noise.names
 
     @property
     def drifted(self) -> FloatArray:
-        """What the random functions add to the mean reading of each touch, (t, m)."""
+        """Contribution of the random functions to the mean reading of each touch, (t, m)."""
         if self.linear.functions is None:
             return np.zeros_like(self.model.known.means.readings)
         return np.asarray(np.tensordot(self.linear.weights(), self.linear.functions.raw, axes=1))
 
     @property
     def n_readings(self) -> int:
-        """Mean readings that are compared: touches times elements, less what is missing."""
+        """Number of mean readings in the fit: touches times elements, without missing ones."""
         return int(self.whitening.present.sum())
 
     def chi_square(self) -> float:
-        """Sum of squares of the whitened means' residuals."""
+        """Sum of squares of the whitened residuals of the mean readings."""
         return float((self.linear.plain**2).sum())
 
     @property
     def excess(self) -> float:
-        """Half the sum of squares beyond what noise alone makes."""
+        """Half the difference between chi-square and its expected value under noise alone."""
         return 0.5 * (self.chi_square() - self.n_readings)
 
 
 def drift_columns(model: SensorModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
-    """Basis functions of the drifts for each touch, (k, t, m)."""
+    """Basis functions of all drifts at each touch, in the unit of the readings, (k, t, m)."""
     observed = model.known
     recording = replace(model.poses(vector), signal=model.predict(vector).touches - model.zero(vector))
     out = [np.zeros((0, *recording.signal.shape))]
@@ -92,7 +92,7 @@ def drift_columns(model: SensorModel, vector: FloatArray, drifts: tuple[Drift, .
 
 
 def drift_basis(drift: RandomEffect, values: Values, observed: Observations) -> FloatArray:
-    """Basis (t, k) of a drift at the time of each touch: functions of their own for each session."""
+    """Basis (t, k) of a drift at the time of each touch; each session has its own functions."""
     time, out = observed.touch_time_s, []
     for low, high in observed.sessions or (observed.span,):
         inside = (time >= low) & (time <= high)
@@ -101,7 +101,7 @@ def drift_basis(drift: RandomEffect, values: Values, observed: Observations) -> 
 
 
 def spread_over_elements(basis: FloatArray, scale: FloatArray, *, own: bool) -> FloatArray:
-    """Columns (k, t, m), or (m k, t, m) of each element's `own`, from basis (k, t) or (k, t, m) and scale (t, m)."""
+    """Basis (k, t) or (k, t, m) times `scale` (t, m) as columns (k, t, m); (m k, t, m) if each element has its own."""
     full = basis[:, :, None] * scale if basis.ndim == 2 else basis * scale
     if not own:
         return np.asarray(full)
@@ -117,9 +117,12 @@ def functions_of(
     vector: FloatArray,
     whitening: Whitening,
     drifts: tuple[Drift, ...],
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
 ) -> Functions | None:
-    """Random functions of the drifts and `further` ones (k, t, m), whitened; None without any."""
+    """Random functions of the drifts and `further` ones (k, t, m), whitened; None if there are none."""
+    if isinstance(further, Functions):
+        assert not drifts, "functions that are whitened already cannot be combined with drifts"
+        return further
     if not drifts and further is None:
         return None
     raw = drift_columns(model, vector, drifts)
@@ -129,7 +132,7 @@ def functions_of(
 
 
 def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None) -> Linearised:
-    """The model at a vector compared with its data, without derivatives."""
+    """Residuals of the model at a vector, as a `Linearised` without derivatives."""
     observed, predicted = model.known, model.predict(vector)
     deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
     mean, spread, _, _ = model.prior()
@@ -146,10 +149,10 @@ def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, func
     )
 
 
-def _linearised(
+def linearised(
     model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
-    """The model made linear around a vector."""
+    """The model linearised at a vector."""
     touches, samples = model.derivatives(vector)
     d = len(vector)
     return replace(
@@ -166,7 +169,7 @@ def fit(
     drifts: tuple[Drift, ...] = (),
     *,
     whitening: Whitening | None = None,
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
     """Maximum a posteriori by damped Gauss-Newton steps.
@@ -174,19 +177,20 @@ def fit(
     Parameters
     ----------
     model : SensorModel
-        What is fitted.
+        Model with the observations to fit.
     start : (d,) array
-        Where to start.
+        Starting vector.
     noise : NoiseModel
         Noise of one reading and of the loads.
     drifts : tuple of (RandomEffect, values)
         Random functions of time.
     whitening : Whitening, optional
-        Whitening to keep, for fits that are to be compared; by default that at `start`.
-    further : (k, t, m) array, optional
-        Further random functions: what each of their weights, standard normal, adds to the mean readings.
+        Fixed whitening, for fits that are compared with each other; by default that at `start`.
+    further : (k, t, m) array or Functions, optional
+        Further random functions: mean readings per unit of each of their standard normal weights. `Functions` belong to
+        `whitening`, and cannot be combined with drifts.
     enough : float
-        Gain of a step, in half sums of squares, after which no other is taken.
+        The fit ends when the gain of a step (half sum of squares) is below this.
     """
     _, _, low, high = model.prior()
     margin = 1e-9 * np.where(np.isfinite(high - low), high - low, 1.0)
@@ -197,18 +201,20 @@ def fit(
     functions = functions_of(model, vector, whitening, drifts, further)
     for _ in range(FOLLOWED):
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
-        # Functions of a gain drift follow the signal: little, unless that has moved far.
+        if functions is None or not drifts:
+            break
+        # The functions of a gain drift are proportional to the signal: update them if it has changed much.
         now = functions_of(model, vector, whitening, drifts, further)
-        if now is None or functions is None or _nearly_equal(now.raw, functions.raw):
+        if now is None or _nearly_equal(now.raw, functions.raw):
             break
         functions = now
-    # A parameter at a bound that would leave it neither moves nor absorbs anything.
+    # A parameter at a bound whose step points outside is fixed and absorbs no part of the residual.
     _, held = _step(linear, vector, low + margin, high - margin)
     return Fitted(model, vector, drifts, noise, whitening, linear.holding(held))
 
 
 def _nearly_equal(now: FloatArray, then: FloatArray) -> bool:
-    """Whether functions (k, t, m) have hardly changed."""
+    """Whether functions (k, t, m) have changed by less than the share `MOVED`."""
     return float(((now - then) ** 2).sum()) < MOVED**2 * float((then**2).sum())
 
 
@@ -222,8 +228,8 @@ def _descended(
     margin: FloatArray,
     enough: float,
 ) -> tuple[FloatArray, Linearised]:
-    """Vector of the least cost between bounds, by damped Gauss-Newton steps, and the model made linear around it."""
-    linear = _linearised(model, vector, whitening, functions)
+    """Vector of minimum cost between the bounds, by damped Gauss-Newton steps, and the model linearised there."""
+    linear = linearised(model, vector, whitening, functions)
     for _ in range(MAX_ITERATIONS):
         step, _ = _step(linear, vector, low + margin, high - margin)
         cost, share = linear.cost(), 1.0
@@ -235,7 +241,7 @@ def _descended(
             share *= 0.3
         else:
             break
-        vector, linear = moved, _linearised(model, moved, whitening, functions)
+        vector, linear = moved, linearised(model, moved, whitening, functions)
         if cost - linear.cost() < enough:
             break
     return vector, linear
@@ -250,7 +256,7 @@ def fit_from_both(
     whitening: Whitening | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
-    """The better of two fits: from `start`, and from the finger as built where the first is still far from that."""
+    """The better of two fits: from `start` and, if this ends far from the nominal body, from the nominal body."""
     one = fit(model, start, noise, drifts, whitening=whitening, enough=enough)
     home = model.reset_to_nominal(one.vector)
     if home is None:
@@ -262,5 +268,5 @@ def fit_from_both(
 def _step(
     linear: Linearised, vector: FloatArray, low: FloatArray, high: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Step to the maximum, and which parameters are held: they lie at a bound and would leave it."""
+    """Step to the maximum, and which parameters are fixed because they are at a bound and the step points outside."""
     return linear.step_within(lambda step: ((vector <= low) & (step < 0)) | ((vector >= high) & (step > 0)))

@@ -1,4 +1,4 @@
-"""Residuals of touches that no fit and no choice has seen."""
+"""Residuals of held-out touches, which were used neither in a fit nor in a choice of effects."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ from bayestouch.model.whitening import Whitening
 
 @dataclass(frozen=True, eq=False)
 class HeldOut:
-    """Held-out touches with what a model says of their mean readings; t touches, m elements.
+    """Held-out touches with the residuals of their mean readings; t touches, m elements.
 
     Attributes
     ----------
     observed : Observations
-        The touches, without readings that the model takes to be wrong.
+        The touches, without readings that are probably wrong.
     residual : (t, m) array
         Mean reading minus prediction at the reference, over the peak reading; NaN missing.
     whitened : (t, m) array
-        The same made independent with variance one: noise, and the load's error; zero where missing.
+        Residuals with the noise and the error of the load whitened to variance one; zero where missing.
     present : (t, m) bool array
-        Readings that are there.
+        Whether a reading is present.
     design : (t m, q) array
-        What one standard deviation of each direction of the model's own uncertainty does to `whitened`.
+        Change of `whitened` per standard deviation of each principal direction of the model's uncertainty.
     reference, stated : mappings of (t,) arrays
-        References as the model corrects them and as the data set states them, by the names of posteriors; NaN unknown.
+        References as corrected by the model and as stated in the data set, by variable of the posterior; NaN unknown.
     quantities : tuple of Quantity
-        What the residuals may be looked at against.
+        Quantities on which the residuals may depend.
     noise_sd : (t, m) or (n, m) array
-        Standard deviation of each residual of the prediction error if the model is right, over the peak: noise of the
-        readings and error of the load's reading. NaN where the load was not measured: its error is not known.
+        Standard deviation of each of the residuals `errors` if the model is right, over the peak: from the noise of
+        the readings and the error of the load. NaN where the load was not measured.
     load_free : (t,) array
-        By how much the expected sum of squares of a touch's `whitened` is below its number of readings because its
-        load was not measured and may be anything; zero where it was.
+        Decrease of the expected sum of squares of `whitened` of a touch because its load was not measured and is
+        free; zero where it was measured.
     samples : (n, m) array or None
-        Reading minus prediction of every sample, over the peak, where they are what a prediction is held against.
+        Reading minus prediction of every sample, over the peak, if the prediction error is that of samples.
     repeated : bool
-        Whether touches are read often enough for their noise to be known.
+        Whether touches have enough samples to estimate the noise.
     """
 
     observed: Observations
@@ -64,48 +64,48 @@ class HeldOut:
 
     @property
     def errors(self) -> FloatArray:
-        """Residuals that the prediction error is of, over the peak: of touches (t, m), or of samples (n, m)."""
+        """Residuals of the prediction error, over the peak: of touches (t, m), or of samples (n, m)."""
         return self.residual if self.samples is None else self.samples
 
     @property
     def error_percent_peak(self) -> float:
-        """Rms residual of each element in percent of its peak, mean over elements: the paper's measure."""
+        """Rms residual of each element in percent of its peak, mean over elements, as in the paper."""
         return rms_percent(self.errors)
 
     @property
     def touch_error_percent_peak(self) -> float:
-        """Rms residual of touches' mean readings, percent of each element's peak, mean over elements.
+        """Rms residual of the mean readings of touches, percent of each element's peak, mean over elements.
 
-        Equal to `error_percent_peak` where that is of touches. Where that is of samples, it also has the change of
-        readings while a touch is held, and more noise, since a mean over samples has less.
+        It equals `error_percent_peak` unless that is of samples, which also has the change of readings while a touch
+        is held, and more noise than a mean over samples.
         """
         return rms_percent(self.residual)
 
     @property
     def floor_percent_peak(self) -> float:
-        """Expected value of `error_percent_peak` if the model is right; NaN where a load was not measured."""
+        """Expected value of `error_percent_peak` if the model is right; NaN if a load was not measured."""
         here = np.isfinite(self.errors)
         known = np.isfinite(self.noise_sd[here]).all()
         return rms_percent(np.where(here, self.noise_sd, np.nan)) if known else float("nan")
 
     @property
     def freedom(self) -> float:
-        """Readings behind `mean_square`, less what unknown loads take."""
+        """Degrees of freedom of `mean_square`: number of readings minus those for unknown loads."""
         return float(self.present.sum() - self.load_free.sum())
 
     @property
     def mean_square(self) -> float:
-        """Mean square of the whitened residuals: 1 where the model is right and exactly known."""
+        """Mean square of the whitened residuals: 1 if the model is right and exactly known."""
         return float((self.whitened**2).sum()) / self.freedom if self.freedom >= 1 else float("nan")
 
     @property
     def lack_of_fit(self) -> float:
-        """The same where the noise is known; NaN without repeats."""
+        """`mean_square` if the noise is known; NaN without repeated samples."""
         return self.mean_square if self.repeated else float("nan")
 
 
 def rms_percent(residual: FloatArray) -> float:
-    """Rms over rows of each element, mean over the elements that have any, times 100; (n, m), NaN missing."""
+    """Rms over the rows of (n, m) for each element, mean over elements with readings, times 100; NaN missing."""
     count = np.isfinite(residual).sum(axis=0)
     alive = count > 0
     squares = (np.nan_to_num(residual) ** 2).sum(axis=0)[alive]
@@ -113,12 +113,12 @@ def rms_percent(residual: FloatArray) -> float:
 
 
 def free_load(whitening: Whitening, of_load: FloatArray, measured: BoolArray) -> FloatArray:
-    """See `HeldOut.load_free`, (t,); from what one standard deviation of each load does to the readings, (t, m)."""
+    """`HeldOut.load_free` (t,), from the change of the readings per standard deviation of each load, (t, m)."""
     return np.where(measured, 0.0, (whitening.touches(of_load) ** 2).sum(axis=1))
 
 
 def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observations:
-    """Touches without the readings that a model takes to be wrong."""
+    """Touches without the readings that are wrong with more than 50 % probability, by the model's noise effects."""
     noise = fitted.noise
     for effect, values in noise.effects:
         wrong = effect.wrong(from_median(observed.table), noise.sd, noise.peak, values)
@@ -129,7 +129,7 @@ def without_wrong_readings(fitted: Fitted, observed: Observations) -> Observatio
 def functions_at(
     fitted: Fitted, correction: Correction | None, observed: Observations
 ) -> tuple[FloatArray, FloatArray]:
-    """What drifts and correction of a fit add to other touches, (t, m), and what each weight does, (k, t, m)."""
+    """Contribution of the drifts and the correction of a fit at other touches: sum (t, m), per weight (k, t, m)."""
     model = fitted.model.observing(observed)
     functions, weights = drift_columns(model, fitted.vector, fitted.drifts), fitted.linear.weights()
     if correction is not None:
@@ -139,9 +139,9 @@ def functions_at(
 
 
 def design_of(fitted: Fitted, slopes: FloatArray, functions: FloatArray, whitening: Whitening) -> FloatArray:
-    """Columns of `HeldOut.design`: parameters and weights of the functions together.
+    """`HeldOut.design` (t m, q) for the parameters and the weights of the functions together.
 
-    None, (t m, 0), for a model that is not as it was fitted (`at_stated_references`).
+    No columns, (t m, 0), for a model that was changed after its fit (`at_stated_references`).
     """
     precision = precision_of_all(fitted.linear.free)
     columns = whitening.touches(np.concatenate([slopes, functions]))

@@ -1,4 +1,4 @@
-"""Noise that a fit assumes of the load, and what its model leaves over of each element's readings."""
+"""Discrepancy of a fitted model for each element, and the noise of the load that the fit assumes."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bayestouch.model.fitting import Fitted
 
 
 def discrepancy(fitted: Fitted) -> FloatArray:
-    """What the model still misses of each element's mean readings, (m,), in the unit of the readings.
+    """Standard deviation of the model error of each element's mean readings, (m,), in the unit of the readings.
 
     The mean square of an element's whitened residuals is drawn towards that of all elements by as much as its own
     scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
@@ -33,7 +33,7 @@ def discrepancy(fitted: Fitted) -> FloatArray:
 
 
 def force_noise(fitted: Fitted) -> float:
-    """Noise of one reading of the load that a fit assumes."""
+    """Standard deviation of one reading of the load that a fit assumes, N/m or N."""
     measured = np.isfinite(fitted.model.known.means.load)
     return float(np.median(fitted.noise.load_sd[measured] * np.sqrt(_reads(fitted))))
 

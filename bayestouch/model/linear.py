@@ -1,8 +1,8 @@
-"""A model made linear around a vector, in whitened space: steps and scores.
+"""A model linearised at a vector, with whitened residuals: steps of a fit, covariance, score tests.
 
-Nothing here knows of tactile sensors. Rows come in groups (touches) of m readings each; the noise of whitened rows is
-independent with variance one. A few parameters have normal priors of their own; besides there may be many weights
-of random functions, all with standard normal priors, which are integrated out of everything.
+This module is independent of tactile sensors. Rows are grouped (touches) with m readings each; the noise of whitened
+rows is independent with variance one. Parameters have independent normal priors. The weights of random functions, if
+any, have standard normal priors and are integrated out of every result.
 """
 
 from __future__ import annotations
@@ -19,23 +19,23 @@ from scipy.special import erfcx
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.columns import WhiteColumns
 
-# Share of a variance below which rounding would make the covariance of what is held indefinite; and how many standard
-# deviations beyond a bound the next order, 5/x² of the first, is below rounding in the difference of large numbers.
+# SURE: relative variance of fixed parameters below which rounding would make the covariance indefinite. FAR: distance
+# beyond a bound, in sd, where the next order of the asymptotic form (5/x² of the first) is below rounding.
 SURE, FAR = 1e-8, 1e3
 
 
 @dataclass(frozen=True, eq=False)
 class Functions:
-    """Random functions: what each weight does to the means of the touches; k weights.
+    """Random functions: mean readings of the touches per unit of each weight; k weights.
 
     Attributes
     ----------
     raw : (k, t, m) array
-        In the unit of the readings.
+        Columns in the unit of the readings; (0, t, m) for functions of which only the whitened columns are needed.
     white : WhiteColumns
-        Whitened, k columns.
+        The columns whitened.
     root : (k, k) array
-        Cholesky factor of the weights' precision given the data and nothing else.
+        Cholesky factor of the precision of the weights for fixed parameters.
     """
 
     raw: FloatArray
@@ -44,11 +44,16 @@ class Functions:
 
     @classmethod
     def of(cls, raw: FloatArray, white: WhiteColumns) -> Functions:
-        """Functions from columns as they are (k, t, m) and whitened."""
-        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(len(raw)))))
+        """Functions from their columns before whitening (k, t, m) and whitened."""
+        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(white.count))))
+
+    @classmethod
+    def whitened(cls, white: WhiteColumns) -> Functions:
+        """Functions of which only the whitened columns are needed."""
+        return cls.of(np.zeros((0, *white.shape)), white)
 
     def without(self, rows: FloatArray) -> FloatArray:
-        """Rows (t m, q) times the precision of the data when the weights are integrated out."""
+        """Whitened rows (t m, q) times the precision of the data with the weights integrated out."""
         return np.asarray(rows - self.white.times(self.weights(rows)))
 
     def weights(self, rows: FloatArray) -> FloatArray:
@@ -63,13 +68,13 @@ class Linearised:
     Attributes
     ----------
     residual : (t, m) array
-        Mean reading minus prediction (with the functions at zero), whitened; zero where missing.
+        Mean reading minus prediction (without random functions), whitened; zero where missing.
     jacobian : (t m, d) array
         Derivative of the whitened prediction.
     deviation : (n, m) array
-        Sample minus mean of its touch, minus the prediction of that, whitened.
+        Sample minus mean of its touch, minus the predicted difference, whitened.
     deviation_jacobian : (n m, d) array or None
-        Its derivative; None where it is zero.
+        Derivative of the predicted difference, whitened; None if it is zero.
     touch : (n,) int array
         Touch of each sample.
     pull, precision : (d,) arrays
@@ -77,9 +82,9 @@ class Linearised:
     functions : Functions or None
         Random functions.
     held : (d,) bool array or None
-        Parameters that lie at a bound and are held there; their derivatives count as zero.
+        Parameters that are fixed at a bound; their derivatives count as zero.
     unheld : Linearised or None
-        The same with none held, where some are.
+        The model with no parameter fixed; None if none is fixed here.
     """
 
     residual: FloatArray
@@ -95,25 +100,25 @@ class Linearised:
 
     @property
     def free(self) -> Linearised:
-        """The same with no parameter held."""
+        """The model with no parameter fixed at a bound."""
         return self if self.unheld is None else self.unheld
 
     @cached_property
     def plain(self) -> FloatArray:
-        """Residual (t, m) after the most probable functions have been taken out."""
+        """Whitened residual (t, m) minus the most probable random functions."""
         if self.functions is None:
             return self.residual
         return self.functions.without(self.residual.reshape(-1, 1)).reshape(self.residual.shape)
 
     def hessian(self) -> FloatArray:
-        """Precision of the parameters given the data, functions integrated out, (d, d)."""
+        """Posterior precision of the parameters, functions integrated out, (d, d)."""
         total = self.jacobian.T @ self.integrated(self.jacobian) + np.diag(self.precision)
         if self.deviation_jacobian is not None:
             total = total + self.deviation_jacobian.T @ self.deviation_jacobian
         return np.asarray(total)
 
     def gradient(self) -> FloatArray:
-        """Slope of the log posterior over the parameters, (d,)."""
+        """Gradient of the log posterior over the parameters, (d,)."""
         total = self.precision * self.pull + self.jacobian.T @ self.plain.ravel()
         if self.deviation_jacobian is not None:
             total = total + self.deviation_jacobian.T @ self.deviation.ravel()
@@ -129,7 +134,7 @@ class Linearised:
         return 0.5 * (data + float((self.precision * self.pull**2).sum()))
 
     def holding(self, held: NDArray[np.bool_]) -> Linearised:
-        """The same with some parameters (d,) where they are: at a bound, they neither move nor absorb anything."""
+        """The model with some parameters (d,) fixed at their bounds: they absorb no part of the residual."""
         if not held.any():
             return self
         within = self.deviation_jacobian
@@ -143,12 +148,12 @@ class Linearised:
         )
 
     def step_within(self, leaving: Callable[[FloatArray], NDArray[np.bool_]]) -> tuple[FloatArray, NDArray[np.bool_]]:
-        """Step of the parameters to the maximum a posteriori, (d,), and which are held because they would leave.
+        """Step of the parameters to the maximum a posteriori, (d,), and which are fixed at a bound, (d,).
 
         Parameters
         ----------
         leaving : callable
-            Says of a step which parameters would leave their bounds, (d,).
+            From a step (d,) to the parameters that it would take beyond their bounds, (d,) bool.
         """
         matrix, slope = self.hessian(), self.gradient()
         scale = np.sqrt(np.diag(matrix))
@@ -164,13 +169,13 @@ class Linearised:
             held |= more
 
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters, (d, d); for those that are held the mean square about the bound."""
+        """Covariance of the parameters, (d, d); for those fixed at a bound, mean squares about the bound."""
         matrix = self.free.hessian()
         scale = np.sqrt(np.diag(matrix))
         total = np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
         if self.held is None:
             return total
-        # A normal density cut off at the bound, one parameter after the other: its mode without the bound is `step`.
+        # Normal density truncated at the bound, one parameter after the other; without the bound its mode is `step`.
         step = total @ self.free.gradient()
         for i in np.flatnonzero(self.held):
             along, variance = total[:, i] / total[i, i], total[i, i]
@@ -180,7 +185,7 @@ class Linearised:
         return total
 
     def weights(self) -> FloatArray:
-        """Most probable weights of the functions, (k,)."""
+        """Most probable weights of the random functions, (k,)."""
         if self.functions is None:
             return np.zeros(0)
         return self.functions.weights(self.residual.reshape(-1, 1))[:, 0]
@@ -188,17 +193,17 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """Slope of the log likelihood along columns that are not in the model, and its covariance if none belongs there.
+    """Score test of columns that are not in the model: gradient of the log likelihood and its covariance.
 
     Attributes
     ----------
     slope : (q,) array
-        Products of the columns with the residual at the fit.
+        Gradient: scalar products of the whitened columns with the residual of the fit.
     information : (q, q) array
-        Covariance of the slope: products of the columns after the model's parameters have taken out of them what
-        they can. Next to nothing where the effect is absorbed.
+        Covariance of `slope` if the model is complete: scalar products of the columns after projection onto what the
+        parameters do not absorb. Near zero if they absorb the columns.
     raw : (q,) array
-        Squares of the columns before that.
+        Sums of squares of the columns before the projection.
     """
 
     slope: FloatArray
@@ -207,22 +212,22 @@ class Score:
 
     @property
     def seen(self) -> float:
-        """Share of the columns' squares that the model's parameters do not absorb."""
+        """Share of the sum of squares of the columns that the parameters of the model do not absorb."""
         total = float(self.raw.sum())
         return float(np.trace(self.information)) / total if total > 0 else 0.0
 
     def chi_square(self, ridge: float = 1e-9) -> float:
-        """Squared length of the slope in its covariance: chi-square with q degrees of freedom if nothing is missing."""
+        """Test statistic: chi-square distributed with q degrees of freedom if the model is complete."""
         matrix = self.information + np.diag(ridge * self.raw + 1e-300)
         return float(self.slope @ np.linalg.solve(matrix, self.slope))
 
     def estimate(self, precision: FloatArray) -> FloatArray:
-        """Amplitudes after one step, with prior precision (q,)."""
+        """Amplitudes of the columns after one step, with prior precision (q,)."""
         return np.asarray(np.linalg.solve(self.information + np.diag(precision + 1e-300), self.slope))
 
 
 class Scorer:
-    """Scores of columns against one fitted model."""
+    """Computes the `Score` of columns for one fitted model."""
 
     def __init__(self, fitted: Linearised) -> None:
         self.fitted = fitted
@@ -246,7 +251,7 @@ class Scorer:
         return self._score(slope, gram, raw, cross)
 
     def of_columns(self, columns: WhiteColumns) -> Score:
-        """Score of white columns that are the same in all samples of a touch."""
+        """Score of whitened columns that are equal in all samples of a touch."""
         functions = self.fitted.functions
         gram = columns.gram()
         raw = np.diag(gram).copy()
@@ -263,7 +268,7 @@ class Scorer:
 
 
 def beyond_bound(beyond: float) -> float:
-    """Mean square about a bound, over the variance, of a normal density cut off there, `beyond` sd from its mode."""
+    """Mean square about a bound, over the variance, of a normal density truncated `beyond` sd from its mode."""
     if beyond > FAR:
         return max(2 / beyond**2, SURE)
     hazard = float(np.sqrt(2 / np.pi) / erfcx(beyond / np.sqrt(2)))
@@ -271,7 +276,7 @@ def beyond_bound(beyond: float) -> float:
 
 
 def conditioned(matrix: FloatArray) -> FloatArray:
-    """The matrix with a hair more on its diagonal: a parameter that nothing fixes must not fail the factor."""
+    """The matrix with a diagonal increased by 1e-10: its factorisation must not fail for an undetermined parameter."""
     return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
 
 

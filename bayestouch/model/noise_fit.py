@@ -1,4 +1,4 @@
-"""Models with effects of the noise in them."""
+"""Fits with noise effects."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from bayestouch.model.outliers import from_median
 from bayestouch.model.whitening import Whitening
 from bayestouch.sampling.rank_one import normal_log_density
 
-# Sizes of a shared error that all samples of a touch have, over the peak.
+# Trial sizes of a shared error that is equal in all samples of a touch, over the peak.
 TOUCH_SIZES = np.concatenate([[0.0], np.geomspace(2e-4, 0.2, 40)])
 
 
 def with_noise(fitted: Fitted, found: FoundNoise) -> Fitted:
-    """The model with an effect of the noise: whitened anew and, where readings are wrong, without these."""
+    """The model fitted again with a noise effect, without readings that are probably wrong."""
     noise, model, vector = fitted.noise, fitted.model, fitted.vector
     effect, values = found.effect, found.values
     noise = noise.with_(effects=(*noise.effects, (effect, values)))
@@ -40,7 +40,7 @@ def _with_touch_size(noise: NoiseModel, size: float) -> NoiseModel:
 
 
 def _touch_size(fitted: Fitted, noise: NoiseModel) -> float:
-    """Size of the shared error that does not average out over a touch, by the likelihood of the touches' means."""
+    """Size of the shared error that is equal in all samples of a touch, by the likelihood of the mean readings."""
     model, vector = fitted.model, fitted.vector
     predicted, by_load = model.predict(vector).touches, model.by_load(vector)
     residual = model.known.means.readings - predicted - fitted.drifted

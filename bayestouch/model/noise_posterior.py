@@ -1,7 +1,7 @@
-"""Values of an effect of the noise, and how well they are known: by the likelihood of the samples of each touch.
+"""Posterior of the values of a noise effect, by the likelihood of the samples of each touch.
 
-A search compares many effects and takes each element's own noise from the second moments of its samples. That is a poor
-guess where most of the variance is in a few of these. Here it is unknown, one for each element, beside the values.
+A search for effects estimates each element's own noise by the second moments of its samples. That is a poor estimate
+where a few samples have most of the variance. Here the own noise of each element is a further unknown.
 """
 
 from __future__ import annotations
@@ -19,28 +19,28 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise_search import NoiseCandidate, TouchScatter
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
 
-# Range of each element's own variance over that of all its noise.
+# Range of the own variance of an element over the variance of all its noise.
 OWN = (0.003, 3.0)
-# Step of differences, over the prior's sd and in logarithms: a tenth of an sd or less.
+# Step of differences, in prior sd or in logarithms: at most a tenth of a posterior sd.
 STEP = 2e-3
 
-# Log likelihood for values and own variances (m,): the terms of each element (m,), or all of it (1,); and of a vector.
+# Terms of the log likelihood, of each element (m,) or summed (1,): of values and own variances (m,); of a vector.
 Terms = Callable[[Values, FloatArray], FloatArray]
 Parts = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
 class FoundNoise:
-    """An effect of the noise that was found, with the posterior of its values; m elements.
+    """A noise effect with the posterior of its values; m elements.
 
     Attributes
     ----------
     effect : NoiseEffect
         The effect.
     values, sd : tuple of float
-        Most probable values, and standard deviations.
+        Most probable values, and their standard deviations.
     own_sd : (m,) array
-        Each element's own noise beside the effect, in the unit of the readings.
+        Sd of each element's own noise, without that of the effect, in the unit of the readings.
     """
 
     effect: NoiseEffect
@@ -50,7 +50,7 @@ class FoundNoise:
 
 
 def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
-    """Posterior of an effect of the noise: the normal approximation about its mode, the own noise integrated out.
+    """Posterior of a noise effect: normal approximation at the mode, with the own noise integrated out.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
 def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     """Log likelihood of the deviations of samples from the mean of their touch.
 
-    k normal deviations count as k - 1 independent samples. Those about a mean with wrong readings in it do not.
+    k normal deviations count as k - 1 independent samples. This does not hold for a mean with wrong readings in it.
     """
     if isinstance(effect, Outliers):
         return OutlierLikelihood.of(scatter)
@@ -86,9 +86,9 @@ def noise_posterior(
     Parameters
     ----------
     terms : callable
-        Log likelihood.
+        Terms of the log likelihood.
     effect : NoiseEffect
-        Says which priors the values have.
+        The effect, with the priors of its values.
     start, own : tuple of float, (m,) array
         Values and own variances to start from.
     """
@@ -101,11 +101,11 @@ def noise_posterior(
         return tuple(p.from_unconstrained(float(c)) for p, c in zip(parameters, x[:count] * unit, strict=True))
 
     def parts(x: FloatArray) -> FloatArray:
-        """Terms of the log posterior, the prior in the first."""
+        """Terms of the log posterior; the first includes the prior."""
         values = values_at(x)
         prior = 0.0
         for p, value in zip(parameters, values, strict=True):
-            # The density of a logarithm is that of the value times the value.
+            # The density of a logarithm is the density of the value times the value.
             prior += float(p.prior.log_density(value)) + (np.log(value) if p.logarithmic else 0.0)
         out = terms(values, np.exp(x[count:]))
         return np.concatenate([out[:1] + prior, out[1:]])
@@ -113,7 +113,7 @@ def noise_posterior(
     def descent(x: Any) -> tuple[float, FloatArray]:
         return -float(parts(np.asarray(x)).sum()), -gradient_of(parts, np.asarray(x), moves)
 
-    # Differences reach a step to both sides, and those of slopes two.
+    # Central differences need one step to both sides, differences of gradients two.
     lowest = np.concatenate([low / unit + 2 * STEP, np.full(len(own), np.log(OWN[0]))])
     highest = np.concatenate([high / unit - 2 * STEP, np.full(len(own), np.log(OWN[1]))])
     begin = [p.to_unconstrained(v) for p, v in zip(parameters, start, strict=True)]
@@ -121,21 +121,21 @@ def noise_posterior(
     moves = moves_of(len(parts(x)), count, len(x))
     bounds: Any = np.column_stack([lowest, highest])
     mode = np.asarray(minimize(descent, x, method="L-BFGS-B", jac=True, bounds=bounds).x)
-    # An element without readings says nothing of its noise: the least bit of a prior keeps the matrix regular.
+    # An element without readings has no information on its noise: a very wide prior keeps the matrix regular.
     information = curvature(parts, mode, moves) + 1e-6 * np.eye(len(mode))
     variance = np.diag(np.linalg.inv(information))[:count]
     values = values_at(mode)
-    # Where samples say nothing of a value, of what sort an effect of no size is, its prior does.
+    # The sd is at most that of the prior, e.g. for the shape of an effect whose amplitude is zero.
     sd = np.minimum(np.sqrt(np.where(variance > 0, variance, np.inf)), 1.0) * unit
-    # The sd of a logarithm is a share of the value.
+    # The sd of a logarithm times the value is the sd of the value.
     sd = sd * np.where([p.logarithmic for p in parameters], values, 1.0)
     return values, tuple(sd.tolist()), np.exp(mode[count:])
 
 
 def moves_of(n_parts: int, count: int, size: int) -> FloatArray:
-    """Steps of differences (s, d): of one coordinate each.
+    """Steps of differences (s, d), one coordinate per step.
 
-    Those after the first `count` move at once where each has a part of its own, which depends on none of the others.
+    Coordinates after the first `count` are in one step if each affects one part only.
     """
     if n_parts == size - count:
         return STEP * np.vstack([np.eye(count, size), np.arange(size) >= count])
@@ -143,7 +143,7 @@ def moves_of(n_parts: int, count: int, size: int) -> FloatArray:
 
 
 def gradient_of(parts: Parts, x: FloatArray, moves: FloatArray) -> FloatArray:
-    """Gradient (d,) of the sum of parts at x (d,), by central differences along `moves_of`."""
+    """Gradient (d,) of the sum of parts at x (d,), by central differences along the steps of `moves_of`."""
     differences = [(parts(x + h) - parts(x - h)) / (2 * STEP) for h in moves]
     if len(moves) == len(x):
         return np.array([each.sum() for each in differences])

@@ -1,4 +1,4 @@
-"""Effects of the noise: they show in how samples scatter about the mean of their touch."""
+"""Search for noise effects in the scatter of samples about the mean of their touch."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from bayestouch.effects.noise import NoiseEffect, Scatter
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.significance import normal_score
 
-# Searches for a maximum, one from where the other stopped; a gain in log likelihood that is none.
+# Largest number of restarts of a search for a maximum; gain in log likelihood below which it ends.
 MOST_SEARCHES, SAME = 4, 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class NoiseCandidate:
-    """A fitted effect of the noise.
+    """A noise effect with fitted values.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class NoiseCandidate:
     z : float
         Normal score of its likelihood ratio.
     difference : (t,) array
-        What it gains in log density in each touch, fitted to the touches of the other half.
+        Increase of the log density of each touch by the effect, fitted to the other half of the touches.
     """
 
     effect: NoiseEffect
@@ -44,18 +44,18 @@ class NoiseCandidate:
 
 @dataclass(frozen=True, eq=False)
 class TouchScatter(Scatter):
-    """Samples about the mean of their touch; n samples, m elements.
+    """Deviations of samples from the mean of their touch; n samples, m elements.
 
-    The scatter of the mean itself is taken out of the deviations.
+    They are scaled so that their variance is that of the noise.
 
     Attributes
     ----------
     weight : (n,) array
-        Information of a sample: k samples hold k - 1 independent deviations.
+        Weight of a sample in the log likelihood: k samples have k - 1 independent deviations.
     touch : (n,) int array
         Touch of each sample.
     half : (n,) int array
-        0 or 1: the half of the touches it belongs to.
+        0 or 1: the half of the touches to which the sample belongs.
     """
 
     weight: FloatArray
@@ -63,12 +63,12 @@ class TouchScatter(Scatter):
     half: IntArray
 
     def log_density(self, effect: NoiseEffect, values: Values) -> FloatArray:
-        """Log density of each sample under an effect, weighted, (n,)."""
+        """Log density of each sample under an effect, times its weight, (n,)."""
         return effect.log_density(self, values) * self.weight
 
     @classmethod
     def of(cls, fitted: Fitted) -> TouchScatter | None:
-        """Scatter of a fitted model's touches; None without repeats."""
+        """Scatter of the touches of a fitted model; None if no touch has repeated samples."""
         model = fitted.model
         observed, predicted = model.known, model.predict(fitted.vector)
         count = np.bincount(observed.row_touch, minlength=observed.n_touches)[observed.row_touch]
@@ -77,11 +77,11 @@ class TouchScatter(Scatter):
             return None
         rows = np.flatnonzero(repeated)
         share = 1 - 1 / count[rows]
-        # Whitened by the noise that is in the model already: what follows is about what else there is.
+        # Whitened by the noise that the model already has: the search is for further effects.
         deviation = observed.deviation if predicted.samples is None else observed.deviation - predicted.samples
         white = fitted.whitening.samples(deviation)[rows] / np.sqrt(share)[:, None]
         z = np.where(np.isnan(deviation[rows]), np.nan, white)
-        # Scaled to variance one element by element: it is about its shape, not its size.
+        # Scaled to variance one for each element: the search is for the shape of the distribution, not its size.
         present = ~np.isnan(z)
         total = np.maximum((present * share[:, None]).sum(axis=0), 1e-300)
         size = np.sqrt((np.where(present, z, 0.0) ** 2 * share[:, None]).sum(axis=0) / total)
@@ -99,7 +99,7 @@ class TouchScatter(Scatter):
 
 
 def score_noise(fitted: Fitted, effects: tuple[NoiseEffect, ...]) -> tuple[NoiseCandidate, ...]:
-    """Fit every effect of the noise that is not in the model; largest gain first."""
+    """Fit of every noise effect that is not in the model, in decreasing order of the gain."""
     scatter = TouchScatter.of(fitted)
     if scatter is None:
         return ()
@@ -127,12 +127,12 @@ def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseC
 def _log_likelihood(
     scatter: TouchScatter, effect: NoiseEffect, rows: slice | NDArray[np.bool_], values: Values
 ) -> float:
-    """Of some of the samples, under the whole scatter's scale."""
+    """Log likelihood of some of the samples, with the scale of all samples."""
     return float(scatter.log_density(effect, values)[rows].sum())
 
 
 def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:
-    """Values of the highest likelihood, from the best of the probes."""
+    """Values of maximum likelihood, and its logarithm; the search starts from the best probe."""
     from scipy.optimize import minimize
 
     ends = [each.normal_prior[2:] for each in effect.parameters]
@@ -148,9 +148,9 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
     start: Values = max(effect.probes, key=log_likelihood)
     place = np.array([p.to_unconstrained(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
     best = np.inf
-    # A simplex that has grown flat along an end of a range stays there: each search starts another where it stopped.
+    # A simplex that has collapsed onto a bound remains there: each search is restarted from its result.
     for _ in range(MOST_SEARCHES):
-        # From an end of its range a value starts half way to the other.
+        # The first step of a value at a bound is half the width of its range.
         steps = np.where(place <= low, 0.5 * (high - low), np.where(place >= high, 0.5 * (low - high), 0.3 * place))
         steps = np.where(np.isfinite(steps) & (steps != 0), steps, 0.03)
         simplex = np.vstack([place, place + np.diag(steps)])

@@ -1,4 +1,4 @@
-"""What a diagnosis works on: touches with known references, as means and as deviations of samples from them."""
+"""Touches with known references for a fit with effects: means, and deviations of samples from them."""
 
 from __future__ import annotations
 
@@ -22,25 +22,25 @@ class Observations:
     Attributes
     ----------
     means : TouchMeans
-        Means, one row a touch.
+        Means, one row per touch.
     row_touch : (n,) int array
-        Place of each sample's touch among the means.
+        Row of each sample's touch in `means`.
     deviation : (n, m) array
         Sample minus mean of its touch; NaN missing.
     weight : (n,) array
-        Raw reads behind a row.
+        Number of raw reads in a row.
     time_s, held_s : (n,) arrays
-        When each sample was taken, and since the touch began.
+        Time of each sample, and time since its touch began, in `unit`.
     unit : str
         Unit of the times.
     history : History
-        Every touch of the data set that was read, in the order of time.
+        All touches of the data set with readings, in the order of time.
     span : (float, float)
         First and last time of the data set.
     table : Touches
         The rows in contact.
     sessions : tuple of (float, float)
-        First and last time of each table: what wanders with time may have jumped in between. Empty for one table.
+        First and last time of each table; drifts are independent between sessions. Empty for one table.
     """
 
     means: TouchMeans
@@ -62,7 +62,7 @@ class Observations:
 
     @property
     def load(self) -> FloatArray:
-        """Load of each touch as read, (t,); NaN where it was not."""
+        """Load of each touch as read, (t,), N/m or N; NaN if not measured."""
         return self.means.load
 
     @cached_property
@@ -72,18 +72,18 @@ class Observations:
 
     @cached_property
     def touch_held_s(self) -> FloatArray:
-        """Mean time of each touch's samples since it began, (t,)."""
+        """Mean over the samples of each touch of the time since it began, (t,)."""
         return self.of_touches(self.held_s)
 
     def of_touches(self, values: FloatArray) -> FloatArray:
-        """Means over the samples of each touch of values by row, (n,) or (n, m)."""
+        """Mean over the samples of each touch, (t,) or (t, m), of values (n,) or (n, m)."""
         total = np.zeros((self.n_touches, *values.shape[1:]))
         np.add.at(total, self.row_touch, values * self.weight.reshape(-1, *[1] * (values.ndim - 1)))
         weight = np.bincount(self.row_touch, weights=self.weight, minlength=self.n_touches)
         return np.asarray(total / weight.reshape(-1, *[1] * (values.ndim - 1)))
 
     def without(self, wrong: NDArray[np.bool_]) -> Observations:
-        """The same without some readings (n, m)."""
+        """The observations without the readings marked in `wrong` (n, m)."""
         table = self.table.with_(readings=np.where(wrong, np.nan, self.table.readings))
         return Observations.of(table, self.time_s, self.held_s, self.unit, self.history, self.span, self.sessions)
 
@@ -98,7 +98,7 @@ class Observations:
         span: tuple[float, float],
         sessions: tuple[tuple[float, float], ...] = (),
     ) -> Observations:
-        """Observations of all touches of a table with the clock of its rows; readings have their rest subtracted."""
+        """Observations of all touches of a table, with the time of its rows; the rest reading is already subtracted."""
         rows = np.flatnonzero(touches.in_contact)
         means = average(touches)
         _, group = groups(touches.touch[rows])
@@ -127,12 +127,14 @@ def history_of(touches: Touches, time_s: FloatArray) -> History:
 
 @dataclass(frozen=True, eq=False)
 class UntimedTouches:
-    """Touches of which only the number counts: for effects that are the same whenever a touch is made.
+    """Touches without readings or times, for effects that do not depend on time.
 
     Attributes
     ----------
     n_touches : int
         Number of touches.
+    unit, history
+        As in `Observations`; there is no history.
     """
 
     n_touches: int
@@ -141,21 +143,21 @@ class UntimedTouches:
 
     @property
     def load(self) -> FloatArray:
-        """Not known."""
+        """NaN, (t,)."""
         return np.full(self.n_touches, np.nan)
 
     @property
     def touch_time_s(self) -> FloatArray:
-        """Zero."""
+        """Zeros, (t,)."""
         return np.zeros(self.n_touches)
 
     time_s = held_s = touch_held_s = touch_time_s
 
     @property
     def row_touch(self) -> IntArray:
-        """One row a touch."""
+        """Index of the touch of each row, (t,): one row per touch."""
         return np.arange(self.n_touches)
 
     def of_touches(self, values: FloatArray) -> FloatArray:
-        """The values themselves."""
+        """The same values: each touch has one row."""
         return values

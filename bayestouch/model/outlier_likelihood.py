@@ -1,7 +1,7 @@
-"""Likelihood of outliers: of the samples themselves, the mean that a touch should have integrated out.
+"""Likelihood of samples with outliers, with the unknown true mean of each touch integrated out.
 
-A wrong reading moves the mean of its touch, by a fifth of its error where there are five samples. Deviations from
-that mean are no independent draws of the noise then: the wrong one is too small, and the other four look wrong.
+A wrong reading changes the mean of its touch, by a fifth of its error if there are five samples. Deviations from this
+mean are then not independent: that of the wrong reading is too small, those of the other four are too large.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.effects.effect import Values
 from bayestouch.model.noise_search import TouchScatter
 
-# Nodes reach so many sd of the usual noise beyond the samples: the mean is not farther from all of them.
+# Range of the nodes beyond the samples, in sd of the usual noise; the true mean is inside this range.
 BEYOND = 3.0
-# Sd of a normal variable over its median absolute deviation; least sd of the usual noise that nodes are placed for,
-# in units of that of all noise.
+# Sd of a normal variable over its median absolute deviation; smallest sd of the usual noise for the placing of nodes,
+# over that of all noise.
 FROM_MEDIAN, LEAST = 1.4826, 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class OutlierLikelihood:
-    """Samples about the nodes that their mean may be at; g groups (the samples of one element in one touch), p pairs.
+    """Quadrature over the true mean of each group; g groups (samples of one element in one touch), p pairs.
 
-    A pair is a group with one of its nodes. These are as far from each other as the mean of the group is uncertain:
-    the trapezoidal rule is then exact to 1e-8 for a normal density.
+    A pair is a group with one of its nodes. The distance of the nodes is the uncertainty of the mean of the group: the
+    trapezoidal rule is then exact to 1e-8 for a normal density.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class OutlierLikelihood:
     pair_element : (p,) int array
         Element of each pair.
     first, step : (g,) arrays
-        First pair of each group, and the distance of its nodes.
+        Index of the first pair of each group, and the distance of its nodes.
     sd : (m,) array
         Sd of all noise over the peak.
     """
@@ -48,13 +48,13 @@ class OutlierLikelihood:
 
     @classmethod
     def of(cls, scatter: TouchScatter) -> OutlierLikelihood:
-        """Of samples about the mean of their touch."""
+        """Likelihood for the scatter of a fitted model."""
         deviation, element = _grouped(scatter)
         count = (~np.isnan(deviation)).sum(axis=1)
         about = np.abs(deviation - np.nanmedian(deviation, axis=1, keepdims=True))
         usual = np.full(len(scatter.sd), LEAST)
         for e in np.unique(element):
-            # Medians of few samples follow them: deviations from them are smaller than those from the true mean.
+            # Deviations from the median of few samples are smaller than those from the true mean.
             rows = element == e
             wider = np.sqrt(1 - 1 / count[rows].mean())
             usual[e] = max(FROM_MEDIAN * float(np.nanmedian(about[rows])) / wider, LEAST)
@@ -68,7 +68,7 @@ class OutlierLikelihood:
         return cls((deviation[group] - place[:, None]) ** 2, element[group], first, step, scatter.sd)
 
     def __call__(self, values: Values, own: FloatArray) -> FloatArray:
-        """Log likelihood that each element contributes (m,), up to a constant.
+        """Contribution of each element to the log likelihood, (m,), up to a constant.
 
         Parameters
         ----------
@@ -80,7 +80,7 @@ class OutlierLikelihood:
         probability, size = values
         wide = own + (size / self.sd) ** 2
         narrow_sd, wide_sd = np.sqrt(own)[self.pair_element, None], np.sqrt(wide)[self.pair_element, None]
-        # No exponent below that of the least double: a reading that far off is a wrong one under any values.
+        # The bound avoids underflow of exp; a reading with such a deviation is wrong for all values.
         usual = (1 - probability) / narrow_sd * np.exp(-np.minimum(0.5 * self.square / narrow_sd**2, 700.0))
         wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * self.square / wide_sd**2, 700.0))
         log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
@@ -93,14 +93,14 @@ class OutlierLikelihood:
 def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray]:
     """Deviations of each element's samples in each touch (g, k), NaN missing, in units of the sd; and the element (g,).
 
-    Groups of one sample say nothing.
+    Groups of one sample carry no information and are left out.
     """
     n, m = scatter.z.shape
     order = np.argsort(scatter.touch, kind="stable")
     _, touch, count = np.unique(scatter.touch[order], return_inverse=True, return_counts=True)
     sample = np.arange(n) - (np.cumsum(count) - count)[touch]
     deviation = np.full((len(count), m, int(count.max())), np.nan)
-    # Deviations were divided by the root of their weight, so that their variance is one.
+    # `z` is a deviation divided by the root of its weight, which made its variance one; this is undone here.
     deviation[touch, :, sample] = (scatter.z * np.sqrt(scatter.weight)[:, None])[order]
     flat, element = deviation.reshape(-1, deviation.shape[2]), np.tile(np.arange(m), len(count))
     several = (~np.isnan(flat)).sum(axis=1) > 1

@@ -1,4 +1,4 @@
-"""Readings that are more likely wrong than not."""
+"""Removal of readings that are wrong with more than 50 % probability."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 
-# A median needs so many samples to tell the one that is off.
+# Smallest number of samples whose median identifies a wrong one.
 LEAST_SAMPLES = 3
 
 
@@ -30,6 +30,6 @@ def from_median(touches: Touches) -> FloatArray:
 
 
 def without_wrong(touches: Touches, effect: NoiseEffect, values: Values, sd: FloatArray, peak: FloatArray) -> Touches:
-    """The table without the readings that an effect of the noise takes to be wrong, see `NoiseEffect.wrong`."""
+    """The table without the readings that are probably wrong by a noise effect, see `NoiseEffect.wrong`."""
     wrong = effect.wrong(from_median(touches), sd, peak, values)
     return touches if wrong is None else touches.with_(readings=np.where(wrong, np.nan, touches.readings))

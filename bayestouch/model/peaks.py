@@ -1,4 +1,4 @@
-"""Fits whose shares refer to the peaks that they find themselves, not to those of a fit without the effects."""
+"""Fits in which shares refer to the peak readings of the fit itself, not to those of a fit without the effects."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from bayestouch.model.base import SensorModel
 from bayestouch.model.fitting import Drift, Fitted, fit
 from bayestouch.model.noise import NoiseModel
 
-# A change of a peak (as a share of it) that is far below one standard deviation of any effect's value; fits at most.
+# Relative change of the peaks at which the iteration ends (far below one sd of any value); largest number of fits.
 SETTLED, MOST_FITS = 2e-4, 6
 
 
 def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
-    """Fit as `bayestouch.model.fitting.fit`, again with the peaks of the last fit until they stay.
+    """Fit as `bayestouch.model.fitting.fit`, repeated with the peaks of the last fit until these are constant.
 
-    An effect that bends the readings bends the peaks of a fit without it, too: limits and curves that are stated in
-    shares of those are a tenth and more off, and where elements saturate each at its own limit their form is wrong.
+    A nonlinear readout also changes the peaks of a fit without it. Limits and curves in shares of those peaks are
+    wrong by 10 % and more, and their form is wrong if each element saturates at its own limit.
     """
     for _ in range(MOST_FITS):
         fitted = fit(model, start, noise, drifts)
         peak = fitted.model.peak_at(fitted.vector)
         if np.all(np.abs(peak / model.peak - 1) < SETTLED):
             break
-        # Noise that is stated in shares stays as large as it is.
+        # Shares of the noise are rescaled: the noise in the unit of the readings does not change.
         ratio = float(model.peak.mean() / peak.mean())
         noise = noise.with_(peak=peak, added=noise.added.for_peaks(ratio))
         model, start = replace(model, peak=peak), fitted.vector
@@ -34,7 +34,7 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
 
 
 def settled(fitted: Fitted) -> Fitted:
-    """The model fitted once more under its own whitening; what effects explain within touches is no noise any more."""
+    """The model fitted again with its own whitening; the noise is without what effects explain within touches."""
     noise = fitted.noise
     if fitted.linear.deviation_jacobian is not None:
         observed = fitted.model.known

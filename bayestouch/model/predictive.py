@@ -1,4 +1,4 @@
-"""Held-out predictive densities of a model made linear around its fit."""
+"""Cross-validated predictive densities of a model linearised at its fit."""
 
 from __future__ import annotations
 
@@ -11,21 +11,20 @@ from bayestouch.model.linear import Linearised, conditioned
 
 
 def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
-    """Log predictive density of each touch from the touches of other folds, up to a constant.
+    """Log predictive density of each touch given the touches of the other folds, up to a constant.
 
     Parameters
     ----------
     model : Linearised
-        Around its fit: the model without a fold is worked out from it by taking rows away, which is exact for
-        what is linear.
+        The model at its fit to all touches; the rows of a fold are removed from it, which is exact for a linear model.
     fold : (t,) int array
         Fold of each touch.
 
     Returns
     -------
     (t, 3) array
-        Of the touch's means; of the deviations of its samples from these; and minus half the squared error of the
-        means in units of the noise, to which it does not matter how uncertain the prediction says it is.
+        Log density of the mean readings; of the deviations of samples from the means; and minus half the squared error
+        of the means in units of the noise, which does not depend on the uncertainty of the prediction.
     """
     t, m = model.residual.shape
     design, hessian = model.jacobian, precision_of_all(model)
@@ -67,7 +66,7 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
 
 
 def precision_of_all(model: Linearised) -> FloatArray:
-    """Precision of parameters and weights of the functions together, (d + k, d + k)."""
+    """Joint posterior precision of the parameters and the weights of the functions, (d + k, d + k)."""
     own = np.diag(model.precision)
     if model.deviation_jacobian is not None:
         own = own + model.deviation_jacobian.T @ model.deviation_jacobian
@@ -79,7 +78,7 @@ def precision_of_all(model: Linearised) -> FloatArray:
 
 
 def _products(jacobian: FloatArray, white: WhiteColumns | None) -> FloatArray:
-    """Products of the columns of parameters (n, d) and of weights with each other."""
+    """Gram matrix of the columns of the parameters (n, d) and of the weights."""
     own = jacobian.T @ jacobian
     if white is None:
         return np.asarray(own)

@@ -1,4 +1,4 @@
-"""What residuals are looked at against: one value for every touch and element."""
+"""Quantities on which residuals may depend, with a value for every touch and element."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from bayestouch.model.observations import Observations
 
 @dataclass(frozen=True, eq=False)
 class Quantity:
-    """A quantity along which a residual may have structure.
+    """A quantity on which residuals may depend.
 
     Attributes
     ----------
     name : str
-        In plain words.
+        Name for reports.
     unit : str
-        Unit.
+        Unit of the values.
     values : (t, m) array
         Value for each touch and element; NaN unknown.
     """
@@ -30,13 +30,13 @@ class Quantity:
 
     @property
     def varies(self) -> bool:
-        """Whether there is anything to see along it."""
+        """Whether the values differ between touches or elements."""
         finite = self.values[np.isfinite(self.values)]
         return len(finite) > 0 and float(np.ptp(finite)) > 1e-9 * float(np.abs(finite).max(initial=0.0))
 
 
 def previous_readings(observed: Observations) -> FloatArray:
-    """Mean reading of each element in the touch before, (t, m); zero for the first touch."""
+    """Mean reading of each element in the previous touch, (t, m); zero for the first touch."""
     start = np.full(observed.n_touches, np.inf)
     np.minimum.at(start, observed.row_touch, observed.time_s)
     history = observed.history

@@ -1,4 +1,4 @@
-"""Chi-squares, sums of them, and normal scores, also far out in the tails."""
+"""Normal scores and tail probabilities of chi-squares and of sums of them, also far out in the tails."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from scipy.special import gammaincc, ndtri
 
 from bayestouch.array_types import FloatArray
 
-# Beyond this, chi-squares underflow their tail and asymptotic forms take over.
+# Above this chi-square the tail probability underflows and an asymptotic form is used.
 FAR = 600.0
 
 
@@ -20,9 +20,9 @@ def normal_score(chi_square: float, freedom: float) -> float:
 
 
 def quadratic_score(slope: FloatArray, information: FloatArray) -> tuple[float, float]:
-    """Test of a random function: sum of squares of a slope whose covariance is `information` if nothing is missing.
+    """Test of a random function: sum of squares of `slope`, with covariance `information` if the model is complete.
 
-    The sum is distributed as a sum of chi-squares; its first two moments give a scaled chi-square (Satterthwaite).
+    The sum is approximated by a scaled chi-square with the same first two moments (Satterthwaite).
 
     Returns
     -------
@@ -39,19 +39,19 @@ def quadratic_score(slope: FloatArray, information: FloatArray) -> tuple[float, 
 
 
 def at_least_one(tail: float, trials: int) -> float:
-    """Probability that the best of so many independent trials has a tail probability this small (Šidák)."""
+    """Probability that the smallest tail probability of `trials` independent trials is at most `tail` (Šidák)."""
     return float(-np.expm1(trials * np.log1p(-min(tail, 1 - 1e-16))))
 
 
 def lack_of_fit_tail(ratio: float, freedom: float, pure_freedom: float) -> float:
-    """Tail probability of a lack of fit: F with the freedom of the residual and that of the pure error."""
+    """Tail probability of a lack-of-fit ratio: F distribution with the freedoms of residual and pure error."""
     from scipy.special import fdtrc
 
     return float(fdtrc(freedom, pure_freedom, ratio)) if freedom > 0 and pure_freedom > 0 else float("nan")
 
 
 def lack_of_fit_limits(chance: float, freedom: float, pure_freedom: float) -> tuple[float, float]:
-    """Limits that hold all but a share `chance` of the lacks of fit of a model that misses nothing."""
+    """Limits of the central `1 - chance` of the lack-of-fit ratio if the model is complete."""
     from scipy.special import fdtri
 
     if freedom <= 0 or pure_freedom <= 0:

@@ -1,4 +1,4 @@
-"""Which touches a fit with effects sees, and which a diagnosis holds out of everything."""
+"""Split of a data set into touches for fits with effects and touches held out for the estimate of errors."""
 
 from __future__ import annotations
 
@@ -17,39 +17,39 @@ from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing, one_clock, typical_gap
 
-# Touches to be read are split where there are so many with references, else the calibration gives up a quarter.
+# Smallest number of touches with references: in touches to be read, to split these; in the calibration, to split it.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
 TOO_FEW = "too few touches to hold any out: errors are not estimated"
 NOTHING_KNOWN = (
     "no touch that presses has a known indenter, location and reading, so that there is nothing to fit: give "
     "indenter_radius_mm (on a finger) and the location for some touches at least"
 )
-# Blocks in time that the touches of a scan are parted into.
+# Number of blocks of consecutive touches into which a scan is split.
 BLOCKS = 40
 
 
 @dataclass(frozen=True, eq=False)
 class SplitData:
-    """Touches of a data set, on one clock and parted.
+    """Touches of a data set, on one clock, split into training and held-out touches.
 
     Attributes
     ----------
     dataset : DataSet
-        With a calibration, split off where there was none.
+        The data set; if it has no calibration touches, these are split off.
     table : Touches
-        All rows, calibration first, with their rest reading subtracted; touches are numbered through.
+        All rows, calibration first, minus the rest reading; touches are numbered from 0 over both tables.
     time_s, held_s : (n,) arrays
-        Clock of the rows.
+        Time of each row, and time since its touch began, in `unit`.
     unit : str
         Unit of the times.
     rest : (m,) array or None
-        Rest reading that was subtracted from the calibration's rows.
+        Rest reading that was subtracted from the rows of the calibration.
     session : (n,) int array
-        Which table each row is from: what wanders may have jumped in between.
+        Table of each row, 0 or 1; drifts are independent between tables.
     training, held_out : (n,) bool arrays
-        Rows of the touches that fits and choices see, and of those that nothing sees.
+        Rows of the touches used in fits and choices of effects, and of the touches used in neither.
     notes : tuple of str
-        How it was parted, and what was assumed.
+        How the data set was split, and what was assumed.
     """
 
     dataset: DataSet
@@ -65,12 +65,12 @@ class SplitData:
 
     @classmethod
     def of(cls, dataset: DataSet) -> SplitData:
-        """Part a data set.
+        """Split of a data set.
 
-        Every other touch of ``touches.csv`` that has references joins the calibration touches, so that fits see all
-        radii and the whole time; the others are held out. Where too few have references, every fourth calibration
-        touch is held out. Without a table to calibrate with, every fourth touch of a finger is held out, and on a pad
-        every fourth block of touches that follow each other.
+        Every second touch of ``touches.csv`` with references is fitted together with the calibration touches, so that
+        fits cover all radii and the whole time; the others are held out. If too few have references, every fourth
+        calibration touch is held out. Without a calibration table, every fourth touch of a finger is held out, on a pad
+        every fourth block of consecutive touches.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class SplitData:
 
     @classmethod
     def of_calibration(cls, dataset: DataSet) -> SplitData:
-        """The calibration touches alone, none of them held out.
+        """The calibration touches only, with none held out.
 
         Raises
         ------
@@ -149,7 +149,7 @@ class SplitData:
 
     @classmethod
     def _of_one_table(cls, dataset: DataSet) -> SplitData:
-        """Part one table by time."""
+        """Split of a data set with one table, by time."""
         whole = dataset.touches
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
         _, group = groups(table.touch)
@@ -183,11 +183,11 @@ class SplitData:
 
     @property
     def n_held_out(self) -> int:
-        """Touches held out."""
+        """Number of held-out touches."""
         return len(np.unique(self.table.touch[self.held_out]))
 
     def observations(self, rows: BoolArray) -> Observations:
-        """Observations of some rows; they know what was read before each, whichever part that is in."""
+        """Observations of some rows; their history has all earlier touches, training and held out."""
         history = history_of(self.table, self.time_s)
         span = (float(self.time_s.min()), float(self.time_s.max()))
         return Observations.of(
@@ -196,12 +196,12 @@ class SplitData:
 
     @property
     def _sessions(self) -> tuple[tuple[float, float], ...]:
-        """First and last time of each table."""
+        """First and last time of each table, in `unit`."""
         times = [self.time_s[self.session == each] for each in np.unique(self.session)]
         return tuple((float(time.min()), float(time.max())) for time in times)
 
     def thinned(self, most: int | None, seed: int) -> SplitData:
-        """The same with no more than `most` training touches, chosen at random; all of them without a limit."""
+        """The split with at most `most` training touches, chosen at random; None for no limit."""
         ids = np.unique(self.table.touch[self.training])
         if most is None or len(ids) <= most:
             return self
@@ -210,7 +210,7 @@ class SplitData:
         return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
 
     def setting(self, contact: str, reference_load: float) -> Setting:
-        """What effects may suit themselves to."""
+        """Setting by which effects choose their priors and probes."""
         sensor, table = self.dataset.sensor, self.table.select(self.training)
         places = [axis for axis in (getattr(table, name) for name in sensor.body.location_columns) if axis is not None]
         contact_rows = self.table.in_contact
@@ -229,7 +229,7 @@ class SplitData:
 
 
 def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
-    """What is missing from the rows that fits see."""
+    """Remarks on readings and samples that are missing in `rows`, the rows used in fits."""
     out = []
     dead = np.flatnonzero(np.isnan(table.readings[rows]).all(axis=0))
     if len(dead):
@@ -246,7 +246,7 @@ def remarks_on(table: Touches, rows: BoolArray) -> tuple[str, ...]:
 
 
 def joined_tables(*tables: Touches) -> Touches:
-    """Rows of tables, touches numbered through from zero; columns that only some have are unknown in the others."""
+    """Rows of all tables, touches numbered from 0; columns that a table does not have are NaN."""
 
     def numbers(name: str) -> FloatArray | None:
         parts = [getattr(table, name) for table in tables]
@@ -275,12 +275,12 @@ def joined_tables(*tables: Touches) -> Touches:
 
 
 def without_dead(table: Touches) -> Touches:
-    """The table without the readings of elements that read the same in every row: they tell nothing."""
+    """The table without the readings of elements that are constant over all rows: they carry no information."""
     return table.with_(readings=np.where(table.usable_elements, table.readings, np.nan))
 
 
 def _known(table: Touches, references: tuple[str, ...]) -> BoolArray:
-    """Touches with every reference that a fit needs, (t,); columns that the table does not have are not asked for."""
+    """Whether each touch has all `references`, (t,); columns that the table does not have are not required."""
     ids, group = groups(table.touch)
     contact = table.in_contact & ~np.isnan(table.readings).all(axis=1) & ~(table.load <= 0)
     columns = [getattr(table, name) for name in references]

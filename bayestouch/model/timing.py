@@ -1,4 +1,4 @@
-"""When each row was taken, on one clock for the whole data set."""
+"""Time of each row, on one clock for the whole data set."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.grouping import groups
 from bayestouch.data.touches import Touches
 
-# Without a clock a touch begins one unit after the one before and its samples fill this share of it.
+# Without times, touches begin one unit apart, and the samples of a touch take this share of the unit.
 HELD_SHARE = 0.2
 
 
@@ -21,11 +21,11 @@ class Timing:
     Attributes
     ----------
     time_s, held_s : (n,) arrays
-        Time of each row, and since the first row of its touch that is in contact; zero before that.
+        Time of each row, and time since the first row of its touch that is in contact (zero before it).
     unit : str
-        ``"s"``, or ``"touch"`` where the order of the rows stands for the time.
+        ``"s"``, or ``"touch"`` if the order of the rows is used instead of times.
     note : str
-        What was assumed; empty where the clock is good.
+        What was assumed; empty if the times of the table are used.
     """
 
     time_s: FloatArray
@@ -35,13 +35,13 @@ class Timing:
 
     @classmethod
     def of(cls, touches: Touches) -> Timing:
-        """The table's own clock where it is complete and runs forward, else the order of the rows."""
+        """The times of the table if they are complete and increase, else the order of the rows."""
         _, group = groups(touches.touch)
         time = touches.time_s
         n = int(group.max()) + 1 if len(group) else 0
         first = np.full(n, np.inf)
         np.minimum.at(first, group, np.where(np.isnan(time) | ~touches.in_contact, np.inf, time))
-        # A touch that is all rest has no first row in contact: its rows are held for no time.
+        # A touch without rows in contact has `held_s` zero.
         held = np.maximum(time - np.minimum(first[group], time), 0.0)
         if np.isfinite(time).all() and np.all(np.diff(first[np.isfinite(first)]) >= 0) and n > 0 and np.ptp(time) > 0:
             return cls(time - time.min(), held, "s")
@@ -51,15 +51,15 @@ class Timing:
         return cls(group + held, held, "touch", f"{why}: the order of the rows stands for time, one unit a touch.")
 
     def after(self, end: float, gap: float) -> Timing:
-        """The same clock started at `end` + `gap`, for a table that was recorded after another."""
+        """The clock started at `end` + `gap`, for a table that was recorded after another."""
         return Timing(self.time_s + end + gap, self.held_s, self.unit, self.note)
 
 
 def one_clock(first: Touches, second: Touches) -> tuple[Timing, Timing]:
     """Clocks of two tables that were recorded one after the other.
 
-    Where both have good times and the second begins after the first, the clock is theirs; else the second is taken
-    to begin right after the first.
+    If both have good times and the second begins after the first, these times are used; else the second is assumed to
+    begin directly after the first.
     """
     one, two = Timing.of(first), Timing.of(second)
     if one.unit == two.unit == "s":
@@ -67,14 +67,14 @@ def one_clock(first: Touches, second: Touches) -> tuple[Timing, Timing]:
         if begin >= end:
             return one, Timing(second.time_s - start, two.held_s, "s")
     elif one.unit != two.unit:
-        # One good clock of two is none: both are put in order.
+        # If one table has no good times, the order of the rows is used for both.
         one, two = (Timing.of(t.with_(time_s=np.full(t.n_rows, np.nan))) for t in (first, second))
     gap = typical_gap(one.time_s, one.held_s)
     return one, two.after(float(one.time_s.max()), gap)
 
 
 def typical_gap(time_s: FloatArray, held_s: FloatArray) -> float:
-    """Median time from the last row of a touch to the first row of the next; 0 where there is one touch only."""
+    """Median time from the last row of a touch to the first row of the next; 0 for a single touch."""
     start = time_s - held_s
     order = np.argsort(time_s, kind="stable")
     begin, now = start[order], time_s[order]

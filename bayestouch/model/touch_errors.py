@@ -1,4 +1,4 @@
-"""Errors of touches that are read as unknown, on touches that no fit and no choice has seen."""
+"""Errors of posteriors of held-out touches, which are read as unknown touches."""
 
 from __future__ import annotations
 
@@ -12,26 +12,26 @@ from bayestouch.model.held_out import HeldOut
 from bayestouch.results.objects import TouchPosteriors
 
 COVERAGE = 0.9
-# Of central intervals to a few parts in a hundred of their width, which is far below what hundreds of touches tell.
+# Draws per touch: error of a few per cent of the width of central intervals, negligible for hundreds of touches.
 DRAWS = 512
 
 
 @dataclass(frozen=True)
 class TouchErrors:
-    """Posterior mean minus reference over held-out touches; NaN what the data, or the body, cannot give.
+    """Posterior mean minus reference over held-out touches; NaN for a quantity that data or body do not have.
 
     Attributes
     ----------
     R_bias_mm, R_rms_mm : float
-        Of the composite radius. Touches are read with the force sensor's load, as a user reads them.
+        Mean and rms error of the composite radius, with the load of the force sensor given.
     theta_rms_deg : float
-        Of the location, from the same reading.
+        Rms error of the location, with the load given.
     P_rms_N_per_m : float
-        Of the load that is inferred from the elements alone, against the force sensor: a load that was inferred with
-        the force sensor's reading repeats that reading, and its distance from it says nothing.
+        Rms error of the load inferred from the elements alone, against the force sensor. (A load that is inferred with
+        the reading of the force sensor only repeats it.)
     coverage_90 : float
-        Share of the touches whose R lies in the central 90 % of its posterior. Edges and flats are not counted: they
-        are at the ends of the prior, where no central interval reaches.
+        Share of the touches whose R is in the central 90 % of its posterior, without edges and flats: they are at the
+        ends of the prior, which a central interval does not include.
     """
 
     R_bias_mm: float
@@ -43,17 +43,17 @@ class TouchErrors:
 
 @dataclass(frozen=True, eq=False)
 class TouchReading:
-    """Held-out touches as read: their errors, and R of each with its central 90 %.
+    """Errors of the posteriors of held-out touches, and R of each with its central 90 %.
 
     Attributes
     ----------
     errors, against_stated : TouchErrors
-        Summary, against references as the model corrects them and as the data set states them.
+        Errors against references as corrected by the model, and as stated in the data set.
     R_mm, low_mm, high_mm : (t,) arrays
-        Posterior mean, and ends of the interval.
+        Posterior mean of R and ends of its interval, mm.
     by_touch : mapping of (t,) arrays
-        Error of each touch against the stated reference, by the key of its summary; NaN unknown. For coverage 1 where
-        the interval holds the reference, 0 where it does not.
+        Error of each touch against the stated reference, by field of `TouchErrors`; NaN unknown. For coverage: 1 if
+        the interval contains the reference, else 0.
     """
 
     errors: TouchErrors
@@ -64,18 +64,18 @@ class TouchReading:
     by_touch: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
-#: `bayestouch.infer`, which stands above the bodies.
+#: Type of `bayestouch.infer`, which is in a higher layer.
 Infer = Callable[..., TouchPosteriors]
 
 
 def rows_of_held_out(read: TouchPosteriors, held: HeldOut) -> IntArray:
-    """Where the held-out touches are among those that were read."""
+    """Indices of the held-out touches in the posteriors `read`, (t,)."""
     place = {int(touch): i for i, touch in enumerate(read.rows.touch)}
     return np.array([place[int(touch)] for touch in held.observed.means.touch])
 
 
 def summarised(key: str, values: FloatArray) -> float:
-    """Root mean square of errors by touch where the key says rms, else their mean; NaN where none is known."""
+    """Summary of errors by touch: root mean square if ``rms`` is in the key, else the mean; NaN if all are NaN."""
     values = values[np.isfinite(values)]
     if not len(values):
         return float("nan")

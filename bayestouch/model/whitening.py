@@ -1,4 +1,4 @@
-"""Rows made independent with variance one."""
+"""Whitening: transforms readings so that their noise is independent with variance one."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne, inverse_root
 
 @dataclass(frozen=True, eq=False)
 class Whitening:
-    """Makes the readings of a touch, and those of a sample, independent with variance one.
+    """Transforms of the mean readings of touches, and of deviations of samples, to unit white noise.
 
     Attributes
     ----------
     root : (t, m, m) array
-        Inverse Cholesky factor of the covariance of each touch's means: noise, and the load's error, which moves
-        all elements together. Rows and columns of missing readings are zero.
+        Inverse Cholesky factor of the covariance of the mean readings of each touch: noise, and the error of the load,
+        which is shared by all elements. Rows and columns of missing readings are zero.
     sample_sd, sample_shared : (n, m) arrays
-        Noise of a sample, and what one standard deviation of its shared error does; inf where missing.
+        Sd of a sample's own noise (inf where missing), and change of the sample by one sd of its shared error.
     """
 
     root: FloatArray
@@ -33,12 +33,12 @@ class Whitening:
 
     @classmethod
     def of(cls, observed: Observations, noise: NoiseModel, signal: FloatArray, by_load: FloatArray) -> Whitening:
-        """Whitening for touches of which the readings (t, m) and their derivative over the load are predicted."""
+        """Whitening for touches with predicted signal (t, m) and derivative of the readings over the load (t, m)."""
         means = observed.means
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
         one = noise.own_variance(signal)
-        variance = np.where(present, one / np.maximum(counts, 1), 1.0)
+        variance = np.where(present, noise.mean_variance(signal, np.maximum(counts, 1)), 1.0)
         reads = np.maximum(counts.max(axis=1), 1)
         root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])
@@ -48,15 +48,15 @@ class Whitening:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Mean readings that are there, (t, m)."""
+        """Whether each mean reading is present, (t, m)."""
         return np.asarray((self.root != 0).any(axis=2))
 
     def columns(self, raw: FloatArray) -> WhiteColumns:
-        """Whitened columns of mean readings (c, t, m)."""
+        """Whitened columns from columns of mean readings (c, t, m)."""
         return WhiteColumns.of(raw, self.root)
 
     def touches(self, rows: FloatArray) -> FloatArray:
-        """Whitened rows (..., t, m)."""
+        """Whitened mean readings (..., t, m)."""
         return np.asarray(np.einsum("tij,...tj->...ti", self.root, _known(rows), optimize=True))
 
     def samples(self, rows: FloatArray) -> FloatArray:
@@ -65,5 +65,5 @@ class Whitening:
 
 
 def _known(rows: FloatArray) -> FloatArray:
-    """Rows with zeros where they are missing."""
+    """Rows with NaN replaced by zero."""
     return np.where(np.isnan(rows), 0.0, rows)

@@ -1,1 +1,1 @@
-"""All that is particular to a pad: its fit, its model with effects, its reader."""
+"""Everything that is specific to pads: fit, model with effects, reading of touches."""

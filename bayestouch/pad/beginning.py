@@ -1,4 +1,4 @@
-"""Where a fit of a pad with effects begins, and what is made of such a fit."""
+"""Start of fits of a pad with effects, and the results that are computed from a fit."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int) -> Begi
     Raises
     ------
     InputError
-        As `bayestouch.pad.start.pad_fit`.
+        For the reasons of `bayestouch.pad.start.pad_fit`.
     """
     training, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
@@ -44,7 +44,7 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int) -> Begi
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
-    """Effects that the empirical map does not have in it already: it has any response that goes with the place."""
+    """Effects of the catalogue that the empirical map cannot represent: those that do not depend on location only."""
     m = setting.n_elements
     nowhere = Recording(
         indenter_radius_mm=np.full(1, np.nan),
@@ -67,17 +67,17 @@ class PadEvaluation:
     Attributes
     ----------
     data : SplitData
-        Touches.
+        Training and held-out touches.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     observed : Observations or None
         Held-out touches.
     kernel : str or None
         Kernel of the calibrations; that of the fit by default.
     draws, seed : int
-        Of the calibrations.
+        Number of draws and seed of the calibrations.
     peak : (m,) array
-        Peak readings of the fit without effects: errors before and after are shares of the same.
+        Peak readings of the fit without effects, the unit of errors of all fits.
     """
 
     data: SplitData
@@ -89,7 +89,7 @@ class PadEvaluation:
     peak: FloatArray
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """The fit as a posterior that `bayestouch.infer` uses; its empirical map takes the place of a correction."""
+        """Posterior of the fit, for `bayestouch.infer`; a pad uses its empirical map instead of a correction."""
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
         return pad_calibration(
@@ -108,9 +108,9 @@ class PadEvaluation:
         )
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
-        """Residuals of the held-out touches, or those at stated references; None where none could be held out."""
+        """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""
         return None if self.observed is None else held_out(fitted, correction, self.observed, self.peak, stated=stated)
 
     def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
-        """The held-out touches read as unknown, by `infer`, and their errors."""
+        """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
         return read_held_out(infer, calibration, self.data, held, seed=self.seed)

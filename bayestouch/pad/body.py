@@ -1,4 +1,4 @@
-"""What the verbs ask of a pad. Everything is imported when it is used."""
+"""The `Body` of pads. Modules are imported when they are used."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
-# Each fit with an empirical map solves for hundreds of weights: a second for so many touches of eight elements.
+# A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
 MOST_TOUCHES = 1000
-# Loads that spread over less than this share of their median leave no error of the load to see.
+# Smallest range of the loads, over their median, at which an error of the load can be observed.
 LOADS_VARY = 0.2
 
 
@@ -77,6 +77,6 @@ BODY = Body(
     instead={
         "each_sample": "a pad is read touch by touch with emcee",
         "method": "a pad is read touch by touch with emcee",
-        "indenter": "a pad does not tell radii",
+        "indenter": "a pad does not measure radii",
     },
 )

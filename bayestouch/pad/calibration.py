@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from bayestouch.chain.kernel_choice import kernel_for, kernel_names
-from bayestouch.chain.pad_map import PadMap
+from bayestouch.chain.kernel_choice import kernel_names
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import pad_of
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
-from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
+from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.choice import choose_model
+from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import SAMPLES
-from bayestouch.pad.priors import check_identifiable
+from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
+from bayestouch.pad.start import fit_without_effects
+from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
-# Log predictive density that a model must gain to be preferred to a simpler one: a factor of twenty.
-_WORTH_A_MAP = 3.0
+# Share of the time after which the model is chosen.
+CHOSEN = 0.7
 
 
 def calibrate_pad(
@@ -31,44 +33,91 @@ def calibrate_pad(
     samples: str = "auto",
     draws: int = 1000,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
-    further: Callable[[PadCandidate, PadMap], PadMap] | None = None,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
-    Three models compete by the log predictive density of each calibration reading left out of the fit: the best
-    kernel alone, that kernel with an empirical map, and an empirical map about a constant; a simpler one holds its
-    place unless it is clearly worse. The posterior of the parameters is the normal (Laplace) approximation at the
-    mode; with a map, it is what is known of the kernel beside the map.
+    Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
+    this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
+    is chosen. emcee draws its parameters from the exact posterior, with the map integrated out, and with proposals from
+    the normal approximation at the mode.
 
     Parameters
     ----------
     dataset : DataSet
-        Of a pad. Without a calibration table the touches are split by location first.
+        Data set of a pad. Without a calibration table, the touches are first split by location.
     kernel : str
-        One of `bayestouch.chain.kernels.kernel_names`, or ``"auto"``.
+        One of `bayestouch.chain.kernel_choice.kernel_names`, or ``"auto"``.
     empirical : bool or "auto"
-        Whether an empirical map is part of the model.
+        Whether the model has an empirical map.
     samples : {"auto", "mean", "first", "last"}
-        Which samples of a touch count; see `bayestouch.pad.known_touches.choose_samples`.
+        Samples of a touch that are used; see `bayestouch.pad.known_touches.choose_samples`.
     draws : int
-        Posterior draws in all.
+        Number of posterior draws, over all chains.
     seed : int
+        Seed of the random numbers.
     progress : callable, optional
         Called with the share done, 0 to 1.
-    further : callable, optional
-        Makes the map that is kept from the model and its map.
 
     Returns
     -------
     Calibration
-        ``rows.predicted`` predicts each touch's readings without themselves, ``rows.sd`` with their noise.
+        ``rows.predicted`` is the prediction of each reading from all others, ``rows.sd`` its sd with the noise.
 
     Raises
     ------
     InputError
-        The touches cannot identify the parameters, or an option is not known.
+        The touches cannot identify the parameters, or an option has an unknown value.
     """
+    chosen = choose_pad(
+        dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=_part(progress, 0.0, CHOSEN)
+    )
+    fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
+    density = PadDensity.of(fitted)
+    posterior = PadPosterior.of(density, draws, seed, progress=_part(progress, CHOSEN, 1.0))
+    model = chosen.model.at(density.values(density.mode), posterior.covariance)
+    return replace(chosen, model=model).calibration(dataset.sensor, posterior)
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenPad:
+    """Known touches of a pad, the model that predicts them best, and all that were tried by name.
+
+    Attributes
+    ----------
+    problem : PadProblem
+        The touches.
+    name : str
+        Name of the chosen model.
+    model : PadCandidate
+        The chosen model.
+    rivals : dict of str to PadCandidate
+        All of them.
+    notes : list of str
+        What was handled or assumed.
+    """
+
+    problem: PadProblem
+    name: str
+    model: PadCandidate
+    rivals: dict[str, PadCandidate]
+    notes: list[str]
+
+    def calibration(self, sensor: Sensor, posterior: PadPosterior) -> Calibration:
+        """The calibration with a posterior."""
+        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes)
+
+
+def choose_pad(
+    dataset: DataSet,
+    *,
+    kernel: str,
+    empirical: bool | Literal["auto"] = "auto",
+    samples: str = "auto",
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> ChosenPad:
+    """Choose the model of a pad; parameters and errors as of `calibrate_pad`."""
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"expected samples among {', '.join(SAMPLES)}, got {samples!r}")
@@ -79,54 +128,10 @@ def calibrate_pad(
     assert dataset.calibration is not None
     problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
-    notes = [*dataset.notes, *dataset.calibration.notes, *notes]
-    result = pad_calibration_of(dataset.sensor, problem, model, rivals, notes, draws=draws)
-    if further is not None:
-        kept = further(model, PadMap.from_arrays(result.extra))
-        result = replace(result, extra={**result.extra, **kept.arrays()})
-    if progress is not None:
-        progress(1.0)
-    return result
+    name = next(name for name, rival in rivals.items() if rival is model)
+    return ChosenPad(problem, name, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
 
 
-def choose_model(
-    problem: PadProblem,
-    dataset: DataSet,
-    kernel: str,
-    empirical: bool | Literal["auto"],
-    progress: Callable[[float], None] | None = None,
-) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """Best model by score, and all that were fitted by name."""
-    dimensions = problem.known.location.shape[1]
-    names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
-    kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
-    for each in kernels:
-        check_identifiable(problem.known, each, problem.usable)
-
-    def told(share: float) -> None:
-        if progress is not None:
-            progress(share)
-
-    models: dict[str, PadCandidate] = {}
-    for i, each in enumerate(kernels):
-        models[each.name] = fit_kernel(problem, each)
-        told(0.3 * (i + 1) / len(kernels))
-    best = max(models.values(), key=lambda model: model.score)
-    rivals = [] if empirical is True else [best]
-    if empirical is not False:
-        mapped = add_map(problem, best)
-        models[f"{best.kernel.name} with map"] = mapped
-        rivals.append(mapped)
-        told(0.6)
-        if kernel == "auto":
-            constant = kernel_for("constant", dataset.sensor, problem.pitch_mm)
-            alone = add_map(problem, fit_kernel(problem, constant))
-            models["map alone"] = alone
-            rivals.append(alone)
-        told(0.8)
-    # The simplest comes first, and holds its place against one that is hardly better.
-    chosen = rivals[0]
-    for rival in rivals[1:]:
-        if rival.score > chosen.score + _WORTH_A_MAP:
-            chosen = rival
-    return chosen, models
+def _part(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """Progress of a part of the work."""
+    return None if progress is None else lambda share: progress(first + (last - first) * share)

@@ -1,18 +1,18 @@
-"""A pad with effects as a calibration that can be saved, and used to read touches.
+"""Calibration of a pad with effects.
 
-Readings and loads are corrected for the effects at their most probable values. The calibration is an ordinary one of
-the corrected readings. It holds the effects, so that touches to be read are corrected in the same way; and, to first
-order, how the map would have come out under other values, so that touches know what the values leave open.
+Readings and loads are corrected for the effects at their most probable values, and a calibration without effects is
+made of the corrected readings. It stores the effects, so that touches to be read are corrected in the same way; and, to
+first order, how the map changes with the values of the effects, so that the uncertainty of these enters every touch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
@@ -21,12 +21,13 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
-from bayestouch.pad.calibration import calibrate_pad
-from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.calibration import ChosenPad, calibrate_pad, choose_pad
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.density import PadDensity
 from bayestouch.pad.effect_changes import changes_of, with_changes
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.model import PadModel
+from bayestouch.pad.posterior import PadPosterior
 from bayestouch.results.objects import Calibration
 
 
@@ -37,7 +38,7 @@ def pad_calibration(
     dataset: DataSet,
     table: Touches,
     clock: Timing,
-    training: NDArray[np.bool_],
+    training: BoolArray,
     rest: FloatArray | None,
     setting: Setting,
     kernel: str,
@@ -45,80 +46,60 @@ def pad_calibration(
     seed: int,
     notes: tuple[str, ...],
 ) -> Calibration:
-    """Calibration of a pad from its training touches, corrected for the effects that were found.
+    """Calibration of a pad from its training touches, corrected for the effects of a fit.
 
     Parameters
     ----------
     fitted : Fitted
         The fit.
     added : tuple of AddedEffect
-        Its effects in the order in which they were added.
+        Its effects, in the order in which they were added.
     dataset : DataSet
-        Of a pad.
+        Data set of a pad.
     table : Touches
-        All rows, rest reading subtracted.
+        All rows, minus the rest reading.
     clock : Timing
-        Of the rows.
+        Times of the rows.
     training : (n,) bool array
-        Rows to calibrate with.
+        Rows used in the calibration.
     rest : (m,) array or None
         Rest reading that was subtracted.
     setting : Setting
-        What the effects suited themselves to.
+        Setting by which the effects chose their priors.
     kernel, draws, seed
-        As `bayestouch.pad.calibration.calibrate_pad`.
+        As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
-        For the report.
+        Notes for the calibration.
     """
     effects = pad_effects(fitted, added, setting)
-    sensor = dataset.sensor
-    # Creep that differs from touch to touch is best kept out, whether its mean is known or not.
+    sensor = as_built = dataset.sensor
+    # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
     stated = table
     if added:
         table = effects.corrected(stated, clock)
-
-    def further(model: PadCandidate, map_: PadMap) -> PadMap:
-        """The map, and how it follows the values of the effects."""
-        known = model.fit.known
-
-        def columns(effects: PadEffects) -> FloatArray:
-            moved = effects.corrected(stated, clock, near=table).select(training).baseline_corrected()
-            means = pad_readings(moved, known.location.shape[1], samples)
-            row = np.flatnonzero(np.isin(means.touch, known.touch))
-            return np.column_stack([means.readings, means.load])[row]
-
-        changes = np.nan_to_num(changes_of(effects, columns))
-        return with_changes(map_, model, changes[:, :, :-1], changes[:, :, -1])
-
-    if added and sensor.force_noise_sd is not None:
-        sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
+        if sensor.force_noise_sd is not None:
+            sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
-    made = calibrate_pad(
-        replace(dataset, sensor=sensor, calibration=known),
-        kernel=kernel,
-        samples=samples,
-        draws=draws,
-        seed=seed,
-        further=further if len(effects.root) else None,
-    )
-    # The table has no rest reading any more: what was subtracted from it is what touches to come need.
-    made = made.with_rest_reading(rest)
-    made = replace(made, sensor=dataset.sensor, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    dataset = replace(dataset, sensor=sensor, calibration=known)
+    if not added:
+        made = calibrate_pad(dataset, kernel=kernel, samples=samples, draws=draws, seed=seed)
+    else:
+        chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
+        made = chosen.calibration(sensor, PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added))
+
+        def moved(values: PadEffects) -> Touches:
+            return values.corrected(stated, clock, near=table).select(training)
+
+        map_ = PadMap.from_arrays(made.extra)
+        made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})
+    # The rest reading is already subtracted from the table; touches read later need it.
+    made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
-    posterior, mode = dict(made.posterior), dict(made.mode)
-    shape = next(iter(posterior.values())).shape[:2]
-    rng = np.random.default_rng([seed, 3])
-    for each in added:
-        for i, parameter in enumerate(each.effect.public_parameters()):
-            mode[parameter.name] = np.asarray(each.values[i])
-            posterior[parameter.name] = each.draws(i, rng.standard_normal(shape))
     return replace(
         made,
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
-        mode=mode,
-        posterior=posterior,
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},
         notes=(*made.notes, *_notes(effects)),
@@ -126,7 +107,7 @@ def pad_calibration(
 
 
 def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting) -> PadEffects:
-    """Effects of a fit, ready to free readings of them."""
+    """Effects of a fit with their values, in the form that corrects readings and loads."""
     model, noise = fitted.model, fitted.noise
     assert isinstance(model, PadModel)
     listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
@@ -143,11 +124,37 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     return replace(effects, root=np.asarray(root))
 
 
+def _following(effects: PadEffects, moved: Callable[[PadEffects], Touches], chosen: ChosenPad, map_: PadMap) -> PadMap:
+    """The map with its changes by the values of the effects.
+
+    Parameters
+    ----------
+    effects : PadEffects
+        The effects.
+    moved : callable
+        Known touches corrected with other values.
+    chosen : ChosenPad
+        The model whose map it is.
+    map_ : PadMap
+        The map.
+    """
+    if not len(effects.root):
+        return map_
+    problem, known = chosen.problem, chosen.problem.known
+
+    def columns(values: PadEffects) -> FloatArray:
+        means = pad_readings(moved(values).baseline_corrected(), known.location.shape[1], problem.samples)
+        return np.column_stack([means.readings, means.load])[np.isin(means.touch, known.touch)]
+
+    changes = np.nan_to_num(changes_of(effects, columns))
+    return with_changes(map_, chosen.model, changes[:, :, :-1], changes[:, :, -1])
+
+
 def _notes(effects: PadEffects) -> list[str]:
     notes = []
     if effects.left_to_map:
         notes.append(f"{' and '.join(effects.left_to_map)}: left to the empirical map, as it goes with the location")
     if effects.listed.drifts:
         names = " and ".join(effect.name for effect in effects.listed.drifts)
-        notes.append(f"{names}: not taken out of readings; it counts as noise")
+        notes.append(f"{names}: readings are not corrected for it; it counts as noise")
     return notes

@@ -1,4 +1,4 @@
-"""Models of a pad that compete: a kernel alone, a kernel with an empirical map, an empirical map alone."""
+"""Candidate models of a pad: a kernel, a kernel with an empirical map, an empirical map about a constant."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import PadChain
 from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
-from bayestouch.pad.misfit_fit import MapNoise, fit_misfit
+from bayestouch.pad.misfit_fit import fit_misfit
 from bayestouch.pad.noise import LeftOut, fit_noise, log_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 
-# Noise and chain are fitted in turn; after three rounds neither moves by a tenth of its uncertainty.
+# Noise and chain are fitted alternately; after three rounds neither changes by a tenth of its sd.
 _KERNEL_ROUNDS = 3
 _MAP_ROUNDS = 2
 
-# Touches that a fit is started with.
+# Number of touches used to choose among the starting values of a kernel.
 _START_TOUCHES = 200
 
-# First guess of the misfit of a kernel, as a share of the signal.
+# First guess of the model error of a kernel, as a share of the signal.
 _FIRST_MISFIT = 0.03
 
 
@@ -35,16 +35,17 @@ class PadCandidate:
     Attributes
     ----------
     fit : PadFit
+        Fitted chain and covariance.
     shape : PadChain
-        Pad whose kernel shapes the correction's prior (`MapDiscrepancy.shape`).
+        Pad whose kernel is used in the prior of the map (`MapDiscrepancy.shape`).
     left_out : LeftOut
-        Readings predicted without themselves.
+        Predictions of each reading from all others.
     noise : Noise
-        From those.
+        Noise estimated from these predictions.
     load_spread : float
-        Standard deviation of an unmeasured load over that of the calibration; NaN where loads were measured.
+        Standard deviation of unmeasured loads over their mean in the calibration; NaN where loads were measured.
     score : float
-        Log predictive density of the readings left out.
+        Log predictive density of the left-out readings.
     """
 
     fit: PadFit
@@ -54,24 +55,30 @@ class PadCandidate:
     load_spread: float
     score: float
 
+    def at(self, flat: FloatArray, covariance: FloatArray) -> PadCandidate:
+        """The same model with other parameters (d,) of the pad, and their covariance (d, d)."""
+        fit = self.fit
+        laplace = replace(fit.laplace, mode=flat, covariance=covariance)
+        return replace(self, fit=replace(fit, chain=fit.chain.with_flat(flat), laplace=laplace))
+
     @property
     def kernel(self) -> Kernel:
-        """Its kernel."""
+        """Kernel of the model."""
         return self.fit.chain.kernel
 
     @property
     def has_map(self) -> bool:
-        """Whether an empirical map is part of it."""
+        """Whether the model has an empirical map."""
         return self.fit.misfit.misfit > 0
 
     @property
     def error_percent(self) -> float:
-        """Root mean square of readings left out minus prediction, as a percentage of peak, mean of the elements."""
+        """Rms of left-out readings minus prediction, percent of each element's peak, mean over elements."""
         return percent_of_peak(self.left_out.residual, self.fit.known.readings - self.fit.chain.offset)
 
 
 def percent_of_peak(difference: FloatArray, signal: FloatArray) -> float:
-    """Root mean square difference (n, m) over each element's largest signal, mean of the elements, percent."""
+    """Rms over touches of a difference (n, m), percent of each element's largest signal, mean over elements."""
     here = np.isfinite(difference)
     some = here.any(axis=0)
     size = np.abs(np.where(here, signal, 0.0)).max(axis=0)[some]
@@ -81,12 +88,12 @@ def percent_of_peak(difference: FloatArray, signal: FloatArray) -> float:
 
 
 def kernel_shape(chain: PadChain, location: FloatArray) -> FloatArray:
-    """Kernel of each element at locations (n, D), shape (n, m)."""
+    """Kernel of each element at locations (n, D) in mm, shape (n, m)."""
     return replace(chain, gain=np.ones(chain.n_elements)).sensitivity(location)
 
 
 def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
-    """Fit a kernel alone, from each of its starts."""
+    """Fit of a kernel without a map; the best of the fits from its starting values."""
     known, priors = problem.known, problem.priors
     first = (_FIRST_MISFIT * priors.amplitude * known.load[:, None]) ** 2
     variance = np.where(problem.present, first, np.inf)
@@ -98,12 +105,12 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
         shape=np.ones(variance.shape),
     )
     flat = priors.of(kernel)
-    # A part of the touches tells the starts apart.
+    # A part of the touches is enough to choose the best start.
     order = np.random.default_rng(problem.seed).permutation(known.n_touches)[:_START_TOUCHES]
     part, rough = known.select(order), misfit.select(order)
     starts = [fit_chain(priors.start(kernel, values), flat, part, rough) for values in kernel.starts]
     fit = fit_chain(min(starts, key=lambda each: each.laplace.cost).chain, flat, known, misfit)
-    # The first guess is brought to the size of what is seen, lest the fit's own uncertainty hide the noise.
+    # The guess is scaled to the observed residuals: if it were too large, the uncertainty of the fit would hide noise.
     residual, learned = fit.left_out
     size = float(np.nanmean(residual**2 / (learned + fit.misfit.variance)))
     misfit = replace(misfit, variance=misfit.variance * max(size, 1e-12))
@@ -112,7 +119,7 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
     for _ in range(_KERNEL_ROUNDS - 1):
         sd2 = model.noise.mean_sd(known.counts, model.left_out.signal) ** 2
         spread = np.where(np.isnan(problem.load_share), model.load_spread, problem.load_share)
-        # The load's error is taken as one of each element by itself: a weight, not yet a likelihood.
+        # Here the error of the load counts as independent between elements: it only sets the weights of the fit.
         variance = np.where(problem.present, sd2 + (spread[:, None] * model.left_out.signal) ** 2, np.inf)
         fit = fit_chain(fit.chain, flat, known, replace(misfit, variance=variance))
         model = _judged(problem, fit, fit.chain)
@@ -120,19 +127,24 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
 
 
 def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
-    """Add an empirical map to a kernel that was fitted alone."""
+    """Add an empirical map to a kernel that was fitted without one."""
     known = problem.known
-    tactile2 = np.where(np.isfinite(known.pure_error_variance), known.pure_error_variance, 0.0)
-    averaged = np.divide(tactile2, known.counts, out=np.full(known.counts.shape, np.inf), where=problem.present)
     fit = model.fit
-    # Without a kernel there is no shape to be found better by a second round.
+    # A constant kernel has no shape that a second round could improve.
     for again in range(_MAP_ROUNDS if model.kernel.parameters else 1):
         chain = fit.chain
         base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
-        # The fit with a map is a fit of both: its signal is the better guess of the noise's.
-        noise = MapNoise(averaged, fit.predicted() - chain.offset)
-        spacing = location_spacing(known.location)
-        misfit = fit_misfit(base, fit.residual, noise, spacing_mm=spacing, seed=problem.seed, warm=again > 0)
+        # In the second round the signal is that of kernel and map together.
+        misfit = fit_misfit(
+            base,
+            fit.residual,
+            fit.predicted() - chain.offset,
+            known.counts,
+            model.noise,
+            spacing_mm=location_spacing(known.location),
+            seed=problem.seed,
+            warm=again > 0,
+        )
         fit = fit_chain(chain, problem.priors.of(chain.kernel), known, misfit)
     return _judged(problem, fit, chain)
 

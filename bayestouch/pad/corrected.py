@@ -1,7 +1,9 @@
-"""Readings and loads of a pad corrected for effects, so that they are linear in the load.
+"""Correction of the readings and loads of a pad for effects; the corrected signal is linear in the acting load.
 
-A reading is a known function of the signal, of time and of the touches before, whatever the location: it is solved
-for the signal, touch by touch. Effects that depend on where the touch is are left to the empirical map.
+A reading is a known function of the signal, of time and of earlier touches, independent of location: the equation is
+solved for the signal, touch by touch. Effects that depend on the location are part of the empirical map.
+
+The *acting load* is the load after all effects on it; the *true load* is the one that presses on the pad.
 """
 
 from __future__ import annotations
@@ -23,12 +25,12 @@ from bayestouch.model.timing import Timing
 from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-# Newton steps of the signal behind a reading: each takes at least half of the error; and from a signal that is near, of
-# which the change is wanted to a thousandth.
+# Number of Newton steps for the signal, each of which reduces the error at least by half; and from a signal that is
+# nearly right, for its change to a thousandth.
 STEPS, STEPS_NEAR = 25, 10
-# Central difference of a reading over its signal, as a share of the peak; least slope that a step is taken with.
+# Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
-# Loads at which effects of the load are tabulated.
+# Number of loads at which effects of the load are tabulated.
 GRID = 2001
 
 
@@ -39,15 +41,15 @@ class PadEffects:
     Attributes
     ----------
     listed : EffectList
-        All effects that were found, and the setting that they suit themselves to.
+        All effects of the calibration, and their setting.
     values : mapping of str to tuple of float
-        Values of each effect.
+        Values of each effect, by its name.
     peak : (m,) array
-        Size of the peak reading of each element.
+        Absolute peak reading of each element.
     zero : (m,) array
-        Readings without touch, rest reading subtracted.
+        Readings without touch, minus the rest reading.
     element_place : tuple of (m,) arrays
-        Nominal places of the elements, mm.
+        Nominal locations of the elements, mm.
     root : (q, q) array
         Lower Cholesky factor of the covariance of the values of `corrected_for`, one after the other, in the
         coordinates that fits move; (0, 0) if the values count as exact.
@@ -62,12 +64,12 @@ class PadEffects:
 
     @property
     def reference_load(self) -> float:
-        """Load that the peaks go with."""
+        """Load at which `peak` is given, N."""
         return self.listed.setting.reference_load
 
     @cached_property
     def _corrected(self) -> tuple[tuple[Effect, Values], ...]:
-        """Effects that do not depend on where the touch is, with their values, as they act."""
+        """Effects that do not depend on the location, with their values, in the order in which they act."""
         from bayestouch.effects.effect import STAGES
 
         nowhere = self._recording(np.ones(1), self.peak[None], tuple(np.full(1, np.nan) for _ in self.element_place))
@@ -96,7 +98,7 @@ class PadEffects:
 
     @property
     def left_to_map(self) -> tuple[str, ...]:
-        """Names of the effects that depend on where the touch is."""
+        """Names of the effects that depend on the location; the empirical map includes them."""
         corrected = {effect.name for effect, _ in self._corrected}
         return tuple(effect.name for effect in self.listed.plain if effect.name not in corrected)
 
@@ -115,14 +117,14 @@ class PadEffects:
         )
 
     def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
-        """The table with signals (plus the elements' zeros) in place of readings, and loads as they act.
+        """The table with signals (plus the zeros of the elements) instead of readings, and acting loads.
 
         Parameters
         ----------
         touches : Touches
-            Rest reading subtracted.
+            Table with the rest reading subtracted.
         clock : Timing, optional
-            Of its rows; the table's own by default.
+            Times of its rows; by default from the table.
         near : Touches, optional
             The table corrected with values that are nearly the same.
         """
@@ -160,15 +162,19 @@ class PadEffects:
         return np.asarray(signal)
 
     def acting(self, read: FloatArray) -> FloatArray:
-        """Load (n,) as it acts, of loads as the force sensor reads them; NaN stays."""
+        """Acting load (n,) from loads as read by the force sensor; NaN where NaN."""
         return self._posed(read, self._corrected)
 
     def pressed(self, read: FloatArray) -> FloatArray:
-        """True load (n,), of loads as the force sensor reads them; NaN stays."""
+        """True load (n,) from loads as read by the force sensor; NaN where NaN."""
         return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
 
+    def acting_of_pressed(self, load: FloatArray) -> FloatArray:
+        """Acting load (n,) from true loads: inverse of `pressing`."""
+        return self._posed(load, [pair for pair in self._corrected if pair[0].stage != "rig"])
+
     def as_read(self, acting: FloatArray) -> FloatArray:
-        """Load as the force sensor reads it, of loads as they act, any shape: inverse of `acting`, where that rises."""
+        """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
         return self._inverse(acting, self._corrected)
 
     def acts(self, pressing: FloatArray) -> FloatArray:
@@ -176,11 +182,11 @@ class PadEffects:
         return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing(self, acting: FloatArray) -> FloatArray:
-        """True load, of loads as they act, any shape: the load that effects of the contact take to these."""
+        """True load from acting loads of any shape: inverse of the effects of the contact."""
         return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing_slope(self, acting: FloatArray) -> FloatArray:
-        """Derivative of `pressing`, any shape; zero where no load that is tabulated acts like that."""
+        """Derivative of `pressing`, any shape; zero for acting loads that no tabulated load gives."""
         step = 1e-4 * self.reference_load
         return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
 
@@ -199,20 +205,20 @@ class PadEffects:
 
     @property
     def load_slope(self) -> float:
-        """Acting load per load as read, at the reference load."""
+        """Derivative of the acting load over the load as read, at the reference load."""
         step = 1e-4 * self.reference_load
         up, down = (self.acting(np.array([self.reference_load + sign * step]))[0] for sign in (1, -1))
         return float((up - down) / (2 * step))
 
     def arrays(self) -> dict[str, FloatArray]:
-        """Arrays for a calibration's file."""
+        """Arrays for the file of a calibration."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
         out = {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
         return out if not len(self.root) else {**out, EFFECT_ROOT: self.root}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
-        """Effects of a calibration; None where it has none."""
+        """Effects of a calibration; None if it has no effects."""
         listed = EffectList.of(calibration)
         if listed is None:
             return None
@@ -234,6 +240,6 @@ class PadEffects:
 
 
 def goes_with_place(effect: Effect, values: Values, nowhere: Recording) -> bool:
-    """Whether an effect depends on where the touch is: tried on a recording of which the places are not known."""
+    """Whether an effect depends on the location: its result is NaN for `nowhere`, a recording with NaN locations."""
     load, signal = effect.pose(nowhere, values).load, effect.signal(nowhere, values)
     return not (np.isfinite(load).all() and np.isfinite(signal).all())

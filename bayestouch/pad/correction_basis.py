@@ -1,7 +1,7 @@
-"""Basis of a pad's correction without a cause: smooth functions of where the touch is, in proportion to the load.
+"""Basis of the empirical correction of a pad: smooth functions of the location, proportional to the load.
 
-One function of the distance to the element that all elements share, one of the location for each element, and one more
-of that kind which grows with the square of the load.
+It has a function of the distance to the element, shared by all elements; a function of the location for each element;
+and the same functions of the location times the square of the load.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
 from bayestouch.model.fitting import spread_over_elements
 from bayestouch.pad.table import kernel_width
 
-# Lengths of the functions over the width of the kernel.
+# Correlation lengths of the functions over the width of the kernel.
 SHARED_LENGTH, OWN_LENGTH = 0.5, 1.0
-# Knots of one element.
+# Largest number of knots of one element.
 MOST_KNOTS = 64
 
 
@@ -32,15 +32,15 @@ class PadCorrectionBasis:
     position : (m, D) array
         Positions of the elements, mm.
     peak : (m,) array
-        Size of each element's reading under the reference load.
+        Absolute reading of each element under the reference load.
     reference_load : float
-        N.
+        Reference load, N.
     loads_vary : bool
-        Whether there is anything to tell the square of the load from the load.
+        Whether loads differ, so that the square of the load can be distinguished from the load.
     shared : SmoothBasis
-        Of the distance between element and touch, mm.
+        Functions of the distance between element and touch, mm.
     own : tuple of PlaceBasis
-        Of the location, for each element.
+        Functions of the location, for each element.
     """
 
     position: FloatArray
@@ -52,7 +52,7 @@ class PadCorrectionBasis:
 
     @classmethod
     def of(cls, chain: PadChain, peak: FloatArray, reference_load: float, recording: Recording) -> PadCorrectionBasis:
-        """Basis over the places that the touches of a recording cover."""
+        """Basis over the region that the touches of a recording cover."""
         place = np.stack(recording.place, axis=1)
         extent = float(np.ptp(place, axis=0).max())
         width = min(kernel_width(chain, extent), 0.5 * extent)
@@ -72,9 +72,9 @@ class PadCorrectionBasis:
         )
 
     def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
-        """Readings per unit weight for touches at places (t, D) under loads (t,).
+        """Readings per unit weight for touches at locations (t, D) in mm under loads (t,) in N.
 
-        Each part is (k, t, m), at size one.
+        The arrays of the parts are (k, t, m), for size 1.
         """
         place, load = where
         share = load / self.reference_load

@@ -1,4 +1,4 @@
-"""Fit of a pad's chain to touches of known location, for a given covariance of what the chain misses."""
+"""Fit of the chain of a pad to touches with known location, for a given covariance of the residuals."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
 
 @dataclass(frozen=True, eq=False)
 class PadFit:
-    """A pad's chain at its mode among known touches, and what leaving readings out would show; n touches, m elements.
+    """Fitted chain of a pad, with leave-one-out predictions of the readings; n touches, m elements.
 
     Attributes
     ----------
     chain : PadChain
-        At the maximum a posteriori.
+        The chain at the maximum a posteriori.
     laplace : LaplaceFit
-        In the order of `PadChain.layout`. With a correction this is what is known of the kernel beside it.
-    misfit : Misfit
+        Mode and covariance in the order of `PadChain.layout`, with the correction integrated out.
+    misfit : MapDiscrepancy
         Covariance of reading minus kernel.
     known : TouchMeans
-        The touches, every load given.
+        The touches; all have a load.
     """
 
     chain: PadChain
@@ -44,12 +44,12 @@ class PadFit:
 
     @cached_property
     def jacobian(self) -> tuple[tuple[IntArray, FloatArray], ...]:
-        """For each element the parameters that move it, (p,), and the derivatives of its readings, (n, p)."""
+        """For each element: indices of its parameters (p,), and the derivatives of its readings over them (n, p)."""
         return _jacobian(self.chain, self.known)
 
     @cached_property
     def weights(self) -> FloatArray:
-        """Precision times residual, (n, m): the correction is `MapDiscrepancy.cross` times these."""
+        """Precision times residual, (n, m); the correction is `MapDiscrepancy.cross` times these."""
         columns = [
             np.linalg.solve(factor.T, self.misfit.whiten(e, self.residual[:, e]))
             if factor.ndim == 2
@@ -60,11 +60,11 @@ class PadFit:
 
     @cached_property
     def left_out(self) -> tuple[FloatArray, FloatArray]:
-        """Each reading predicted without it: reading minus prediction (n, m), and the prediction's variance (n, m).
+        """Reading minus its prediction from all other readings (n, m), and variance of the prediction (n, m).
 
-        In closed form, from the precision Q of all readings at once with chain (linear about its mode) and
-        correction integrated out: the residual is ``(Q r)_i / Q_ii`` and its variance, noise included, ``1/Q_ii``.
-        The variance returned is without the noise of the reading itself. NaN where missing.
+        Closed form: with the precision Q of all readings, chain (linear at its mode) and correction integrated out, the
+        residual is ``(Q r)_i / Q_ii`` and its variance ``1/Q_ii``. The noise of the reading itself is subtracted from
+        the variance that is returned. NaN where missing.
         """
         residual, variance = np.full(self.residual.shape, np.nan), np.full(self.residual.shape, np.nan)
         for e, (columns, derivative) in enumerate(self.jacobian):
@@ -80,7 +80,7 @@ class PadFit:
         return residual, variance
 
     def predicted(self) -> FloatArray:
-        """Kernel and correction for the touches themselves, (n, m)."""
+        """Predicted readings of the touches by kernel and correction, (n, m)."""
         out = self.chain.predict(self.known.location, self.known.load)
         if self.misfit.misfit:
             for e in range(self.chain.n_elements):
@@ -95,13 +95,12 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
     Parameters
     ----------
     start : PadChain
-        Where to start.
+        Starting values.
     priors : tuple of Prior
-        Prior of each entry of `PadChain.flat`. Log-normal ones are normal in the logarithm, and the mode is
-        that of the logarithm.
+        Prior of each entry of `PadChain.flat`. For a log-normal prior the mode is that of the logarithm.
     known : TouchMeans
         Touches with location and load.
-    misfit : Misfit
+    misfit : MapDiscrepancy
         Covariance of reading minus chain.
     """
     low, high = (np.array([prior.support[side] for prior in priors]) for side in (0, 1))
@@ -141,7 +140,7 @@ def _jacobian(chain: PadChain, known: TouchMeans) -> tuple[tuple[IntArray, Float
 
 
 def _prior_rows(vector: FloatArray, priors: tuple[Prior, ...]) -> tuple[FloatArray, FloatArray]:
-    """Whitened distance from each prior's centre, and its derivative; 0 where a prior is flat."""
+    """Distance from the centre of each prior over its sd, and its derivative; 0 for a flat prior."""
     value, derivative = np.zeros(len(vector)), np.zeros(len(vector))
     for i, (x, prior) in enumerate(zip(vector, priors, strict=True)):
         if isinstance(prior, Normal):

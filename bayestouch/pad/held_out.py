@@ -1,4 +1,4 @@
-"""Residuals of a pad's touches that no fit and no choice has seen."""
+"""Residuals of the held-out touches of a pad."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from bayestouch.model.whitening import Whitening
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.quantities import quantities
 
-# With fewer samples a touch, what changes while it is held cannot be told from noise.
+# With fewer samples per touch, a change while the touch is held cannot be distinguished from noise.
 ENOUGH_SAMPLES = 3
 
 
 def held_out(
     fitted: Fitted, correction: Correction | None, observed: Observations, peak: FloatArray, *, stated: bool = False
 ) -> HeldOut:
-    """Residuals of a pad's model on touches that it was not fitted to.
+    """Residuals of the model of a pad on held-out touches.
 
-    Where touches have several samples the prediction error is that of samples: a pad's samples may be of another time
-    of the hold each. A load that was not measured may be anything: what it does to a touch's readings is no lack of
-    fit (nor can it be told from one, on a pad of one element).
+    If touches have several samples, the prediction error is that of samples, since the samples of a pad may be at
+    different times of the hold. A load that was not measured is free: its effect on the readings of a touch is not
+    counted as lack of fit.
 
     Parameters
     ----------
     fitted, correction, observed, stated
-        As `bayestouch.model.held_out.held_out`.
+        As in `bayestouch.finger.held_out.held_out`.
     peak : (m,) array
-        Peak readings that errors are shares of; effects may give the model other ones.
+        Peak readings, the unit of errors; those of the model with effects may differ.
     """
     shown = at_stated_references(fitted) if stated else fitted
     observed = without_wrong_readings(fitted, observed)

@@ -1,4 +1,4 @@
-"""Touches of a pad as arrays: which samples of a touch count, and what was read."""
+"""Mean readings of the touches of a pad, and the choice of the samples that are averaged."""
 
 from __future__ import annotations
 
@@ -14,29 +14,33 @@ from bayestouch.errors import InputError
 
 SAMPLES = ("auto", "mean", "first", "last")
 
-# Creep is told from chance at four standard errors: one data set in sixteen thousand without it would be misread.
+# Creep is significant at four standard errors: one data set in sixteen thousand without creep exceeds this.
 _CREEP_SIGNIFICANCE = 4.0
 
 
+def counted_samples(touches: Touches, samples: str) -> Touches:
+    """The samples of each touch that count: all for ``"mean"``, or only the ``"first"`` or ``"last"`` in contact."""
+    return touches if samples == "mean" else touches.select(_one_row_each(touches, samples))
+
+
 def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
-    """Average each touch over the samples that count; with a location of so many coordinates, NaN where unknown.
+    """Mean of each touch over the samples that are used; coordinates of the location are NaN where unknown.
 
     Parameters
     ----------
     touches : Touches
-        Rest reading subtracted.
+        Table with the rest reading subtracted.
     dimensions : int
-        1 or 2.
+        Number of coordinates of the location, 1 or 2.
     samples : {"mean", "first", "last"}
-        All samples of a touch in contact, or only its first or last one.
+        As of `counted_samples`.
 
     Raises
     ------
     InputError
         No touch is in contact.
     """
-    chosen = touches if samples == "mean" else touches.select(_one_row_each(touches, samples))
-    means = chosen.averaged()
+    means = counted_samples(touches, samples).averaged()
     if means.n_touches == 0:
         raise InputError("no touch is in contact")
     unknown = np.full(means.n_touches, np.nan)
@@ -48,18 +52,18 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
 
 
 def choose_samples(touches: Touches) -> tuple[str, str]:
-    """Which samples of a touch to use, and why in one sentence.
+    """Samples of a touch to use, and the reason in one sentence.
 
-    A change in proportion to the signal between the first and the last sample of a touch is creep: the share
-    is the slope of the change on the mean of the two, through zero, with a standard error from the scatter of
-    the touches (each touch one unit, as its elements creep together). Creep makes a mean of samples depend on
-    their times, and accumulates what happened before, so that the first sample in contact is used; where there
-    is none, all samples are, for their mean is more precise.
+    Creep is a change between the first and the last sample of a touch in proportion to the signal. Its share is the
+    slope of the regression of the change on the mean of the two samples, through zero; the standard error is from the
+    scatter between touches, since the elements of a touch creep together. With creep, a mean of samples depends on
+    their times and on earlier touches, so the first sample in contact is used. Without creep all samples are used:
+    their mean is more precise.
 
     Returns
     -------
     str, str
-        ``"first"`` or ``"mean"``, and the reason; the reason is empty where touches have one sample.
+        ``"first"`` or ``"mean"``, and the reason; it is empty if touches have one sample.
     """
     first = touches.select(_one_row_each(touches, "first"))
     last = touches.select(_one_row_each(touches, "last"))
@@ -68,9 +72,9 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
         return "mean", ""
     change = np.nan_to_num(last.readings - first.readings)[several]
     signal = np.nan_to_num(0.5 * (last.readings + first.readings))[several]
-    # Readings far below the element's largest tell of offsets rather than of creep.
+    # The change of readings far below the largest of an element is due to offsets rather than creep.
     signal = np.where(np.abs(signal) > 0.1 * np.abs(signal).max(axis=0), signal, 0.0)
-    # Elements without a signal have weights that are finite, so that they add nothing and spoil nothing.
+    # Elements without a signal get finite weights and do not contribute.
     weight = 1 / np.maximum(np.abs(signal).max(axis=0), 1e-150) ** 2
     across, along = (weight * change * signal).sum(axis=1), (weight * signal * signal).sum(axis=1)
     if along.sum() == 0:
@@ -87,7 +91,7 @@ def choose_samples(touches: Touches) -> tuple[str, str]:
 
 
 def _one_row_each(touches: Touches, which: str) -> IntArray:
-    """Row of the first or last sample in contact of each touch."""
+    """Index of the row of the first or last sample in contact of each touch."""
     rows = np.flatnonzero(touches.in_contact)
     order = np.lexsort((touches.sample[rows], touches.touch[rows]))
     if which == "last":
@@ -97,7 +101,7 @@ def _one_row_each(touches: Touches, which: str) -> IntArray:
 
 
 def location_spacing(location: FloatArray) -> float:
-    """Typical distance between neighbouring locations (t, D): of the spread-evenly kind, mm."""
+    """Distance between neighbouring locations (t, D) if they were evenly spread over their range, mm."""
     distinct = np.unique(location, axis=0)
     extent = np.ptp(distinct, axis=0)
     if location.shape[1] == 1:
@@ -106,9 +110,9 @@ def location_spacing(location: FloatArray) -> float:
 
 
 def highest_reading_location(known: TouchMeans) -> FloatArray:
-    """Location of each element's largest signal, shape (m, D): centroid of its highest readings per load.
+    """Location of the largest signal of each element in mm, (m, D): centroid of its highest readings per load.
 
-    The places above 80 % of the largest signal weigh in; NaN for an element that has no reading.
+    Locations with at least 80 % of the largest signal are used; NaN for an element without readings.
     """
     place, group = np.unique(known.location, axis=0, return_inverse=True)
     load = np.where(np.isnan(known.load), 1.0, known.load)

@@ -1,4 +1,4 @@
-"""What a data set lacks for the calibration of a pad."""
+"""Data that are missing for the calibration of a pad."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from bayestouch.data.sensor import pad_of
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
-    """A line for each kind of touch that the calibration needs.
+    """A line of text for each kind of touch that is missing and that the calibration needs.
 
     Parameters
     ----------
     dataset : DataSet
+        Data set of a pad.
     known : TouchMeans
-        Touches with references: of the calibration table, or of the one table that there is.
+        Touches with references, from the calibration table or, without one, from the only table.
     """
     columns = {name: getattr(known, name) for name in pad_of(dataset.sensor).location_columns}
     absent = [name for name, values in columns.items() if values is None or not np.isfinite(values).any()]

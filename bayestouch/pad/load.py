@@ -1,4 +1,4 @@
-"""How far a pad's readings are from being linear in the load."""
+"""Nonlinearity of the readings of a pad in the load."""
 
 from __future__ import annotations
 
@@ -11,27 +11,29 @@ from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.problem import PadProblem
 
-# The exponent is a description: a part of the touches gives it to a per cent.
+# Largest number of touches; the exponent is only a description, and a part of the touches gives it to 1 %.
 _MOST_TOUCHES = 400
 
 
 def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float]:
-    """How badly linearity in the load holds; empty where loads were not measured or hardly vary.
+    """Measures of the nonlinearity in the load; empty if loads were not measured or hardly vary.
 
     Parameters
     ----------
     problem : PadProblem
-    model : PadModel
-        The one that errs least about location, whichever was chosen: its errors are then those of the load.
+        The known touches.
+    model : PadCandidate
+        The model with the smallest error, whether or not it was chosen: its remaining errors are due to the load.
 
     Returns
     -------
     dict
-        ``load_exponent``: n for which readings ``offset + (map of location) P^n`` are best predicted without
-        themselves, with kernel and hyper-parameters of the model for n = 1; towards 0 it is the logarithm.
-        ``error_percent_peak_power``: their rms error with that n, and ``error_percent_peak_linear`` that with n = 1,
-        both over the same touches, percent of peak.
-        ``load_trend_share``: share of the variance of the linear model's errors that a parabola in the load explains.
+        ``load_exponent``: n for which ``offset + (map of location) P^n`` predicts left-out readings best, with the
+        kernel and hyper-parameters of the model for n = 1; n near 0 is a logarithm.
+        ``error_percent_peak_power``: rms error with this n, ``error_percent_peak_linear``: rms error with n = 1, both
+        over the same touches, percent of peak.
+        ``load_trend_share``: share of the variance of the errors of the linear model that a parabola in the load
+        explains.
     """
     load = problem.known.load
     if np.isnan(problem.load_share).any() or np.ptp(load) < 0.2 * np.median(load):
@@ -62,7 +64,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
 
 
 def _trend_share(residual: FloatArray, load: FloatArray) -> float:
-    """Share of the residuals' variance (n, m) that a parabola in the load explains, all elements together."""
+    """Share of the variance of residuals (n, m) that a parabola in the load explains, mean over elements."""
     design = np.vander((load - load.mean()) / np.ptp(load), 3)
     total, left = 0.0, 0.0
     for column in residual.T:

@@ -1,12 +1,13 @@
-"""The empirical map of a pad as weights of smooth functions of location, one set for each element.
+"""The empirical map of a pad as weights of smooth functions of location, for each element.
 
-Each element's map is a random function of location with the length that the calibration's map was found to have, as
-large as that: ``amplitude_e sqrt(A² + B² K_e(x)²)`` (see `bayestouch.pad.residual_map`).
+The map of an element is a random function of location with the correlation length and the standard deviation
+``amplitude_e sqrt(A² + B² K_e(x)²)`` of the map of the calibration (see `bayestouch.pad.residual_map`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,9 +17,9 @@ from bayestouch.chain.smooth import PlaceBasis
 from bayestouch.pad.candidates import PadCandidate as CalibratedPad
 from bayestouch.pad.candidates import kernel_shape
 
-# Knots of an element where its map may be as large as this share of its largest are kept, ...
+# Knots are kept where the sd of the map of an element is at least this share of its largest sd, ...
 KEPT = 0.15
-# ... at most so many.
+# ... but at most so many per element.
 MOST_KNOTS = 60
 
 
@@ -29,13 +30,13 @@ class MapBasis:
     Attributes
     ----------
     bases : tuple of PlaceBasis
-        One for each element.
+        Functions of each element.
     amplitude : (m,) array
-        Size of each element's signal per unit load.
+        Absolute signal of each element per unit load.
     everywhere, of_kernel : float
         A and B.
     shape : PadChain
-        Whose kernels K_e are.
+        Pad with the kernels K_e.
     """
 
     bases: tuple[PlaceBasis, ...]
@@ -60,11 +61,11 @@ class MapBasis:
 
     @property
     def n_weights(self) -> int:
-        """Weights of all elements."""
+        """Number of weights of all elements."""
         return sum(len(basis.knots) for basis in self.bases)
 
     def columns(self, place: FloatArray) -> FloatArray:
-        """What each weight, standard normal, adds to the sensitivity at places (t, D); (k, t, m)."""
+        """Sensitivity per unit of each standard normal weight at locations (t, D) in mm, (k, t, m)."""
         out = np.zeros((self.n_weights, len(place), len(self.bases)))
         first = 0
         for e, functions in enumerate(self._functions(place)):
@@ -73,7 +74,7 @@ class MapBasis:
         return out
 
     def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
-        """Sensitivity (t, m) that the map adds at places (t, D)."""
+        """Sensitivity (t, m) that the map adds at locations (t, D) in mm."""
         functions, first, out = self._functions(place), 0, []
         for each in functions:
             out.append(each @ weights[first : first + each.shape[1]])
@@ -84,3 +85,39 @@ class MapBasis:
         shape = kernel_shape(self.shape, place)
         size = self.amplitude * np.sqrt(self.everywhere**2 + (self.of_kernel * shape) ** 2)
         return [basis(place) * size[:, e, None] for e, basis in enumerate(self.bases)]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldMap:
+    """A map whose weights are held, so that none of them is a parameter of the model.
+
+    Attributes
+    ----------
+    basis : MapBasis
+        Its functions.
+    weights : (k,) array
+        Where they are held.
+    place : (t, D) array
+        Places at which its sensitivity is known already, mm.
+    known : (t, m) array
+        Sensitivity there.
+    """
+
+    basis: MapBasis
+    weights: FloatArray
+    place: FloatArray
+    known: FloatArray
+    n_weights: ClassVar[int] = 0
+
+    @classmethod
+    def of(cls, basis: MapBasis, weights: FloatArray, place: FloatArray) -> HeldMap:
+        """The map with these weights, worked out at these places."""
+        return cls(basis, weights, place, basis.sensitivity(place, weights))
+
+    def columns(self, place: FloatArray) -> FloatArray:
+        """No column, (0, t, m)."""
+        return np.zeros((0, len(place), len(self.basis.bases)))
+
+    def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
+        """Sensitivity (t, m) that the map adds at places (t, D); `weights` is empty."""
+        return self.known if np.array_equal(place, self.place) else self.basis.sensitivity(place, self.weights)

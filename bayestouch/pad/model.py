@@ -1,9 +1,9 @@
-"""The chain of a pad with effects, as a function of one flat vector, for touches and samples.
+"""The model of a pad with effects, as a function of one parameter vector, for touches and samples.
 
-Base parameters are those of `bayestouch.chain.pad.PadChain.flat` (logarithms where the prior is log-normal), then the
-weights of the empirical map where the pad has one:
+The base parameters are those of `bayestouch.chain.pad.PadChain.flat` (logarithms where the prior is log-normal), then
+the weights of the empirical map, if the pad has one:
 
-    signal_e = P [gain_e K(|x - x_e|) + map_e(x)],    reading = offset + (what the effects make of the signal)
+    signal_e = P [gain_e K(|x - x_e|) + map_e(x)],    reading = offset + (signal after the effects)
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from bayestouch.chain.recording import Recording
 from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
 from bayestouch.pad.correction_basis import PadCorrectionBasis
-from bayestouch.pad.map_basis import MapBasis
+from bayestouch.pad.map_basis import HeldMap, MapBasis
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 
-# Central difference of a reading over the signal, as a share of the peak.
+# Step of the central difference of a reading over the signal, over the peak.
 SIGNAL_STEP = 1e-4
-# Where a log-normal parameter is cut off, in its spreads.
+# Bound of a log-normal parameter, in sd of its logarithm.
 FARTHEST = 8.0
 
 
@@ -37,43 +37,43 @@ class PadModel(SensorModel):
     Attributes
     ----------
     observed, peak, reference_load, effects
-        As `SensorModel`; loads in N, or relative to those of the calibration where they were not measured.
+        As in `SensorModel`; loads in N, or relative to those of the calibration if they were not measured.
     pad : PadChain
-        The pad that is fitted: its values say nothing but how many there are.
+        Chain with the kernel and the number of parameters; its values are not used.
     priors : tuple of Prior
         Prior of each entry of `PadChain.flat`.
     element_place : tuple of (m,) arrays
-        Nominal places of the elements, mm.
-    map : MapBasis or None
-        Empirical map; None where the kernel stands alone.
+        Nominal locations of the elements, mm.
+    map : MapBasis, HeldMap or None
+        Empirical map, `HeldMap` if its weights are not parameters; None for a kernel without a map.
     """
 
     pad: PadChain
     priors: tuple[Prior, ...]
     element_place: tuple[FloatArray, ...]
-    map: MapBasis | None = None
+    map: MapBasis | HeldMap | None = None
 
     # Pads are scanned.
     time_is_place: ClassVar[bool] = True
-    # The map can follow whatever a correction does, so that a fit of both would end anywhere.
+    # The map can represent any correction, so that a fit of both together is not determined.
     refitted_with_correction: ClassVar[bool] = False
-    # What lies between force sensor and elements (the threshold of `load_nonlinearity`) belongs to the response to a
-    # load as it is stated: only effects of the rig move references.
+    # The response to a stated load includes everything between force sensor and elements (e.g. the threshold of
+    # `load_nonlinearity`): only effects of the rig change references.
     reference_stages: ClassVar[tuple[str, ...]] = ("rig",)
 
     @property
     def n_chain(self) -> int:
-        """Number of parameters of the kernel model."""
+        """Number of parameters of the chain: gains, offsets, positions, kernel."""
         return len(self.priors)
 
     @property
     def n_base(self) -> int:
-        """Number of base parameters: kernel model and map."""
+        """Number of base parameters: chain and map."""
         return self.n_chain + (0 if self.map is None else self.map.n_weights)
 
     @cached_property
     def load(self) -> FloatArray:
-        """Load as read, (t,); one where none was measured."""
+        """Load as read, (t,), N; the mean of the measured ones where not measured, 1 if none was measured."""
         load = self.observed.load
         return np.where(np.isfinite(load), load, np.nanmean(load) if np.isfinite(load).any() else 1.0)
 
@@ -82,28 +82,28 @@ class PadModel(SensorModel):
         return np.array([isinstance(prior, LogNormal) for prior in self.priors])
 
     def start(self, chain: PadChain) -> FloatArray:
-        """Vector of a pad with a map that is zero, without effects, (d,)."""
+        """Vector (d,) of a pad without effects, with a map of zero."""
         flat = np.where(self._logarithmic, np.log(np.where(self._logarithmic, chain.flat, 1.0)), chain.flat)
         return np.concatenate([flat, np.zeros(self.n_base - self.n_chain)])
 
     def chain(self, vector: FloatArray) -> PadChain:
-        """The pad at these base parameters, without its map."""
+        """The chain with these base parameters, without the map."""
         flat = vector[: self.n_chain]
         return self.pad.with_flat(np.where(self._logarithmic, np.exp(np.where(self._logarithmic, flat, 0.0)), flat))
 
     def prior(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Mean, standard deviation, lower and upper bound of the vector."""
+        """Prior mean, standard deviation, lower and upper bound of the vector, each (d,)."""
         weights = np.tile([0.0, 1.0, -np.inf, np.inf], (self.n_base - self.n_chain, 1))
         own = np.array([_normal(prior) for prior in self.priors])
         mean, spread, low, high = np.concatenate([own, weights, self.value_priors]).T
         return mean, spread, low, high
 
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
-        """None: gains and positions of a pad are fixed by its own touches, whatever the effects."""
+        """None: the touches determine gains and positions of a pad with any effects."""
         return None
 
     def correction_basis(self, vector: FloatArray) -> PadCorrectionBasis:
-        """Basis of a correction without a cause, over the places that the touches cover."""
+        """Basis of an empirical correction, over the region that the touches cover."""
         return PadCorrectionBasis.of(self.chain(vector), self.peak, self.reference_load, self.poses(vector))
 
     def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
@@ -112,7 +112,7 @@ class PadModel(SensorModel):
         return np.stack(recording.place, axis=1), recording.load
 
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches as they really were."""
+        """Touches after the effects on their pose, for loads as read or `load` (t,)."""
         observed = self.observed
         assert isinstance(observed, Observations)
         places = [axis for axis in (observed.means.x_mm, observed.means.y_mm) if axis is not None]
@@ -133,7 +133,7 @@ class PadModel(SensorModel):
         return recording
 
     def signal(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
-        """Touches with the signal that leaves the body."""
+        """Touches with the signal before the effects on the signal, for loads as read or `load` (t,)."""
         recording = self.poses(vector, load)
         return replace(recording, signal=recording.load[:, None] * self._sensitivity(vector, recording))
 
@@ -146,12 +146,12 @@ class PadModel(SensorModel):
         return out
 
     def predict(self, vector: FloatArray, load: FloatArray | None = None) -> Predicted:
-        """Prediction for the touches: effects act on the signal, and the elements' zeros are added after them."""
+        """Prediction for the touches: effects act on the signal; then the offsets of the elements are added."""
         from_signal = self.readings(self.signal(vector, load), vector)
         return Predicted(from_signal.touches + self.zero(vector), from_signal.samples)
 
     def zero(self, vector: FloatArray) -> FloatArray:
-        """Readings without a signal, (m,): the elements' offsets."""
+        """Readings at zero signal, (m,): the offsets of the elements."""
         return self.chain(vector).offset
 
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -182,7 +182,7 @@ class PadModel(SensorModel):
         return np.concatenate([own, self.map.columns(place) * load])
 
     def _slope(self, rows: Recording, vector: FloatArray) -> FloatArray:
-        """Derivative of the readings over the signals, (n, m), or (n, m, m) from signal to reading where they mix."""
+        """Derivative of the readings over the signals: (n, m), or (n, signal, reading) if an effect mixes elements."""
         step = SIGNAL_STEP * float(self.peak.mean())
 
         def at(moved: FloatArray) -> FloatArray:
@@ -198,11 +198,11 @@ class PadModel(SensorModel):
 
 
 def _normal(prior: Prior) -> tuple[float, float, float, float]:
-    """Mean, sd, lower and upper end of the coordinate that fits move; a flat prior is as wide as its support."""
+    """Mean, sd, lower and upper bound of the coordinate used in fits; the sd of a flat prior is its width."""
     low, high = prior.support
     if isinstance(prior, LogNormal):
         middle = float(np.log(prior.median))
-        # A step of a fit may go far, but not to where a kernel's length is zero in double precision.
+        # The bounds keep a step of a fit from a length of the kernel that is zero in double precision.
         return middle, prior.spread, middle - FARTHEST * prior.spread, middle + FARTHEST * prior.spread
     if isinstance(prior, Normal):
         return prior.mean, prior.sd, low, high

@@ -1,4 +1,4 @@
-"""Noise of a pad from readings left out of the fit, by maximum likelihood."""
+"""Noise of a pad by maximum likelihood, from leave-one-out predictions of the readings."""
 
 from __future__ import annotations
 
@@ -11,27 +11,26 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
-# Elements of one make have noise of one size: the prior of each one's departure from the common one (a factor 1.6).
+# Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
 _FLOOR_SPREAD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """Readings predicted without themselves; n touches, m elements.
+    """Predictions of each reading from all other readings; n touches, m elements.
 
     Attributes
     ----------
     residual : (n, m) array
         Reading minus prediction; NaN missing.
     variance : (n, m) array
-        Variance of the prediction, noise of the reading left out.
+        Variance of the prediction, without the noise of the reading itself.
     signal : (n, m) array
         Expected reading minus offset.
     counts : (n, m) int array
-        Raw readings behind each.
+        Number of raw readings in each mean.
     load_share : (n,) array
-        Standard deviation of each load's measurement, as a share of it; NaN where the load was not measured
-        and its spread is to be found.
+        Standard deviation of each load, over the load; NaN where it was not measured (then it is fitted).
     """
 
     residual: FloatArray
@@ -42,10 +41,10 @@ class LeftOut:
 
 
 def log_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArray:
-    """Log predictive density of each touch's readings, all elements together, shape (n,).
+    """Joint log predictive density of the readings of each touch, shape (n,).
 
-    An error of the load moves all elements of a touch in proportion to their signal: covariance
-    ``diag(sd² + variance) + s² v vᵀ``, with v the signal.
+    An error of the load changes all readings of a touch in proportion to their signal v: the covariance is
+    ``diag(sd² + variance) + s² v vᵀ``.
     """
     here = np.isfinite(left_out.residual)
     sd2 = noise.mean_sd(left_out.counts, np.where(here, left_out.signal, 0.0)) ** 2
@@ -59,23 +58,24 @@ def log_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArr
 
 
 def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float) -> tuple[Noise, float]:
-    """Noise of the elements, its share of the signal, and the spread of loads that were not measured.
+    """Noise of the elements, with the share in proportion to the signal, and the spread of unmeasured loads.
 
-    Repeats within touches give the noise of one raw reading; what remains at no signal is discrepancy. Without
-    repeats the two cannot be distinguished and all is counted as discrepancy, which averaging does not lower.
+    Repeated samples within touches give the noise of one raw reading; the rest at zero signal is discrepancy. Without
+    repeats the two cannot be distinguished, and all is discrepancy, which averaging does not reduce.
 
     Parameters
     ----------
     left_out : LeftOut
+        Leave-one-out predictions.
     pure_error_variance : (m,) array
-        Variance of one raw reading from repeats; NaN without.
+        Variance of one raw reading from repeats; NaN without repeats.
     force_sd : float
-        Noise of the force sensor, passed on.
+        Noise of the force sensor, N; it is only copied to the result.
 
     Returns
     -------
     Noise, float
-        The noise, and the standard deviation s of an unmeasured load over the calibration's.
+        The noise, and the standard deviation s of an unmeasured load over the mean of the calibration; NaN if measured.
     """
     from scipy.optimize import minimize
 
@@ -98,8 +98,8 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
         departure = vector[3:] / _FLOOR_SPREAD
         return 0.5 * float(departure @ departure) - float(log_density(left_out, *unpack(vector)).sum())
 
-    # Shares down to 1e-5 and floors down to a millionth of the signal are none at all; that loads repeat to better
-    # than a thousandth no calibration shows.
+    # Lower bounds: a share of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration shows that loads
+    # repeat to better than 1e-3.
     low = np.r_[np.log([1e-5, 1e-3, 1e-6]), np.full(m, -3.0)]
     high = np.r_[np.log([1.0, 1.0, 1.0]), np.full(m, 3.0)]
     start = np.r_[np.log([0.01, 0.01, common]), np.zeros(m)]

@@ -1,4 +1,4 @@
-"""Priors and start of a pad's calibration, from the sensor as built and from where its readings peak."""
+"""Priors and starting values of the calibration of a pad, from nominal positions and the locations of peak readings."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import highest_reading_location
 from bayestouch.priors.parameters import Normal, Parameter, Prior
 
-# Boards are drawn to a tenth of a millimetre; elements moulded in, and what they feel, are off by a few.
+# Prior sd of a position: elements that are moulded in differ from the drawing by a few millimetres.
 _POSITION_SD_MM = 3.0
 
-# Gains are all but free: normal about zero with so many times the apparent signal per load.
+# The prior of a gain is wide: normal about zero, with so many times the apparent signal per load as its sd.
 _GAIN_FACTOR = 10.0
 
 
 @dataclass(frozen=True, eq=False)
 class PadPriors:
-    """What is taken for granted of a pad before its kernel is fitted; m elements, D coordinates.
+    """Centres and widths of the priors of a pad; m elements, D coordinates.
 
     Attributes
     ----------
     amplitude : (m,) array
-        Apparent size of each element's signal per unit load; sets the width of priors.
+        Apparent signal of each element per unit load; determines the widths of priors.
     offset, offset_sd : (m,) arrays
-        Reading without touch, and how well it is known.
+        Mean and sd of the prior of the reading without touch.
     position : (m, D) array
-        Nominal positions moved to the stage's coordinates, mm.
+        Nominal positions in the coordinates of the stage, mm: means of the priors.
     position_sd : float
-        How far an element may be from there, mm.
+        Standard deviation of the prior of a position, mm.
     moved : str
-        What was done to the nominal positions, one sentence; empty if nothing to speak of.
+        One sentence on the shift of the nominal positions; empty if it is below 0.05 mm.
     """
 
     amplitude: FloatArray
@@ -49,7 +49,7 @@ class PadPriors:
     moved: str
 
     def start(self, kernel: Kernel, values: tuple[float, ...]) -> PadChain:
-        """Pad from which a fit may start."""
+        """Starting values of a fit, with `values` of the kernel."""
         gain = self.amplitude if kernel.parameters else 0.3 * self.amplitude
         return PadChain(kernel, np.array(values), gain.copy(), self.offset.copy(), self.position.copy())
 
@@ -61,7 +61,7 @@ class PadPriors:
         return (*gain, *offset, *position, *(parameter.prior for parameter in kernel.parameters))
 
     def parameters(self, kernel: Kernel, reading_unit: str, load_unit: str) -> tuple[Parameter, ...]:
-        """The unknowns, for tables and files."""
+        """The parameters with their descriptions, for tables and files."""
         per_load = f"{reading_unit}/{load_unit}" if load_unit not in ("", "1") else reading_unit
         typical = float(np.median(self.amplitude))
         shared = [
@@ -100,16 +100,16 @@ class PadPriors:
 def pad_priors(
     sensor: Sensor, known: TouchMeans, *, rest_subtracted: bool, usable: NDArray[np.bool_]
 ) -> tuple[PadPriors, tuple[str, ...]]:
-    """Priors of a pad, and what they assume, one sentence each.
+    """Priors of a pad, and their assumptions, one sentence each.
 
-    The stage's origin is unknown: all elements are moved together by the median distance between each one's
-    nominal place and the place of its highest readings. Signals are ranges of readings per load: where the load
-    is measured a constant part of the reading would enter with one over the load, so that they are then scatters.
+    The origin of the stage is unknown: all elements are shifted by the median distance between the nominal position
+    of an element and the location of its highest readings. The signal of an element is its range of readings per load;
+    if loads are measured it is a scatter, since a constant part of the reading would enter divided by the load.
 
     Raises
     ------
     InputError
-        No element responds, or the touches cannot identify the parameters.
+        No element responds to the touches.
     """
     nominal = np.stack([np.array(column) for column in pad_of(sensor).places_mm.values()], axis=1)
     typical = float(np.median(known.load))
@@ -151,9 +151,9 @@ def pad_priors(
 
 
 def check_identifiable(known: TouchMeans, kernel: Kernel, usable: NDArray[np.bool_]) -> None:
-    """Raise InputError unless the touches outnumber what they are to find, for every element.
+    """Raise InputError unless there are enough touches for the parameters of every element.
 
-    Each element has its own gain, offset and position; the kernel is shared.
+    Each element has its own gain, offset and position; the kernel is shared by all elements.
     """
     own = 2 + (known.location.shape[1] if kernel.parameters else 0)
     places = len(np.unique(known.location, axis=0))

@@ -1,4 +1,4 @@
-"""The calibration of a pad as a problem to solve: known touches, their loads, and what is taken for granted."""
+"""Input of the calibration of a pad: known touches, loads, priors."""
 
 from __future__ import annotations
 
@@ -13,41 +13,48 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import choose_samples, pad_readings
+from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.timing import Timing
+from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
 
-# A force sensor whose noise is not stated is taken to be off by this share of the mean load.
+# Assumed noise of a force sensor whose noise is not stated, over the mean load.
 UNSTATED_FORCE_NOISE = 0.005
 
-# The empirical map costs (touches)³: a few seconds for so many.
+# Largest number of touches: the time of the empirical map increases with its cube, to a few seconds here.
 _MOST_TOUCHES = 2000
 
 
 @dataclass(frozen=True, eq=False)
 class PadProblem:
-    """Known touches and what is taken for granted; n touches, m elements.
+    """Known touches and priors of the calibration of a pad; n touches, m elements.
 
     Attributes
     ----------
     known : TouchMeans
-        Touches with location; every load given, 1 where none was measured.
+        Touches with location and load in N; all loads are 1 if none was measured.
+    observed : Observations
+        The same touches with their samples; NaN for elements that do not respond.
     priors : PadPriors
+        Priors of the parameters.
     pitch_mm : float
         Distance between neighbouring elements.
     load_share : (n,) array
-        Standard error of each load as a share of it; NaN where loads were not measured.
+        Standard error of each load, over the load; NaN if loads were not measured.
     force_sd : float
-        Noise of one reading of the force sensor, N; NaN without.
+        Noise of one reading of the force sensor, N; NaN if loads were not measured.
     samples : str
-        Which samples of a touch count.
+        Samples of a touch that are used: ``"mean"``, ``"first"`` or ``"last"``.
     usable : (m,) bool array
         Elements that respond.
     rest : (m,) array or None
-        Reading at rest that was subtracted where a touch had none of its own.
+        Rest reading that was subtracted from touches without one of their own.
     seed : int
+        Seed of the random numbers.
     """
 
     known: TouchMeans
+    observed: Observations
     priors: PadPriors
     pitch_mm: float
     load_share: FloatArray
@@ -59,7 +66,7 @@ class PadProblem:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Where there is a reading, (n, m)."""
+        """Whether each reading is present, (n, m)."""
         return self.known.counts > 0
 
     @property
@@ -69,12 +76,12 @@ class PadProblem:
 
 
 def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> tuple[PadProblem, list[str]]:
-    """Prepare the calibration touches of a pad, with notes on what was handled or assumed.
+    """Input of the calibration of a pad, and notes on touches that were left out and on assumptions.
 
     Raises
     ------
     InputError
-        The sensor is no pad, or nothing can be calibrated with these touches.
+        The sensor is not a pad, or these touches cannot calibrate it.
     """
     pad = pad_of(sensor, "a calibration with kernels")
     corrected = table.baseline_corrected()
@@ -96,13 +103,14 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
         known = known.select(np.sort(order[:_MOST_TOUCHES]))
     usable = _responding(known.readings)
     for e in np.flatnonzero(~usable):
-        notes.append(f"e{e + 1:02d} has no reading, or always the same: it is left out")
+        notes.append(f"e{e + 1:02d} has no readings, or constant ones: it is left out")
     known = replace(known, counts=np.where(usable, known.counts, 0))
     rest = table.rest_reading()
     priors, odd = pad_priors(sensor, known, rest_subtracted=rest is not None, usable=usable)
     reads = np.maximum(known.counts.max(axis=1), 1)
     problem = PadProblem(
         known=known,
+        observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors,
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
         load_share=force_sd / np.sqrt(reads) / known.load,
@@ -115,8 +123,19 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     return problem, [*notes, *odd]
 
 
+def _observed(table: Touches, known: TouchMeans, usable: NDArray[np.bool_]) -> Observations:
+    """Known touches with their samples, on the clock of the table."""
+    table = table.select(np.isin(table.touch, known.touch))
+    table = table.with_(readings=np.where(usable, table.readings, np.nan))
+    clock = Timing.of(table)
+    span = (float(clock.time_s.min()), float(clock.time_s.max()))
+    history = history_of(table, clock.time_s)
+    observed = Observations.of(table, clock.time_s, clock.held_s, clock.unit, history, span)
+    return replace(observed, means=replace(known, readings=np.where(known.counts > 0, known.readings, np.nan)))
+
+
 def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, list[str]]:
-    """Touches with a load each, and the force sensor's noise (NaN where no load was measured)."""
+    """Touches with a load, noise of the force sensor in N (NaN if no load was measured), and notes."""
     measured = np.isfinite(known.load)
     if not measured.any():
         note = "no load is measured: loads are relative to the calibration's, and their spread is inferred from it"

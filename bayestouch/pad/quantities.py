@@ -1,4 +1,4 @@
-"""What residuals of touches on a pad are looked at against."""
+"""Quantities on which the residuals of touches on a pad may depend."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ def quantities(
     share: FloatArray,
     peak: FloatArray,
 ) -> tuple[Quantity, ...]:
-    """Quantities of touches on a pad; those that are the same in all touches are left out.
+    """Quantities of touches on a pad, without those that are equal in all touches.
 
     Parameters
     ----------
     observed : Observations
-        Touches.
+        The touches.
     element_place, place : tuples of (m,) and of (t,) arrays
-        Places of elements and touches, mm.
+        Locations of elements and touches, mm.
     load : (t,) array
-        Load as read; NaN unknown.
+        Load as read, N; NaN unknown.
     share : (t, m) array
         Predicted signal over the peak.
     peak : (m,) array
-        Peak reading.
+        Peak reading of each element.
     """
 
     def wide(values: FloatArray) -> FloatArray:

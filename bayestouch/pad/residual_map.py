@@ -1,11 +1,11 @@
-"""The empirical map of a pad: what a smooth function of location adds to the kernel, element by element.
+"""The empirical map of a pad: a smooth function of location for each element that is added to its kernel.
 
-A Gaussian process for the correction of each element's sensitivity, with covariance
-``amplitude_e² [A² + B² K_e(x) K_e(x')] ρ(|x - x'|/l)`` between locations x and x': a misfit of size A everywhere and
-one of size B in proportion to the kernel K, both smooth over a length l. The three are shared by the elements and
-chosen by the marginal likelihood (`misfit_fit`); amplitude_e, the size of the element's signal, makes elements
-comparable. With the kernel as mean this is the direct identification of an E map with a prior centred on the elastic
-model; with a constant as mean, without a model of location.
+The correction of the sensitivity of an element is a Gaussian process with the covariance
+``amplitude_e² [A² + B² K_e(x) K_e(x')] ρ(|x - x'|/l)`` between locations x and x': an error of size A everywhere and
+one of size B in proportion to the kernel K, both with the correlation length l. A, B and l are shared by the elements
+and chosen by `bayestouch.pad.misfit_fit.fit_misfit`; amplitude_e is the absolute signal of the element. With the kernel
+as mean, this identifies an E map directly with a prior centred on the elastic model; with a constant as mean, without a
+model of location.
 
 Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to
 2.26, 2.30 (marginal likelihood), 5.12 (leave-one-out).
@@ -22,15 +22,18 @@ from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray
 
+# Variance of the correction that functions may leave out, over the noise of the reading where it is most.
+_LEFT_OUT = 0.03
+
 
 def matern_5_2(r: FloatArray) -> FloatArray:
-    """Matérn correlation of smoothness 5/2 over distance in lengths: twice differentiable, as a map should be."""
+    """Matérn correlation of smoothness 5/2 (twice differentiable); `r` is the distance over the correlation length."""
     s = np.sqrt(5.0) * r
     return np.asarray((1 + s + s * s / 3) * np.exp(-s))
 
 
 def matern_5_2_by_length(r: FloatArray) -> FloatArray:
-    """Derivative of `matern_5_2` over the logarithm of the length."""
+    """Derivative of `matern_5_2` over the logarithm of the correlation length."""
     s = np.sqrt(5.0) * r
     return np.asarray(s * s / 3 * (1 + s) * np.exp(-s))
 
@@ -43,18 +46,18 @@ def distances(first: FloatArray, second: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class MapDiscrepancy:
-    """Covariance of what readings show beyond the kernel: smooth correction and noise; n touches, m elements.
+    """Covariance of reading minus kernel: smooth correction and noise; n touches, m elements.
 
     Attributes
     ----------
     location : (n, D) array
-        mm.
+        Locations of the touches, mm.
     load : (n,) array
-        The correction is per unit load, so that a touch shows it times its load.
+        Loads; the correction is per unit load.
     variance : (n, m) array
         Noise variance of the readings; inf where missing.
     amplitude : (m,) array
-        Size of each element's signal per unit load.
+        Absolute signal of each element per unit load.
     shape : (n, m) array
         Kernel of each element at each touch.
     misfit : float
@@ -75,7 +78,7 @@ class MapDiscrepancy:
     length_mm: float = 1.0
 
     def select(self, index: NDArray[np.int64]) -> MapDiscrepancy:
-        """The same of some of the touches."""
+        """The covariance for some of the touches."""
         return replace(
             self,
             location=self.location[index],
@@ -86,7 +89,7 @@ class MapDiscrepancy:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Where there is a reading, (n, m)."""
+        """Whether each reading is present, (n, m)."""
         return np.isfinite(self.variance)
 
     @cached_property
@@ -96,14 +99,14 @@ class MapDiscrepancy:
 
     @cached_property
     def _filled(self) -> FloatArray:
-        # A missing reading is one with a noise so large that it tells nothing; 1e9 keeps the factor's digits.
+        # A missing reading has a noise so large that it carries no information; 1e9 keeps the factor accurate.
         largest = np.where(self.present, self.variance, 0.0).max(axis=0)
         signal = (self.misfit**2 + self.relative**2) * self.amplitude**2 * (self.load**2).max()
         return np.where(self.present, self.variance, 1e9 * np.maximum(largest + signal, 1e-300))
 
     @cached_property
     def factors(self) -> tuple[FloatArray, ...]:
-        """Lower Cholesky factor of each element's covariance, m arrays (n, n); diagonals (n,) without correction."""
+        """Lower Cholesky factors of the covariance of each element: (n, n), or the diagonal (n,) without correction."""
         if self.misfit == 0:
             return tuple(np.asarray(np.sqrt(column)) for column in self._filled.T)
         out = []
@@ -114,27 +117,28 @@ class MapDiscrepancy:
         return tuple(out)
 
     def whiten(self, element: int, rows: FloatArray) -> FloatArray:
-        """``L^-1 rows`` of rows (n, ...) of an element."""
+        """``L^-1 rows`` for rows (n, ...) of an element, with L its factor."""
         factor = self.factors[element]
         if factor.ndim == 1:
             return np.asarray((rows.T / factor).T)
         return np.asarray(solve_triangular(factor, rows, lower=True, check_finite=False))
 
     def precision(self, element: int) -> FloatArray:
-        """Inverse covariance of an element, (n, n), or its diagonal (n,) without correction."""
+        """Inverse covariance of an element: (n, n), or its diagonal (n,) without correction."""
         factor = self.factors[element]
         if factor.ndim == 1:
             return np.asarray(1 / factor**2)
         return np.asarray(cho_solve((factor, True), np.eye(len(factor)), check_finite=False))
 
     def cross(self, element: int, location: FloatArray, shape: FloatArray) -> FloatArray:
-        """Covariance of the correction with the readings of an element, (k, n).
+        """Covariance of the correction at k locations with the readings of an element, (k, n).
 
         Parameters
         ----------
         element : int
+            Index of the element.
         location : (k, D) array
-            Where the correction is asked for, mm.
+            Locations, mm.
         shape : (k,) array
             Kernel of the element there.
         """
@@ -142,8 +146,39 @@ class MapDiscrepancy:
         return self._modulated(element, rho * self.load, shape)
 
     def prior_variance(self, element: int, shape: FloatArray) -> FloatArray:
-        """Variance of an element's correction before any touch, where its kernel is `shape`."""
+        """Prior variance of the correction of an element where its kernel is `shape`."""
         return np.asarray(self.amplitude[element] ** 2 * (self.misfit**2 + (self.relative * shape) ** 2))
+
+    def functions(self, variance: FloatArray, most: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
+        """The correction as a sum of functions with standard normal weights, element by element, and what is left out.
+
+        A Cholesky factor with pivots, which ends where what is left is far below the noise of every reading.
+
+        Parameters
+        ----------
+        variance : (n, m) array
+            Noise of the readings.
+        most : int
+            Largest number of functions of one element.
+
+        Returns
+        -------
+        tuple of (k_e, n) arrays, (n, m) array
+            What each function adds to the readings, and the variance of the rest of the correction.
+        """
+        from scipy.linalg.lapack import dpstrf
+
+        functions, left = [], np.empty(self.shape.shape)
+        for e in range(len(self.amplitude)):
+            sd = np.sqrt(variance[:, e])
+            covariance = self._modulated(e, self._correlations, self.shape[:, e]) / np.outer(sd, sd)
+            total = np.diag(covariance).copy()
+            factor, pivot, rank, _ = dpstrf(covariance, tol=_LEFT_OUT, lower=1)
+            rows = np.zeros((len(sd), min(rank, most)))
+            rows[pivot - 1] = np.tril(factor)[:, : rows.shape[1]]
+            functions.append(np.ascontiguousarray((sd[:, None] * rows).T))
+            left[:, e] = sd**2 * np.maximum(total - (rows**2).sum(axis=1), 0.0)
+        return tuple(functions), left
 
     def _modulated(self, element: int, correlation: FloatArray, shape: FloatArray) -> FloatArray:
         own = (self.relative * self.amplitude[element]) ** 2 * np.outer(shape, self.shape[:, element])

@@ -1,4 +1,4 @@
-"""A fitted model of a pad as tables over location."""
+"""Tables of a fitted model of a pad over location."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.known_touches import location_spacing
 
-# Cubic splines on a sixth of the width of a bell are off by a few millionths of its peak.
+# Grid points per width of the kernel: cubic splines then have errors of a few millionths of its peak.
 _STEPS_PER_WIDTH = 6.0
 
-# However wide kernel and correction are, what touches found is not smooth without end.
+# Smallest number of grid points over the extent of the pad, for wide kernels and corrections.
 _STEPS_ACROSS = 60
 
-# Beyond the calibrated region: what the spline's ends disturb falls by 0.27 a step.
+# Grid points beyond the calibrated region: the error at the ends of a spline decreases by 0.27 per step.
 _MARGIN_STEPS = 6
 
 # Largest number of grid points; the variance of the correction costs (touches)² for each.
 _MOST_POINTS = 12000
 
-# Grid points for which the variance is worked out at once: with 1,400 touches 16 MB.
+# Grid points for which the variance is computed together: 16 MB with 1,400 touches.
 _CHUNK = 1500
 
 
 def tabulate(model: PadCandidate) -> PadMap:
     """Tables of sensitivity and its variance over the calibrated region.
 
-    The region reaches one typical spacing beyond the box around the calibration touches. The variance is that of
-    chain (linear about its mode) and correction together: with h the derivative of the sensitivity over the chain's
-    parameters less what the correction takes back of it, ``h C hᵀ`` plus the correction's own
+    The region extends one typical spacing beyond the box around the calibration touches. The variance is that of chain
+    (linear at its mode) and correction together: ``h C hᵀ`` plus the variance of the correction, where h is the
+    derivative of the sensitivity over the parameters of the chain minus the part that the correction compensates
     (C. E. Rasmussen and C. K. I. Williams 2006, equation 2.42).
     """
     location, fit = model.fit.known.location, model.fit
@@ -92,7 +92,7 @@ def _sensitivity(model: PadCandidate, points: FloatArray) -> tuple[FloatArray, F
 
 
 def kernel_width(chain: PadChain, extent: float) -> float:
-    """Distance at which the kernel has fallen by e^(-1/2), mm; the extent if it never does."""
+    """Distance at which the kernel has decreased to e^(-1/2), mm; `extent` (mm) if it never does."""
     distance = np.linspace(0, extent, 2000)
     fallen = chain.kernel(distance, chain.values) < np.exp(-0.5)
     return float(distance[fallen.argmax()]) if fallen.any() else extent

@@ -1,4 +1,4 @@
-"""Errors of touches on a pad that are read as unknown, on touches that no fit and no choice has seen."""
+"""Errors of posteriors of held-out touches on a pad, which are read as unknown touches."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from bayestouch.results.objects import Calibration
 
 @dataclass(frozen=True)
 class PadTouchErrors(TouchErrors):
-    """Posterior mean minus reference over held-out touches on a pad; NaN what the data cannot give.
+    """Posterior mean minus reference over held-out touches on a pad; NaN for a quantity that the data do not have.
 
     Attributes
     ----------
     location_rms_mm : float
-        Of the location, all coordinates together. Touches are read with the force sensor's load where there is one.
+        Rms distance of the location, with the load of the force sensor given if there is one.
     P_rms_N : float
-        Of the load that is inferred from the elements alone, against the force sensor, corrected for its own effects.
+        Rms error of the load inferred from the elements alone, against the force sensor corrected for its effects.
     coverage_90 : float
-        Share of the touches whose location is in the smallest region that holds 90 % of its posterior.
+        Share of the touches whose location is in the smallest region with 90 % of the posterior.
     """
 
     location_rms_mm: float
@@ -44,12 +44,12 @@ class PadTouchErrors(TouchErrors):
 
 
 def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
-    """Read the held-out touches with a calibration, by `infer`, and compare with their references.
+    """Errors of the posteriors that `infer` gives for the held-out touches with a calibration.
 
-    No effect on a pad moves a location. The reference of a load is what the force sensor reads, corrected for effects
-    of that sensor. Where effects depend on what came before, the touches in between are read too.
+    No effect of a pad changes a location. The reference of a load is the reading of the force sensor, corrected for the
+    effects of this sensor. If effects depend on earlier touches, the touches in between are read too.
     """
-    # The table has had its rest reading subtracted.
+    # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
     table = _to_be_read(calibration, data)
     read = infer(table, plain, draws=DRAWS, seed=seed)
@@ -78,7 +78,7 @@ def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
 def _loads(
     infer: Infer, table: Touches, calibration: Calibration, held: HeldOut, index: IntArray, seed: int
 ) -> FloatArray:
-    """Posterior means of loads that are read without the force sensor, (t,); NaN where it did not read them."""
+    """Posterior means of loads inferred without the force sensor, (t,), N; NaN where it did not measure."""
     if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
         return np.full(len(index), np.nan)
     read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)

@@ -14,9 +14,10 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,8 @@ from numpy.typing import NDArray
 
 #: Function that computes one piece of the work.
 Work = Callable[[Any], Any]
-#: Function that computes all pieces and yields their results in order.
+#: Function that begins to compute pieces, and yields their results in order. With one worker, a piece is computed when
+#: its result is requested.
 Spread = Callable[[Sequence[Any]], Iterator[Any]]
 
 
@@ -48,7 +50,7 @@ def shared_empty(shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 @contextmanager
 def spread_out(work: Work, workers: int) -> Iterator[Spread]:
-    """Yield a function that computes pieces of work on several cores.
+    """Yield a function that computes pieces of work on several cores; it may be called again before they are done.
 
     Parameters
     ----------
@@ -69,20 +71,25 @@ def spread_out(work: Work, workers: int) -> Iterator[Spread]:
     with ProcessPoolExecutor(workers, fork, _begin, (work,)) as processes, _shut_down_after(processes):
 
         def spread(pieces: Sequence[Any]) -> Iterator[Any]:
-            done = 0
-            try:
-                with warnings.catch_warnings():
-                    # Python warns of any thread; the threads of BLAS are idle and BLAS prepares them for a fork.
-                    warnings.simplefilter("ignore", DeprecationWarning)
-                    results = processes.map(_piece, pieces)
-                for result in results:
-                    yield result
-                    done += 1
-            except BrokenProcessPool:
-                # A process was killed, probably by the system because of too little memory: the rest is computed here.
-                yield from map(work, pieces[done:])
+            futures: list[Future[Any]] = []
+            with warnings.catch_warnings(), suppress(BrokenProcessPool):
+                # Python warns of any thread; the threads of BLAS are idle and BLAS prepares them for a fork.
+                warnings.simplefilter("ignore", DeprecationWarning)
+                futures += (processes.submit(_piece, piece) for piece in pieces)
+            return _results(work, pieces, futures)
 
         yield spread
+
+
+def _results(work: Work, pieces: Sequence[Any], futures: Sequence[Future[Any]]) -> Iterator[Any]:
+    """Yield the results of pieces that were submitted; those that were not, or were lost, are computed here."""
+    for piece, future in zip_longest(pieces, futures):
+        try:
+            result = work(piece) if future is None else future.result()
+        except BrokenProcessPool:
+            # A process was killed, probably by the system because of too little memory.
+            result = work(piece)
+        yield result
 
 
 @contextmanager

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,6 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.parallel.processes import cores, may_fork, shared_empty, spread_out
-from bayestouch.progress import Progress
 from bayestouch.reading.touch_reader import Drawn, TouchGroup, TouchSampler
 from bayestouch.sampling import BlockDraws, Demands, ImportanceDraws, importance_blocks, sample_blocks
 
@@ -56,79 +56,168 @@ class DrawPlan:
         return 0 if self.method == "importance" else 1
 
 
+@dataclass(frozen=True, eq=False)
+class Drawing:
+    """A block of touches that is being drawn.
+
+    Attributes
+    ----------
+    first : int
+        Number of its first touch.
+    block, touches : object
+        The block, and its touches in the form that the sampler needs.
+    place : int
+        Number of the memory that its draws are written to.
+    pieces, results
+        Rows of each piece of work, and what the work returns.
+    """
+
+    first: int
+    block: Any
+    touches: Any
+    place: int
+    pieces: Sequence[IndexArray]
+    results: Iterator[Any]
+
+
 def draw(
     sampler: TouchSampler[Any],
     touches: Any,
     plan: DrawPlan,
     *,
     workers: int | None = None,
-    progress: Progress | None = None,
+    progress: Callable[[int], None] | None = None,
     first: int = 0,
 ) -> Drawn:
-    """Posterior draws of touches.
+    """Posterior draws of one block of touches; `first` is the number of its first touch. See `draw_blocks`."""
+    t = touches.n_touches
+    blocks = draw_blocks(sampler, iter([(first, touches)]), lambda block: block, plan, t, t, workers, progress)
+    return next(blocks)[2]
 
-    The touches are divided into pieces, which are drawn in parallel, see `bayestouch.parallel.processes`.
+
+def draw_blocks(
+    sampler: TouchSampler[Any],
+    blocks: Iterator[tuple[int, Any]],
+    unknown: Callable[[Any], Any],
+    plan: DrawPlan,
+    n_touches: int,
+    largest: int,
+    workers: int | None = None,
+    progress: Callable[[int], None] | None = None,
+) -> Iterator[tuple[int, Any, Drawn]]:
+    """Yield posterior draws of blocks of touches, in order.
+
+    The touches of a block are divided into pieces, which are drawn in parallel, see `bayestouch.parallel.processes`.
+    While the caller uses one block, the next two are drawn.
 
     Parameters
     ----------
     sampler : TouchSampler
         The calibrated sensor.
-    touches : Block
-        The touches in the form that the sampler needs.
+    blocks : iterator of (int, Block)
+        Number of the first touch of a block, and the block.
+    unknown : callable
+        Function of a block: its touches in the form that the sampler needs.
     plan : DrawPlan
         Settings of the sampler.
+    n_touches, largest : int
+        Number of touches in all blocks, and in the largest one.
     workers : int, optional
         Number of processes; by default the number of cores. The result does not depend on it.
     progress : callable, optional
-        Function that is called with the fraction of the work that is done.
-    first : int
-        Number of the first touch.
+        Function that is called with the number of touches that are drawn.
 
-    Returns
-    -------
-    dict
-        The arrays of `TouchSampler.shapes` and the `GRADES`; the last axis is the touch.
+    Yields
+    ------
+    first, block, drawn
+        The arrays of `TouchSampler.shapes` and the `GRADES`; the last axis is the touch. Their memory is used again
+        for later blocks: copy what is needed after the next block is requested.
     """
-    t = touches.n_touches
-    workers = cores(workers) if t >= SHARED_FROM else 1
-    empty = np.empty if workers == 1 or not may_fork() else shared_empty
+    workers = cores(workers) if n_touches >= SHARED_FROM else 1
+    lag = 0 if workers == 1 else 1
     shapes = {**sampler.shapes(CHAINS, plan.draws_a_chain), **dict.fromkeys(GRADES, ())}
-    out: Drawn = {name: empty((*shape, t)) for name, shape in shapes.items()}
+    one = sum(int(np.prod(shape)) for shape in shapes.values())
+    empty = np.empty if workers == 1 or not may_fork() else shared_empty
+    memory = [empty((one * largest,)) for _ in range(min(1 + 2 * lag, -(-n_touches // largest)))]
     start = plan.first_round
     rounds = (start, start) if sampler.redraws_together else (start, LAST_ROUND)
+    done = 0
 
-    def draw_piece(piece: tuple[IndexArray, bool]) -> list[tuple[IndexArray, Drawn]]:
-        rows, again = piece
-        drawn = draw_groups(sampler, touches, rows, plan, first, (start + 1, LAST_ROUND) if again else rounds)
+    def draw_piece(
+        piece: tuple[int, int, IndexArray, Any, IndexArray, bool],
+    ) -> list[tuple[IndexArray, Drawn]]:
+        place, t, rows, touches, numbers, again = piece
+        drawn = draw_groups(sampler, touches, plan, numbers, (start + 1, LAST_ROUND) if again else rounds)
         if again:
-            return list(drawn)
+            return [(rows[some], values) for some, values in drawn]
+        out = arrays(memory[place], shapes, t)
         for some, values_by_name in drawn:
             for name, values in values_by_name.items():
-                out[name][..., some] = values
+                out[name][..., rows[some]] = values
         return []
 
-    with spread_out(draw_piece, workers) as spread:
-        pieces, done = sampler.pieces(np.arange(t), again=False), 0
-        for piece, _ in zip(pieces, spread([(rows, False) for rows in pieces]), strict=True):
+    def begin(numbered: tuple[int, tuple[int, Any]]) -> Drawing:
+        number, (first, block) = numbered
+        touches = unknown(block)
+        return submitted(Drawing(first, block, touches, number % len(memory), (), iter(())), None)
+
+    def submitted(drawing: Drawing, poor: IndexArray | None) -> Drawing:
+        t, again = drawing.touches.n_touches, poor is not None
+        pieces = sampler.pieces(np.arange(t) if poor is None else poor, again=again)
+        work = [(drawing.place, t, rows, drawing.touches.select(rows), drawing.first + rows, again) for rows in pieces]
+        return replace(drawing, pieces=pieces, results=spread(work))
+
+    def again(drawing: Drawing) -> Drawing:
+        """Wait for the first draws of a block, and begin to draw the poor ones again."""
+        nonlocal done
+        for piece, _ in zip(drawing.pieces, drawing.results, strict=True):
             done += len(piece)
             if progress is not None:
-                progress(done / t)
-        poor = np.flatnonzero(out["grade"] == 0) if sampler.redraws_together else np.arange(0)
-        for groups in spread([(rows, True) for rows in sampler.pieces(poor, again=True)]):
+                progress(done)
+        grade = arrays(memory[drawing.place], shapes, drawing.touches.n_touches)["grade"]
+        return submitted(drawing, np.flatnonzero(grade == 0) if sampler.redraws_together else np.arange(0))
+
+    def complete(drawing: Drawing) -> tuple[int, Any, Drawn]:
+        out = arrays(memory[drawing.place], shapes, drawing.touches.n_touches)
+        for groups in drawing.results:
             for rows, drawn in groups:
                 # Chains replace poor importance weights even if they are poor too: their grades are more reliable.
                 better = (drawn["grade"] > 0) | (drawn["ess_bulk"] > out["ess_bulk"][rows]) | (start == 0)
                 for name, values in drawn.items():
                     out[name][..., rows[better]] = values[..., better]
+        return drawing.first, drawing.block, out
+
+    with spread_out(draw_piece, workers) as spread:
+        begun = map(begin, enumerate(blocks))
+        yield from map(complete, _late(map(again, _late(begun, lag)), lag))
+
+
+def arrays(memory: FloatArray, shapes: Mapping[str, tuple[int, ...]], t: int) -> Drawn:
+    """Return arrays (*shape, t) by name, one after the other in `memory`."""
+    out, begin = {}, 0
+    for name, shape in shapes.items():
+        end = begin + int(np.prod(shape)) * t
+        out[name] = memory[begin:end].reshape(*shape, t)
+        begin = end
     return out
 
 
+def _late(items: Iterator[Drawing], lag: int) -> Iterator[Drawing]:
+    """Yield each item when `lag` more have been taken."""
+    held: deque[Drawing] = deque()
+    for item in items:
+        held.append(item)
+        if len(held) > lag:
+            yield held.popleft()
+    yield from held
+
+
 def draw_groups(
-    sampler: TouchSampler[Any], touches: Any, rows: IndexArray, plan: DrawPlan, first: int, rounds: tuple[int, int]
+    sampler: TouchSampler[Any], touches: Any, plan: DrawPlan, numbers: IndexArray, rounds: tuple[int, int]
 ) -> Iterator[tuple[IndexArray, Drawn]]:
     """Rows and results of each group of touches, drawn from the first to the last of `rounds`."""
-    for group in sampler.groups(touches, rows):
-        drawn = _sample(group, plan, first + group.rows, rounds)
+    for group in sampler.groups(touches, np.arange(len(numbers))):
+        drawn = _sample(group, plan, numbers[group.rows], rounds)
         grades = dict(zip(GRADES, _grades(drawn), strict=True))
         yield group.rows, {**group.results(drawn.draws), **grades}
 

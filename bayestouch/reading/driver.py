@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
 from bayestouch.parallel.cluster import on_cluster
 from bayestouch.progress import Progress
@@ -19,20 +20,41 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.growing_file import GrowingFile
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.partial import Partial, fingerprint_of, partial_folder
+from bayestouch.results.schema import schema_attributes
 from bayestouch.results.summaries import summarise
 from bayestouch.results.tips import TipProbabilities
 from bayestouch.version import __version__
 
-# Draws of a block, over all its touches: 128 MB for R, r_c, θ_c and P. Block sizes are multiples of `BLOCK_UNIT`.
-BLOCK_DRAWS = 1 << 22
+# Draws of a block, over all its touches: 64 MB for R, r_c, θ_c and P. Block sizes are multiples of `BLOCK_UNIT`. Three
+# blocks are in memory: one is written while the others are drawn.
+BLOCK_DRAWS = 1 << 21
 BLOCK_UNIT = 512
+
+
+#: Blocks of touches, each with the number of its first touch.
+Numbered = Iterator[tuple[int, Any]]
 
 
 class BlockReader(Protocol):
     """A calibrated sensor that can infer blocks of touches. It is sent to other processes or machines."""
 
-    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
+    def read(self, block: Any, first: int) -> TouchPosteriors:
         """Posteriors of a block of touches, numbered from `first`; they do not depend on other blocks."""
+        ...
+
+    def read_blocks(
+        self,
+        blocks: Numbered,
+        n_touches: int,
+        largest: int,
+        workers: int | None,
+        progress: Callable[[int], None] | None,
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        """Posteriors of blocks of touches, in order, computed by `workers` processes of this machine.
+
+        There are `n_touches` touches in all, at most `largest` in a block. Draws and grades are in memory that later
+        blocks use again. `progress` is called with the number of touches that are drawn.
+        """
         ...
 
 
@@ -55,10 +77,12 @@ class TouchRun:
     blocks: Callable[[int], Iterator[Any]]
 
 
-Numbered = Iterator[tuple[int, Any]]
-#: Function that infers blocks, in any order. Each block comes with the number of its first touch. The last argument is
-#: called with the progress of the current block.
-Executor = Callable[[BlockReader, Kept, Numbered, Progress | None], Iterator[tuple[int, TouchPosteriors]]]
+#: Function that infers blocks, in any order, and reduces them to what is kept. Arguments: the reader; what is kept; the
+#: blocks, each with the number of its first touch; the number of touches in all blocks, and in the largest one; a
+#: function that is called with the number of touches that are drawn. What it yields may change at the next request.
+Executor = Callable[
+    [BlockReader, Kept, Numbered, int, int, Callable[[int], None] | None], Iterator[tuple[int, TouchPosteriors]]
+]
 
 
 def rows_of_blocks(n: int, size: int) -> Iterator[NDArray[np.int64]]:
@@ -95,13 +119,18 @@ def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
 
 
 def local_executor(workers: int | None) -> Executor:
-    """Executor that infers blocks one after the other on this machine, with `workers` processes (default: cores)."""
+    """Executor that infers blocks on this machine, with `workers` processes (default: cores)."""
 
     def executor(
-        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+        reader: BlockReader,
+        kept: Kept,
+        blocks: Numbered,
+        n_touches: int,
+        largest: int,
+        progress: Callable[[int], None] | None,
     ) -> Iterator[tuple[int, TouchPosteriors]]:
-        for first, block in blocks:
-            yield first, keep(reader.read(block, first, workers, within), kept)
+        for first, block in reader.read_blocks(blocks, n_touches, largest, workers, progress):
+            yield first, keep(block, kept)
 
     return executor
 
@@ -110,22 +139,31 @@ def cluster_executor(address: str) -> Executor:
     """Executor that uses the Dask cluster with its scheduler at `address`; raises as `on_cluster`."""
 
     def executor(
-        reader: BlockReader, kept: Kept, blocks: Numbered, within: Progress | None
+        reader: BlockReader,
+        kept: Kept,
+        blocks: Numbered,
+        n_touches: int,
+        largest: int,
+        progress: Callable[[int], None] | None,
     ) -> Iterator[tuple[int, TouchPosteriors]]:
-        numbered = ((first, (first, block)) for first, block in blocks)
-        return on_cluster(address, _read_on_worker, (reader, kept), numbered)
+        numbered, done = ((first, (first, block)) for first, block in blocks), 0
+        for first, block in on_cluster(address, _read_on_worker, (reader, kept), numbered):
+            yield first, block
+            done += len(block.rows.touch)
+            if progress is not None:
+                progress(done)
 
     return executor
 
 
 def _read_on_worker(shared: tuple[BlockReader, Kept], piece: tuple[int, Any]) -> TouchPosteriors:
     (reader, kept), (first, block) = shared, piece
-    return keep(reader.read(block, first, 1, None), kept)
+    return keep(reader.read(block, first), kept)
 
 
 def read_in_memory(run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None) -> TouchPosteriors:
     """Posteriors of all touches, in memory."""
-    blocks = dict(_read(run, kept, executor, progress, set()))
+    blocks = {first: _copied(block) for first, block in _read(run, kept, executor, progress, set())}
     return _joined([blocks[first] for first in sorted(blocks)])
 
 
@@ -146,7 +184,7 @@ def read_to_file(
         file = None if layout is None else GrowingFile.from_json(partial.file, layout)
         done = set() if file is None else partial.finished()
         for first, block in _read(run, kept, executor, progress, done):
-            groups, attributes = touch_groups(block)
+            groups, attributes = touch_groups(block, first)
             if file is None:
                 file = _begin(partial, groups, attributes, run.n_touches)
             file.write(groups, first)
@@ -179,7 +217,9 @@ def fingerprint(source: TouchSource, calibration: Calibration, options: Options)
 
 def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches: int) -> GrowingFile:
     partial.clear()
-    file = GrowingFile.create(partial.file, groups, attributes, n_touches)
+    schema = schema_attributes()
+    groups = {name: group.assign_attrs(schema) for name, group in groups.items()}
+    file = GrowingFile.create(partial.file, groups, {**attributes, **schema}, n_touches)
     partial.begin(file.to_json())
     return file
 
@@ -187,19 +227,26 @@ def _begin(partial: Partial, groups: Any, attributes: dict[str, str], n_touches:
 def _read(
     run: TouchRun, kept: Kept, executor: Executor, progress: Progress | None, done: set[int]
 ) -> Iterator[tuple[int, TouchPosteriors]]:
-    """First touch and posteriors of each block whose number is not in `done`."""
+    """First touch and posteriors of each block whose number is not in `done`; they may change at the next request."""
     size = size_of_block(kept)
-    read = len(done)
+    before = min(len(done) * size, run.n_touches)
 
-    def report(fraction: float) -> None:
+    def report(count: int) -> None:
         if progress is not None:
-            progress(min(1.0, (read + fraction) * size / run.n_touches))
+            progress(min(1.0, (before + count) / run.n_touches))
 
     left = ((i * size, block) for i, block in enumerate(run.blocks(size)) if i * size not in done)
-    for first, block in executor(run.reader, kept, left, None if progress is None else report):
-        yield first, block
-        read += 1
-        report(0.0)
+    largest = min(size, run.n_touches)
+    yield from executor(run.reader, kept, left, run.n_touches - before, largest, None if progress is None else report)
+
+
+def _copied(block: TouchPosteriors) -> TouchPosteriors:
+    """Block with draws and grades of its own."""
+
+    def own(arrays: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: np.array(values) for name, values in arrays.items()}
+
+    return replace(block, posterior=own(block.posterior), sample_stats=own(block.sample_stats))
 
 
 def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
@@ -224,8 +271,14 @@ def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
         sample_stats=last_axis("sample_stats"),
         reference=last_axis("reference"),
         summary=last_axis("summary"),
+        groups={group: _along_touches([block.groups[group] for block in blocks]) for group in first.groups},
         rows=TouchRows(location=location, **rows),
         tips=None
         if first.tips is None
         else TipProbabilities(first.tips.radius_mm, first.tips.prior, np.concatenate(tips)),
     )
+
+
+def _along_touches(parts: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+    """Arrays (chain, draw, touch, ...) of several blocks, joined."""
+    return {name: np.concatenate([part[name] for part in parts], axis=2) for name in parts[0]}

@@ -9,6 +9,7 @@ from bayestouch.data.touch_source import TouchSource
 from bayestouch.errors import InputError, shown
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import chosen_groups
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,7 @@ class Options:
     method: str = "emcee"
     kept: Kept = field(default_factory=Kept)
     seed: int = 0
+    groups: tuple[str, ...] = ()
 
     def check(self, source: TouchSource, calibration: Calibration) -> None:
         """Refuse options that are impossible.
@@ -66,6 +68,9 @@ class Options:
             raise InputError(f"draws: expected at least 64, got {draws}")
         if not 1 <= thin <= draws // 16:
             raise InputError(f"thin: expected 1 to {draws // 16}, a sixteenth of the draws, got {thin}")
+        chosen_groups(self.groups)
+        if self.groups and self.kept.summary_only:
+            raise InputError("groups: these groups hold a number for each draw, and with summary_only no draw is kept")
         if self.indenter is not None and not isinstance(self.indenter, IndenterPrior):
             got = shown(self.indenter)
             raise InputError(f"indenter: expected a prior over indenters such as KnownTips((0, 2)), got {got}")

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from bayestouch.data.baseline import Baseline
 from bayestouch.data.survey import Survey
 from bayestouch.data.touch_source import TouchSource
-from bayestouch.progress import Progress
 from bayestouch.reading.check import check_sensor
-from bayestouch.reading.draws import DrawPlan, draw
+from bayestouch.reading.draws import DrawPlan, draw_blocks
 from bayestouch.reading.driver import TouchRun, in_blocks
 from bayestouch.reading.fault_notes import fault_notes, fault_settings
 from bayestouch.reading.options import Options
-from bayestouch.reading.touch_reader import TouchReader
+from bayestouch.reading.requested import requested_groups
+from bayestouch.reading.touch_reader import Drawn, TouchReader
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.version import __version__
 
@@ -34,6 +34,8 @@ class ReadyReader:
         Settings of the sampler.
     settings, notes
         Settings and notes of the result.
+    thin, groups
+        Groups that are written on request, for every `thin`-th draw of each chain.
     """
 
     calibration: Calibration
@@ -41,16 +43,39 @@ class ReadyReader:
     plan: DrawPlan
     settings: Mapping[str, str | float]
     notes: tuple[str, ...]
+    thin: int = 1
+    groups: tuple[str, ...] = ()
 
-    def read(self, block: Any, first: int, workers: int | None, progress: Progress | None) -> TouchPosteriors:
-        """Posteriors of a block of touches that are numbered from `first`, computed by `workers` processes."""
+    def read(self, block: Any, first: int) -> TouchPosteriors:
+        """Posteriors of a block of touches that are numbered from `first`, computed by this process."""
+        t = block.n_touches
+        return next(self.read_blocks(iter([(first, block)]), t, t, 1, None))[1]
+
+    def read_blocks(
+        self,
+        blocks: Iterator[tuple[int, Any]],
+        n_touches: int,
+        largest: int,
+        workers: int | None,
+        progress: Callable[[int], None] | None,
+    ) -> Iterator[tuple[int, TouchPosteriors]]:
+        """Posteriors of blocks of touches, computed by `workers` processes; see `bayestouch.reading.driver`."""
         reader = self.reader
-        unknown = reader.unknown(block)
-        drawn = draw(reader.sampler, unknown, self.plan, workers=workers, progress=progress, first=first)
-        estimates = reader.estimates(block, drawn)
+        drawn_blocks = draw_blocks(
+            reader.sampler, blocks, reader.unknown, self.plan, n_touches, largest, workers, progress
+        )
+        for first, block, drawn in drawn_blocks:
+            yield first, self._posteriors(first, block, drawn)
+
+    def _posteriors(self, first: int, block: Any, drawn: Drawn) -> TouchPosteriors:
+        estimates = self.reader.estimates(block, drawn)
+        groups = {}
+        if self.groups and estimates.model is not None:
+            kept = {name: values[:, :: self.thin] for name, values in estimates.posterior.items()}
+            groups = requested_groups(estimates.model, kept, self.groups, self.plan.seed, first)
         return TouchPosteriors(
             sensor=self.calibration.sensor,
-            parameters=reader.parameters,
+            parameters=self.reader.parameters,
             posterior=estimates.posterior,
             sample_stats=estimates.sample_stats,
             reference=estimates.reference,
@@ -58,6 +83,7 @@ class ReadyReader:
             settings=self.settings,
             notes=self.notes,
             tips=estimates.tips,
+            groups=groups,
         )
 
 
@@ -118,7 +144,9 @@ def touch_run(
 
     count = found.n_rows if options.each_sample else found.n_touches
     return TouchRun(
-        ReadyReader(calibration, reader, plan, settings, tuple(dict.fromkeys(notes))),
+        ReadyReader(
+            calibration, reader, plan, settings, tuple(dict.fromkeys(notes)), options.kept.thin, options.groups
+        ),
         count if block is None else block.n_touches,
         lambda size: in_blocks(parts(), size),
     )

@@ -14,6 +14,7 @@ from bayestouch.reading.faults import FittedTouches, SensorCheck
 from bayestouch.results.data import TouchRows
 from bayestouch.results.tips import TipProbabilities
 from bayestouch.sampling import BlockProposal
+from bayestouch.sampling.normals import Normals
 
 #: Arrays by name; the last axis is the touch.
 Drawn = dict[str, FloatArray]
@@ -84,6 +85,51 @@ class TouchSampler(Protocol[AnyTouches]):
         ...
 
 
+class TouchModel(Protocol):
+    """How the readings and loads of t touches are distributed, given the parameters of the touches; m elements."""
+
+    @property
+    def observed(self) -> FloatArray:
+        """Mean readings as they were used, (t, m); NaN missing or left out."""
+        ...
+
+    @property
+    def load(self) -> FloatArray:
+        """Measured loads as they were used, (t,); NaN not measured or not used."""
+        ...
+
+    @property
+    def load_sd(self) -> FloatArray:
+        """Standard error of each measured load, (t,)."""
+        ...
+
+    @property
+    def load_shown(self) -> FloatArray:
+        """Measured loads as `observed_data` has them, (t,): before they are corrected for effects."""
+        ...
+
+    def readings(self, draws: Drawn, touches: slice) -> Normals:
+        """Distribution of the mean readings of some touches at draws by public name, (n, some)."""
+        ...
+
+    def measured_load(self, draws: Drawn) -> FloatArray:
+        """Load that a correct force sensor would read at draws (n, some)."""
+        ...
+
+    def log_prior(self, draws: Drawn, touches: slice) -> Drawn:
+        """Log prior density of each parameter of some touches at draws (n, some), in public units."""
+        ...
+
+    def prior(self, uniform: FloatArray) -> Drawn:
+        """Draws of the prior by public name, (n, some), from uniform random numbers (parameters, n, some)."""
+        ...
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of parameters of a touch."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Estimates:
     """Estimates of t touches, in public names and units.
@@ -96,6 +142,8 @@ class Estimates:
         The touches with the predicted readings.
     tips : TipProbabilities or None
         Probabilities of the tips, if the prior of the indenter has tips.
+    model : TouchModel or None
+        Distribution of readings and loads, for groups that are written on request; None if there are none of them.
     """
 
     posterior: Mapping[str, FloatArray]
@@ -103,6 +151,7 @@ class Estimates:
     reference: Mapping[str, FloatArray]
     rows: TouchRows
     tips: TipProbabilities | None = None
+    model: TouchModel | None = None
 
 
 class TouchReader(Protocol):

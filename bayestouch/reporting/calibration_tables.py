@@ -35,7 +35,7 @@ _STATISTICS = {
 _DERIVED = {
     "gain": ("1/G", "{unit} per unit strain", "reading per unit of compressive strain"),
     "noise_sd": ("", "{unit}", "noise of one raw reading"),
-    "discrepancy_sd": ("", "{unit}", "what the model misses beyond noise"),
+    "discrepancy_sd": ("", "{unit}", "model error beyond noise"),
 }
 
 

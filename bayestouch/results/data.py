@@ -65,6 +65,7 @@ class CalibrationData(Summarised):
     statistics: Mapping[str, float]
     extra: Mapping[str, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    groups: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
 
     @property
     def rest_reading(self) -> FloatArray | None:
@@ -101,6 +102,7 @@ class PosteriorsData(Summarised):
     notes: tuple[str, ...] = ()
     tips: TipProbabilities | None = None
     summary: Mapping[str, FloatArray] = field(default_factory=dict)
+    groups: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""

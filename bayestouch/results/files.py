@@ -16,6 +16,7 @@ from bayestouch.data.arrays import quantiles
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.groups import Attributes, Groups, calibration_groups, touch_groups
 from bayestouch.results.netcdf import write_groups
+from bayestouch.results.schema import schema_attributes
 from bayestouch.results.summaries import PROBABILITIES
 
 if TYPE_CHECKING:
@@ -42,7 +43,10 @@ def to_arviz(result: CalibrationData | PosteriorsData) -> Any:
     """Result as an ArviZ object: `InferenceData` before ArviZ 1.0, `xarray.DataTree` since then."""
     import arviz
 
+    schema = schema_attributes()
     groups, attributes = _groups(result)
+    groups = {name: group.assign_attrs(schema) for name, group in groups.items()}
+    attributes |= schema
     # ArviZ 1 warns if the removed name is looked up as an attribute, so look into the module's dictionary.
     if "InferenceData" in vars(arviz):
         content: dict[str, Any] = dict(groups)

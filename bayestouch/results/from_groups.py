@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import sensor_from_toml
@@ -15,6 +16,7 @@ from bayestouch.results.data import TouchRows
 from bayestouch.results.draws_on_file import DrawsOnFile, NoDraws
 from bayestouch.results.groups import ROW_ARRAYS, Attributes, Groups
 from bayestouch.results.objects import Calibration, TouchPosteriors
+from bayestouch.results.schema import GROUPS, LOG_DENSITY
 from bayestouch.results.summaries import STATISTICS
 from bayestouch.results.tips import TipProbabilities
 
@@ -75,7 +77,7 @@ def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None
     in_memory = {}
     if draws is None and ("posterior" in groups or not summary):
         in_memory = arrays_of(group_of(groups, "posterior"), "chain", "draw", "touch")
-    statistics, reference = arrays_of(group_of(groups, "sample_stats")), arrays_of(group_of(groups, "constant_data"))
+    statistics, reference = grades_of(groups), arrays_of(group_of(groups, "constant_data"))
     shapes = {name: values.shape for name, values in (in_memory | statistics | reference).items()}
     for name, shape in (shapes | dict(draws.shapes if draws is not None else {})).items():
         if shape[-1:] != (t,):
@@ -90,6 +92,22 @@ def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None
         summary=summary,
         **common,
     )
+
+
+def grades_of(groups: Groups) -> dict[str, FloatArray]:
+    """Grades (t,) of the draws of each touch, by name."""
+    group = group_of(groups, "sample_stats")
+    return arrays_of(group.drop_vars([name for name in group.data_vars if group[name].dims[:1] == ("chain",)]), "touch")
+
+
+def _requested(groups: Groups) -> dict[str, dict[str, FloatArray]]:
+    """Groups that were asked for: arrays (chain, draw, ...) by group and variable."""
+    found = {
+        name: arrays_of(groups[name], "chain", "draw") for name in GROUPS if name in groups and groups[name].data_vars
+    }
+    if LOG_DENSITY in groups.get("sample_stats", {}):
+        found["sample_stats"] = arrays_of(groups["sample_stats"][[LOG_DENSITY]], "chain", "draw")
+    return found
 
 
 def _rows(groups: Groups, sensor: Sensor) -> TouchRows:
@@ -123,6 +141,7 @@ def _common(groups: Groups, attributes: Attributes) -> tuple[Sensor, dict[str, A
         "parameters": parameters_from_json(attributes["parameters"]),
         "settings": _from_json(attributes, "settings", dict),
         "notes": notes_of(attributes),
+        "groups": _requested(groups),
     }
 
 

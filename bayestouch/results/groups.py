@@ -1,9 +1,10 @@
 """Results as groups of named arrays in the ArviZ schema.
 
 The groups ``posterior`` (with ``chain`` and ``draw``), ``sample_stats``, ``observed_data`` and ``constant_data`` are
-those of ArviZ. This package adds ``rows`` (touches with their predictions), ``summary`` (five statistics of each
-parameter and touch), ``tips`` (probability of each known tip) and, for a calibration, ``noise``, ``mode``, ``laplace``
-and ``extra``. Text (sensor, parameters, settings, notes) is stored in attributes.
+those of ArviZ. On request there are the `bayestouch.results.schema.GROUPS`. This package adds ``rows`` (touches with
+their predictions), ``summary`` (five statistics of each parameter and touch), ``tips`` (probability of each known tip)
+and, for a calibration, ``noise``, ``mode``, ``laplace`` and ``extra``. Text (sensor, parameters, settings, notes) is
+stored in attributes.
 """
 
 from __future__ import annotations
@@ -15,14 +16,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import sensor_to_toml
 from bayestouch.errors import InputError
 from bayestouch.priors.parameter_text import parameters_to_json
-from bayestouch.priors.parameters import Parameter
 from bayestouch.results.arrays import by_touch, dataset, own_dims
 from bayestouch.results.data import CalibrationData, PosteriorsData, TouchRows
+from bayestouch.results.schema import touch_coordinates
 from bayestouch.results.summaries import STATISTICS
+from bayestouch.results.units import units_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -30,32 +31,21 @@ if TYPE_CHECKING:
 Groups: TypeAlias = "dict[str, xr.Dataset]"
 Attributes: TypeAlias = dict[str, str]
 
-#: Increased when old versions cannot read the files of a new version.
-FORMAT = "1"
+#: Increased when old versions cannot read the files of a new version; and all that can be read.
+FORMAT = "2"
+READABLE = ("1", FORMAT)
 
-# Units of quantities that are derived from the parameters; {} is replaced by the unit of the readings.
-_DERIVED_UNITS = {
-    "r_c": "mm",
-    "R": "mm",
-    "theta_c": "degree",
-    "x": "mm",
-    "y": "mm",
-    "gain": "{}",
-    "noise_sd": "{}",
-    "discrepancy_sd": "{}",
-    "tactile_sd": "{}",
-    "reading": "{}",
-    "predicted": "{}",
-    "sd": "{}",
-}
 ROW_ARRAYS = ("predicted", "sd", "counts")
+#: Variables by touch (and element) of the groups that are written on request.
+OF_TOUCHES = ("reading", "load", "whole_touch")
 
 
 def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes]:
     """Groups and attributes of a calibration, as they are written to a file."""
     import xarray as xr
 
-    units = _units(calibration.parameters, calibration.sensor)
+    units = units_of(calibration.parameters, calibration.sensor)
+    touch = touch_coordinates(calibration.rows)
     m = calibration.sensor.n_elements
 
     def named(values: Mapping[str, FloatArray], *leading: str) -> xr.Dataset:
@@ -65,7 +55,7 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
 
     layout = np.array(calibration.layout, dtype=object)
     laplace = xr.Dataset(
-        {"covariance": (("row", "column"), calibration.covariance)},
+        {"covariance": (("row", "column"), calibration.covariance, {"units": "unit of row times unit of column"})},
         {"row": ("row", layout), "column": ("column", layout)},
     )
     noise = dataset(
@@ -75,7 +65,7 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
             "signal_share": ((), calibration.noise.signal_share),
             "force_sd": ((), calibration.noise.force_sd),
         },
-        units | {"force_sd": calibration.sensor.body.load_unit},
+        units,
     )
     groups = {
         "posterior": named(calibration.posterior, "chain", "draw"),
@@ -83,16 +73,20 @@ def calibration_groups(calibration: CalibrationData) -> tuple[Groups, Attributes
         "laplace": laplace,
         "noise": noise,
         "extra": named(calibration.extra),
-        **_row_groups(calibration.rows, calibration.sensor, units),
+        **_requested(calibration, units, touch),
+        **_row_groups(calibration.rows, units, touch),
     }
     return groups, _attributes("calibration", calibration) | {"statistics": _to_json(calibration.statistics)}
 
 
-def touch_groups(result: PosteriorsData) -> tuple[Groups, Attributes]:
-    """Groups and attributes of posteriors of touches, as they are written to a file."""
-    units = _units(result.parameters, result.sensor)
-    touch = {"touch": ("touch", result.rows.touch)}
-    rows = _row_groups(result.rows, result.sensor, units)
+def touch_groups(result: PosteriorsData, first: int = 0) -> tuple[Groups, Attributes]:
+    """Groups and attributes of posteriors of touches, as they are written to a file.
+
+    `first` is the position of the first touch in the table.
+    """
+    units = units_of(result.parameters, result.sensor)
+    touch = touch_coordinates(result.rows, first)
+    rows = _row_groups(result.rows, units, touch)
     posterior = {name: (("chain", "draw", "touch"), values) for name, values in result.posterior.items()}
     groups = {
         **({"posterior": dataset(posterior, units).assign_coords(touch)} if posterior else {}),
@@ -101,6 +95,8 @@ def touch_groups(result: PosteriorsData) -> tuple[Groups, Attributes]:
         # Reference values of the touches, under the same names as the draws, so that both can be compared.
         "constant_data": by_touch(result.reference, units).assign_coords(touch),
     }
+    for name, group in _requested(result, units, touch).items():
+        groups[name] = groups[name].merge(group) if name in groups else group
     if result.summary:
         summary = {name: (("statistic", "touch"), values) for name, values in result.summary.items()}
         statistic = {"statistic": ("statistic", np.array(STATISTICS, dtype=object))}
@@ -110,13 +106,33 @@ def touch_groups(result: PosteriorsData) -> tuple[Groups, Attributes]:
     return groups, _attributes("touches", result)
 
 
-def _row_groups(rows: TouchRows, sensor: Sensor, units: Mapping[str, str]) -> Groups:
-    touch = {"touch": ("touch", rows.touch)}
+def _requested(
+    result: CalibrationData | PosteriorsData, units: Mapping[str, str], touch: Mapping[str, xr.Variable]
+) -> Groups:
+    """Groups that were asked for."""
+    m = result.sensor.n_elements
+    groups = {}
+    for group, values in result.groups.items():
+        of_density = group in ("log_likelihood", "log_prior", "sample_stats")
+        named = {}
+        for name, array in values.items():
+            shape = np.shape(array)[2:]
+            if isinstance(result, PosteriorsData) or name in OF_TOUCHES:
+                dims: tuple[str, ...] = ("touch", "element")[: len(shape)]
+            else:
+                dims = ("element",) if shape == (m,) else own_dims(name, len(shape))
+            named[name] = (("chain", "draw", *dims), array)
+        made = dataset(named, {} if of_density else units)
+        groups[group] = made.assign_coords(touch) if "touch" in made.dims else made
+    return groups
+
+
+def _row_groups(rows: TouchRows, units: Mapping[str, str], touch: Mapping[str, xr.Variable]) -> Groups:
     by_element = {name: (("touch", "element"), getattr(rows, name)) for name in ROW_ARRAYS}
     observed = {"reading": (("touch", "element"), rows.observed), "load": (("touch",), rows.load)}
     location = dict(rows.location)
     return {
-        "observed_data": dataset(observed, {**units, "load": sensor.body.load_unit}).assign_coords(touch),
+        "observed_data": dataset(observed, units).assign_coords(touch),
         "constant_data": by_touch(location | {"r_c": rows.radius_mm}, units).assign_coords(touch),
         "rows": dataset(
             by_element
@@ -125,11 +141,6 @@ def _row_groups(rows: TouchRows, sensor: Sensor, units: Mapping[str, str]) -> Gr
             units,
         ).assign_coords(touch),
     }
-
-
-def _units(parameters: tuple[Parameter, ...], sensor: Sensor) -> dict[str, str]:
-    derived = {name: unit.replace("{}", sensor.reading_unit) for name, unit in _DERIVED_UNITS.items()}
-    return derived | {parameter.name: parameter.unit for parameter in parameters}
 
 
 def _attributes(kind: str, result: CalibrationData | PosteriorsData) -> Attributes:

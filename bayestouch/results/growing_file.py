@@ -79,11 +79,14 @@ class GrowingFile:
             file.attrs.update(attributes)
             for group_name, dataset in groups.items():
                 group = file.create_group(group_name)
+                group.attrs.update({str(key): value for key, value in dataset.attrs.items()})
                 group.dimensions = {
                     str(name): n_touches if name == "touch" else size for name, size in dataset.sizes.items()
                 }
                 for name, variable in dataset.variables.items():
-                    _create(group, str(name), variable, properties, h5py.string_dtype())
+                    made = _create(group, str(name), variable, properties, h5py.string_dtype())
+                    if labels := _labels(dataset, str(name)):
+                        made.attrs["coordinates"] = labels
         with h5py.File(path, "r") as root:
             places = {
                 f"{group_name}/{name}": _place(root[group_name][name], variable.dims.index("touch"))
@@ -141,7 +144,7 @@ def _check_room(path: Path, groups: Mapping[str, xr.Dataset], n_touches: int) ->
     path.unlink()
 
 
-def _create(group: Any, name: str, variable: xr.Variable, properties: Any, text: Any) -> None:
+def _create(group: Any, name: str, variable: xr.Variable, properties: Any, text: Any) -> Any:
     dims = tuple(map(str, variable.dims))
     if "touch" in dims:
         made = group.create_variable(name, dims, variable.dtype, dcpl=properties)
@@ -149,6 +152,14 @@ def _create(group: Any, name: str, variable: xr.Variable, properties: Any, text:
         made = group.create_variable(name, dims, text if variable.dtype.kind in "OUT" else variable.dtype)
         made[...] = variable.values
     made.attrs.update({str(key): value for key, value in variable.attrs.items()})
+    return made
+
+
+def _labels(dataset: xr.Dataset, name: str) -> str:
+    """Names of a variable's coordinates that are no axes, as netCDF states them; empty for coordinates."""
+    if name not in dataset.data_vars:
+        return ""
+    return " ".join(sorted(str(label) for label in dataset[name].coords if label not in dataset.sizes))
 
 
 def _place(dataset: Any, axis: int) -> Place:

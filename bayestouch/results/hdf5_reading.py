@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 import numpy as np
 
 from bayestouch.errors import InputError, shown
+from bayestouch.results.schema import GROUPS
 
 if TYPE_CHECKING:
     import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
@@ -39,7 +40,12 @@ Groups: TypeAlias = "dict[str, dict[str, NamedArray]]"
 
 
 def read_hdf5(
-    file: Path, large: str, axes: tuple[str, ...], largest: int, only: str | None = None
+    file: Path,
+    large: str,
+    axes: tuple[str, ...],
+    labels: tuple[str, ...],
+    largest: int,
+    only: str | None = None,
 ) -> tuple[Groups, dict[str, str], dict[str, tuple[int, ...]] | None]:
     """Arrays of every group below the root, and text attributes of the root.
 
@@ -51,8 +57,11 @@ def read_hdf5(
         Group that stays on file if it has more than `largest` bytes and all its arrays have the axes `axes`.
     axes : tuple of str
         Axes of the group `large`.
+    labels : tuple of str
+        Arrays that may be in that group besides, such as coordinates of touches.
     largest : int
-        Limit in bytes.
+        Limit in bytes, of that group, and of the arrays of draws in all groups that are written on request together;
+        where these are larger, they are not read.
     only : str, optional
         Group to read; every group by default.
 
@@ -78,9 +87,11 @@ def read_hdf5(
         declared = sum(_bytes(array) for group in arrays.values() for array in group.values())
         if declared > FREE_BYTES + LARGEST_RATIO * size:
             raise InputError(f"declares {declared:.3g} bytes of arrays, more than it can hold")
-        left_on_file = _shapes_left_on_file(arrays.get(large, {}), axes, largest)
+        left_on_file = _shapes_left_on_file(arrays.get(large, {}), axes, labels, largest)
         if left_on_file is not None:
             del arrays[large]
+        for group in _large_groups(arrays, axes, largest):
+            arrays[group] = {name: a for name, a in arrays[group].items() if not _of_draws(a, name, axes)}
         wanted = {name: group for name, group in arrays.items() if only in (None, name)}
         return (
             {name: {k: _read(a, k) for k, a in group.items()} for name, group in wanted.items()},
@@ -90,14 +101,25 @@ def read_hdf5(
 
 
 def _shapes_left_on_file(
-    group: dict[str, h5py.Dataset], axes: tuple[str, ...], largest: int
+    group: dict[str, h5py.Dataset], axes: tuple[str, ...], labels: tuple[str, ...], largest: int
 ) -> dict[str, tuple[int, ...]] | None:
-    draws = {name: array for name, array in group.items() if name not in axes}
+    draws = {name: array for name, array in group.items() if name not in (*axes, *labels)}
     if sum(map(_bytes, draws.values())) <= largest:
         return None
     if any(_axes(array, name) != axes or array.dtype.kind != "f" for name, array in draws.items()):
         return None
     return {name: tuple(map(int, array.shape)) for name, array in draws.items()}
+
+
+def _large_groups(arrays: dict[str, dict[str, h5py.Dataset]], axes: tuple[str, ...], largest: int) -> list[str]:
+    """Groups that were written on request, if their arrays of draws are together too large to be read."""
+    names = [name for name in arrays if name in ("sample_stats", *GROUPS)]
+    size = sum(_bytes(a) for name in names for key, a in arrays[name].items() if _of_draws(a, key, axes))
+    return names if size > largest else []
+
+
+def _of_draws(array: h5py.Dataset, name: str, axes: tuple[str, ...]) -> bool:
+    return _axes(array, name)[:2] == axes[:2]
 
 
 def _names(group: h5py.Group, most: int) -> list[str]:

@@ -10,6 +10,7 @@ from bayestouch.data.files import reading, replacing
 from bayestouch.errors import InputError
 from bayestouch.results.draws_on_file import DrawsOnFile, stamp_of
 from bayestouch.results.hdf5_heaps import check_heaps
+from bayestouch.results.schema import TOUCH_COORDINATES, schema_attributes
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,6 +24,8 @@ LARGEST_IN_MEMORY = 1 << 30
 def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes: Mapping[str, str]) -> None:
     """Write data sets as groups of one netCDF file, and text as attributes of its root.
 
+    The root and every group have the attributes of `schema_attributes` too.
+
     Raises
     ------
     InputError
@@ -30,10 +33,11 @@ def write_groups(path: str | Path, groups: Mapping[str, xr.Dataset], attributes:
     """
     import xarray as xr
 
+    schema = schema_attributes()
     with replacing(path) as temporary:
-        xr.Dataset(attrs=dict(attributes)).to_netcdf(temporary, engine="h5netcdf")
+        xr.Dataset(attrs={**attributes, **schema}).to_netcdf(temporary, engine="h5netcdf")
         for name, group in groups.items():
-            group.to_netcdf(temporary, mode="a", group=name, engine="h5netcdf")
+            group.assign_attrs(schema).to_netcdf(temporary, mode="a", group=name, engine="h5netcdf")
 
 
 def read_groups(
@@ -60,10 +64,14 @@ def read_groups(
         from bayestouch.results.hdf5_reading import read_hdf5
 
         try:
-            arrays, attributes, left = read_hdf5(file, "posterior", _DRAW_AXES, LARGEST_IN_MEMORY, only)
+            arrays, attributes, left = read_hdf5(
+                file, "posterior", _DRAW_AXES, TOUCH_COORDINATES, LARGEST_IN_MEMORY, only
+            )
             draws = None if left is None else DrawsOnFile(file.absolute(), left, stamp_of(file))
             groups = {
-                name: xr.Dataset({key: (array.axes, array.values) for key, array in group.items()})
+                name: xr.Dataset(
+                    {key: (array.axes, array.values) for key, array in group.items() if not _labels(key, array.axes)}
+                )
                 for name, group in arrays.items()
             }
         except InputError as error:
@@ -75,3 +83,8 @@ def read_groups(
             why = " ".join(str(error).split())[:120] or type(error).__name__
             raise InputError(f"is damaged or no netCDF file ({why})", file=file) from None
     return groups, attributes, draws
+
+
+def _labels(name: str, axes: tuple[str, ...]) -> bool:
+    """True for coordinates that label touches: they are made again from the rows."""
+    return name in TOUCH_COORDINATES and axes == ("touch",)

@@ -45,6 +45,9 @@ class Calibration(CalibrationData):
         Further arrays that a body needs (for example the empirical map of a pad).
     notes : tuple of str
         What was corrected or assumed, one sentence each, for the report.
+    groups : mapping of mappings of arrays
+        Groups of the ArviZ schema that were asked for, such as ``log_likelihood``: arrays (chain, draw, ...) by group
+        and variable; and ``lp`` of ``sample_stats``, the log posterior density of each draw, up to a constant.
     """
 
     def summary_lines(self) -> list[str]:
@@ -115,6 +118,9 @@ class TouchPosteriors(PosteriorsData):
         Probability of each known tip for each touch, if the prior over indenters has known tips.
     summary : mapping of (5, t) arrays
         Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept; empty if all draws are kept.
+    groups : mapping of mappings of (chain, draw, t) or (chain, draw, t, m) arrays
+        Groups of the ArviZ schema that were asked for, by group and variable. Not read from files where they take more
+        than 1 GB together: open these with xarray.
     """
 
     def summary_lines(self) -> list[str]:

@@ -6,9 +6,8 @@ from pathlib import Path
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError, shown
-from bayestouch.results.arrays import arrays_of, group_of
-from bayestouch.results.from_groups import calibration_from_groups, notes_of, touches_of
-from bayestouch.results.groups import FORMAT
+from bayestouch.results.from_groups import calibration_from_groups, grades_of, notes_of, touches_of
+from bayestouch.results.groups import READABLE
 from bayestouch.results.netcdf import read_groups
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
@@ -27,9 +26,10 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")
     if kind not in ("calibration", "touches"):
         raise InputError("expected a posterior file that bayestouch wrote, got another netCDF file", file=path)
-    if form != FORMAT:
+    if form not in READABLE:
         raise InputError(
-            f"expected format {FORMAT}, got {shown(form)}: another version of bayestouch wrote it", file=path
+            f"expected format {' or '.join(READABLE)}, got {shown(form)}: another version of bayestouch wrote it",
+            file=path,
         )
     try:
         if kind == "calibration":
@@ -58,4 +58,4 @@ def load_touches(path: str | Path) -> TouchPosteriors:
 def load_grades(path: str | Path) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
     """Grades of each touch of a file (`TouchPosteriors.sample_stats`) and the notes; nothing else is read."""
     groups, attributes, _ = read_groups(path, only="sample_stats")
-    return arrays_of(group_of(groups, "sample_stats"), "touch"), notes_of(attributes)
+    return grades_of(groups), notes_of(attributes)

@@ -14,6 +14,8 @@ from bayestouch.sampling.streams import BlockStreams
 LogDensity = Callable[[FloatArray, IndexArray], FloatArray]
 # The same for fixed blocks, (B, n, d) -> (B, n).
 BlockDensity = Callable[[FloatArray], FloatArray]
+# The same for walkers of all blocks, (n B, d) -> (n B,); walker i belongs to block i % B.
+WalkerDensity = Callable[[FloatArray], FloatArray]
 
 #: Maximum number of points in one call of a log density; limits the memory and suits the cache.
 POINTS_A_CALL = 1 << 13
@@ -48,7 +50,9 @@ def of_blocks(
     def evaluate(x: FloatArray) -> FloatArray:
         values = np.empty(x.shape[:2])
         for rows, columns in _pieces(x.shape[0], x.shape[1], points_a_call):
-            piece = log_density(x[rows, columns], numbers[rows])
+            # Each coordinate is contiguous in memory, which a likelihood needs to be fast.
+            points = np.ascontiguousarray(np.swapaxes(x[rows, columns], 1, 2))
+            piece = log_density(np.swapaxes(points, 1, 2), numbers[rows])
             if np.shape(piece) != values[rows, columns].shape:
                 raise ValueError(f"log density: expected {values[rows, columns].shape}, got {np.shape(piece)}")
             values[rows, columns] = piece
@@ -58,6 +62,29 @@ def of_blocks(
             block, point = np.argwhere(np.isnan(values))[0]
             raise ValueError(f"log density is NaN in block {numbers[block]} at {x[block, point]}")
         return values
+
+    return evaluate
+
+
+def by_walker(density: BlockDensity, blocks: int) -> WalkerDensity:
+    """Return a density of blocks as the density of walkers, as emcee wants it.
+
+    Parameters
+    ----------
+    density : callable
+        Of points (B, n, d).
+    blocks : int
+        Number of blocks B.
+
+    Returns
+    -------
+    callable
+        Log density (n B,) of points (n B, d); point ``i`` belongs to block ``i % B``.
+    """
+
+    def evaluate(x: FloatArray) -> FloatArray:
+        points = x.T.reshape(x.shape[1], -1, blocks)
+        return density(points.transpose(2, 1, 0)).T.reshape(-1)
 
     return evaluate
 

@@ -50,9 +50,10 @@ class BlockDraws:
         Bulk effective sample size and R-hat of each parameter over the chains, as in ArviZ; NaN for a
         constant parameter.
     pareto_k : (B,) array
-        Pareto shape of the ratios of posterior to proposal; NaN in round 3, which has no proposal.
+        Pareto shape of the ratios of posterior to proposal; NaN in rounds 3 and 4, which have no proposal.
     rounds : (B,) int array
-        Round of the draws: 1 with the given proposal, 2 with one fitted to the posterior, 3 with ensembles.
+        Round of the draws: 1 with the given proposal, 2 with one fitted to the posterior, 3 with ensembles; 4 with
+        moves of the caller.
     grade : (B,) bool array
         Whether the targets are met.
     """
@@ -88,7 +89,7 @@ def empty_draws(chains: int, n: int, blocks: int, dimension: int, round_: int) -
         # The draws of one parameter are contiguous in memory, as files and diagnostics need them.
         draws=np.moveaxis(np.empty((dimension, chains, n, blocks)), 0, -1),
         log_density=np.empty((chains, n, blocks)),
-        acceptance=np.empty(blocks),
+        acceptance=np.zeros(blocks),
         ess_bulk=np.empty((blocks, dimension)),
         rhat=np.empty((blocks, dimension)),
         pareto_k=np.full(blocks, np.nan),

@@ -1,18 +1,23 @@
-"""Third round of sampling: ensemble moves, for blocks without a good proposal."""
+"""Ensembles of walkers: the third round of sampling, for blocks without a good proposal, and given moves."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
-from bayestouch.sampling.density import BlockDensity, of_blocks
+from bayestouch.sampling.density import BlockDensity, by_walker, of_blocks
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
 
-# Purpose numbers of the random streams: round 3, and its starting points.
-ROUND, STARTS = 3, 4
+# Purpose numbers of the random streams: round 3, starting points, and moves that are given.
+ROUND, STARTS, GIVEN = 3, 4, 8
+# Number of the round of moves that are given.
+GIVEN_ROUND = 4
 # Walkers of an ensemble, and steps, each times (number of parameters + 1). Half as many steps before are discarded.
 WALKERS, STEPS = 4, 192
 # Number of proposal points from which the starting points are chosen.
@@ -20,23 +25,61 @@ CANDIDATES = 4096
 POINTS_HELD = 1 << 21
 
 
+@dataclass(frozen=True)
+class _Plan:
+    """Size of the ensembles: walkers of each, steps kept, and every which step is kept."""
+
+    members: int
+    kept: int
+    thin: int
+
+    @classmethod
+    def of(cls, run: Run, d: int) -> _Plan:
+        members = WALKERS * (d + 1)
+        kept = -(-run.draws // members)
+        return cls(members, kept, max(1, STEPS * (d + 1) // kept))
+
+
 def ensemble_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BlockDraws:
     """Return draws with stretch and differential-evolution moves, one independent ensemble for each chain.
 
     The draws of a chain are those of the walkers of its ensemble, one walker after the other.
     """
+    from bayestouch.sampling.moves import GroupDifferenceMove, GroupStretchMove
+
     d = proposal.dimension
     result = empty_draws(run.walkers, run.draws, proposal.n_blocks, d, ROUND)
-    members = WALKERS * (d + 1)
-    kept = -(-run.draws // members)
-    thin = max(1, STEPS * (d + 1) // kept)
-    held = max(1, POINTS_HELD // max(CANDIDATES, run.walkers * members * kept))
+    plan = _Plan.of(run, d)
+    held = max(1, POINTS_HELD // max(CANDIDATES, run.walkers * plan.members * plan.kept))
     for first in range(0, proposal.n_blocks, held):
         index = np.arange(first, min(first + held, proposal.n_blocks))
         part = slice(first, first + len(index))
         density = of_blocks(run.log_density, numbers[part])
-        start = _starts(proposal.select(index), density, run, numbers[part], run.walkers * members)
-        _ensembles(run, density, numbers[part], start, result, part, (members, kept, thin))
+        start = _starts(proposal.select(index), density, run, numbers[part], run.walkers * plan.members)
+        streams = BlockStreams(run.seed, numbers[part], purpose=ROUND)
+        moves = [(move(streams, run.walkers), 0.5) for move in (GroupStretchMove, GroupDifferenceMove)]
+        # The random numbers of emcee only choose the move of each step, the same for all blocks.
+        _run(run, density, start, moves, (ROUND,), plan, result, part, slice(None))
+        grade(result, part, run.demands)
+    return result
+
+
+def given_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> BlockDraws:
+    """Return draws with the moves of the run; every chain of every block is a sampler of its own.
+
+    The moves of emcee do not know of blocks: they mix all walkers of a sampler.
+    """
+    d = proposal.dimension
+    result = empty_draws(run.walkers, run.draws, proposal.n_blocks, d, GIVEN_ROUND)
+    plan = _Plan.of(run, d)
+    for block, number in enumerate(numbers):
+        part = slice(block, block + 1)
+        density = of_blocks(run.log_density, numbers[part])
+        start = _starts(proposal.select([block]), density, run, numbers[part], run.walkers * plan.members)
+        for chain in range(run.walkers):
+            own = slice(chain, chain + 1)
+            walkers = start[:, chain * plan.members : (chain + 1) * plan.members]
+            _run(run, density, walkers, run.moves, (GIVEN, int(number), chain), plan, result, part, own)
         grade(result, part, run.demands)
     return result
 
@@ -51,41 +94,41 @@ def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: I
     return np.take_along_axis(x, best[..., None], axis=1)
 
 
-def _ensembles(
+def _run(
     run: Run,
     density: BlockDensity,
-    numbers: IndexArray,
     start: FloatArray,
+    moves: Any,
+    spawn_key: tuple[int, ...],
+    plan: _Plan,
     result: BlockDraws,
     part: slice,
-    plan: tuple[int, int, int],
+    chains: slice,
 ) -> None:
-    """Run the ensembles of some blocks into `result`."""
+    """Run the ensembles of some chains of some blocks, from points (B, n, d), into `result`."""
     import emcee
 
-    from bayestouch.sampling.moves import GroupDifferenceMove, GroupStretchMove
+    from bayestouch.sampling.sampler import ArraySampler
 
-    members, kept, thin = plan
     n_blocks, n, d = start.shape
-    streams = BlockStreams(run.seed, numbers, purpose=ROUND)
-    moves = [(move(streams, density, run.walkers), 0.5) for move in (GroupStretchMove, GroupDifferenceMove)]
-    sampler = emcee.EnsembleSampler(n_blocks * n, d, density, moves=moves, vectorize=True)
-    # The random numbers of emcee only choose the move of each step, the same for all blocks.
-    chooser = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(run.seed, spawn_key=(ROUND,))))
+    kept, members = plan.kept, plan.members
+    sampler = ArraySampler(n_blocks * n, d, by_walker(density, n_blocks), moves=moves, vectorize=True)
+    random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(run.seed, spawn_key=spawn_key)))
     state = emcee.State(
-        np.ascontiguousarray(start).reshape(-1, d),
-        log_prob=density(start).reshape(-1),
-        random_state=chooser.get_state(),
+        start.transpose(1, 0, 2).reshape(-1, d),
+        log_prob=density(start).T.reshape(-1),
+        random_state=random.get_state(),
     )
-    state = sampler.run_mcmc(state, kept * thin // 2, store=False, skip_initial_state_check=True)
-    sampler.run_mcmc(state, kept, thin_by=thin, skip_initial_state_check=True)
+    state = sampler.run_mcmc(state, kept * plan.thin // 2, store=False, skip_initial_state_check=True)
+    sampler.run_mcmc(state, kept, thin_by=plan.thin, skip_initial_state_check=True)
 
     def by_chain(values: FloatArray) -> FloatArray:
-        """(kept, blocks * chains * members, ...) -> (chain, draw, block, ...)."""
-        parts = values.reshape(kept, n_blocks, run.walkers, members, *values.shape[2:])
-        parts = parts.transpose(2, 3, 0, 1, *range(4, parts.ndim))
-        return parts.reshape(run.walkers, members * kept, n_blocks, *values.shape[2:])[:, : run.draws]
+        """(kept, chains * members * blocks, ...) -> (chain, draw, block, ...)."""
+        parts = values.reshape(kept, -1, members, n_blocks, *values.shape[2:])
+        parts = parts.transpose(1, 2, 0, 3, *range(4, parts.ndim))
+        return parts.reshape(-1, members * kept, n_blocks, *values.shape[2:])[:, : run.draws]
 
-    result.draws[:, :, part] = by_chain(sampler.get_chain())
-    result.log_density[:, :, part] = by_chain(sampler.get_log_prob())
-    result.acceptance[part] = sampler.acceptance_fraction.reshape(n_blocks, n).mean(axis=1)
+    result.draws[chains, :, part] = by_chain(sampler.get_chain())
+    result.log_density[chains, :, part] = by_chain(sampler.get_log_prob())
+    accepted = sampler.acceptance_fraction.reshape(n, n_blocks).mean(axis=0)
+    result.acceptance[part] += accepted * n / (run.walkers * members)

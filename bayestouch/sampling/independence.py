@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IndexArray
-from bayestouch.sampling.density import POINTS_A_CALL
+from bayestouch.array_types import IndexArray
+from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, by_walker, of_blocks
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.run import Run
@@ -53,37 +53,37 @@ def independence_round(
     for first in range(0, n_blocks, held):
         index = np.arange(first, min(first + held, n_blocks))
         part = slice(first, first + len(index))
-        move = IndependenceMove(
-            proposal.select(index),
-            BlockStreams(run.seed, numbers[part], purpose=round_),
-            run.log_density,
-            numbers[part],
-            left_out + thin * run.draws,
-            points_a_call=a_call,
-            called=called,
-        )
-        _chains(run, move, result, part, left_out, thin)
+        density = of_blocks(run.log_density, numbers[part], points_a_call=a_call, called=called)
+        streams = BlockStreams(run.seed, numbers[part], purpose=round_)
+        move = IndependenceMove(proposal.select(index), streams, left_out + thin * run.draws)
+        _chains(run, density, move, result, part, left_out, thin)
         grade(result, part, run.demands)
     return result
 
 
-def _chains(run: Run, move: IndependenceMove, result: BlockDraws, part: slice, left_out: int, thin: int) -> None:
+def _chains(
+    run: Run,
+    density: BlockDensity,
+    move: IndependenceMove,
+    result: BlockDraws,
+    part: slice,
+    left_out: int,
+    thin: int,
+) -> None:
     """Run the chains of some blocks into `result`."""
     import emcee
 
     from bayestouch.sampling.backend import BlockBackend
+    from bayestouch.sampling.sampler import ArraySampler
 
-    d = result.draws.shape[-1]
+    d, blocks = result.draws.shape[-1], len(result.acceptance[part])
     backend = BlockBackend(result.draws[:, :, part], result.log_density[:, :, part])
-    n_walkers = run.walkers * len(result.acceptance[part])
-    sampler = emcee.EnsembleSampler(n_walkers, d, _evaluated, moves=move, vectorize=True, backend=backend)
+    n_walkers = run.walkers * blocks
+    log_prob = by_walker(density, blocks)
+    sampler = ArraySampler(n_walkers, d, log_prob, moves=move, vectorize=True, backend=backend)
     # The same memory order as in the proposals; the first proposal replaces this starting point.
     state = emcee.State(np.zeros((d, n_walkers)).T, log_prob=np.full(n_walkers, -np.inf))
     state = sampler.run_mcmc(state, left_out, store=False, skip_initial_state_check=True)
     sampler.run_mcmc(state, run.draws, thin_by=thin, skip_initial_state_check=True)
     result.acceptance[part] = move.acceptance()
     result.pareto_k[part] = move.pareto_k
-
-
-def _evaluated(x: FloatArray) -> FloatArray:
-    raise AssertionError("the move evaluates its proposals itself")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +12,7 @@ from bayestouch.array_types import BoolArray, IndexArray
 from bayestouch.sampling.adapt import adapt
 from bayestouch.sampling.density import LogDensity, weighed
 from bayestouch.sampling.draws import BlockDraws, Demands, empty_draws, keep_better, put
-from bayestouch.sampling.ensembles import ensemble_round
+from bayestouch.sampling.ensembles import ensemble_round, given_round
 from bayestouch.sampling.independence import independence_round
 from bayestouch.sampling.pareto import pareto_smooth
 from bayestouch.sampling.proposals import BlockProposal
@@ -39,6 +40,7 @@ def sample_blocks(
     demands: Demands | None = None,
     first_round: int = 1,
     rounds: int = 3,
+    moves: Any = None,
     progress: Callable[[float], None] | None = None,
 ) -> BlockDraws:
     """Return draws from many posteriors at once with emcee.
@@ -69,6 +71,10 @@ def sample_blocks(
         1 or 2; use 2 for blocks that were poor with `proposal` in another run.
     rounds : int
         Maximum number of rounds for a poor block, 1 to 3.
+    moves : emcee.moves.Move or list, optional
+        Moves of emcee, as `emcee.EnsembleSampler` takes them, in place of the three rounds. These moves mix all walkers
+        of a sampler; therefore each chain of each block is then an ensemble of its own, of ``4 (d + 1)`` walkers that
+        start at points of the proposal. `progress` is not called.
     progress : callable, optional
         Called with the fraction of the first round that is done, 0 to 1.
 
@@ -82,7 +88,9 @@ def sample_blocks(
         raise ValueError(f"expected one number for each of {proposal.n_blocks} blocks, got {numbers.shape}")
     if walkers < 2 or draws < 4:
         raise ValueError(f"expected at least 2 walkers and 4 draws, got {walkers} and {draws}")
-    run = Run(log_density, walkers, draws, seed, demands or Demands())
+    run = Run(log_density, walkers, draws, seed, demands or Demands(), moves)
+    if moves is not None:
+        return given_round(run, proposal, numbers)
     if first_round > 1:
         return _further_rounds(run, proposal, numbers, rounds)
     result = independence_round(run, proposal, numbers, round_=1, thin=1, progress=progress)

@@ -5,16 +5,15 @@ The walkers of one block do not interact with those of another block.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from emcee.moves import Move
 from numpy.typing import NDArray
 
-from bayestouch.array_types import BoolArray, FloatArray, IndexArray
-from bayestouch.sampling.density import POINTS_A_CALL, BlockDensity, LogDensity, weighed
+from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.sampling.density import POINTS_A_CALL
 from bayestouch.sampling.pareto import pareto_shape
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
@@ -23,9 +22,10 @@ from bayestouch.sampling.streams import BlockStreams
 class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
     """Independence move: each walker gets a point from the proposal of its block, which is accepted or rejected.
 
-    Proposals do not depend on the state; therefore those of all steps are drawn and evaluated at the first step.
-    Walkers are independent chains. Walker ``w B + b`` is the w-th walker of block b. The first step accepts any point
-    of finite density, because a walker starts without a point (log density ``-inf``).
+    Proposals do not depend on the state; therefore those of all steps are drawn at the first step, and the model that
+    emcee passes to the move evaluates them in one call. Walkers are independent chains. Walker ``w B + b`` is the
+    w-th walker of block b. The first step accepts any point of finite density, because a walker starts without a
+    point (log density ``-inf``).
 
     Parameters
     ----------
@@ -33,73 +33,69 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         One distribution for each of B blocks.
     streams : BlockStreams
         Random numbers of the blocks.
-    log_density : callable
-        See `LogDensity`.
-    numbers : (B,) int array
-        Numbers of the blocks.
     steps : int
         Number of steps; more are not possible.
-    points_a_call, called
-        As `weighed`.
     """
 
-    def __init__(
-        self,
-        proposal: BlockProposal,
-        streams: BlockStreams,
-        log_density: LogDensity,
-        numbers: IndexArray,
-        steps: int,
-        *,
-        points_a_call: int = POINTS_A_CALL,
-        called: Callable[[int], None] | None = None,
-    ) -> None:
+    def __init__(self, proposal: BlockProposal, streams: BlockStreams, steps: int) -> None:
         self._proposal, self._streams, self._steps = proposal, streams, steps
-        self._weighed = partial(weighed, log_density, proposal, numbers, points_a_call=points_a_call, called=called)
         self._step = 0
         #: Pareto shape of the ratios of posterior to proposal, (B,).
         self.pareto_k: FloatArray = np.full(proposal.n_blocks, np.nan)
 
     def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
         """Make one step; emcee calls this."""
+        n_walkers, d = state.coords.shape
+        shape = n_walkers // self._proposal.n_blocks, self._proposal.n_blocks
         if self._step == 0:
-            self._prepare(len(state.coords))
+            self._prepare(model, shape[0])
         s = self._step
-        accepted = self._bars[s] > self._weight
-        np.copyto(self._weight, self._weights[s], where=accepted)
-        np.copyto(state.log_prob, self._log_probs[s], where=accepted)
-        np.copyto(state.coords.T, self._points[s], where=accepted)
+        accepted = self._bars[:, s] > self._weight
+        np.copyto(self._weight, self._weights[:, s], where=accepted)
+        np.copyto(state.log_prob.reshape(shape), self._log_probs[:, s], where=accepted)
+        coords = state.coords.T.reshape(d, *shape)
+        np.copyto(coords, self._points[:, :, s], where=accepted)
+        state.coords = coords.reshape(d, n_walkers).T
         self._step += 1
         self._accepted += accepted
-        return state, accepted
+        return state, accepted.reshape(n_walkers)
 
     def acceptance(self) -> FloatArray:
         """Return the fraction of accepted proposals so far, (B,)."""
-        return np.asarray(self._accepted.reshape(-1, self._proposal.n_blocks).mean(axis=0) / self._step)
+        return np.asarray(self._accepted.mean(axis=0) / self._step)
 
-    def _prepare(self, n_walkers: int) -> None:
+    def _prepare(self, model: Any, walkers: int) -> None:
         blocks, d, steps = self._proposal.n_blocks, self._proposal.dimension, self._steps
-        walkers = n_walkers // blocks
         n = walkers * steps
-        points = np.empty((steps, d, walkers, blocks))
-        log_probs, weights, bars = (np.empty((steps, walkers, blocks)) for _ in range(3))
-        for part, x, log_p, log_q in self._weighed(self._streams, n):
-
-            def by_step(values: FloatArray) -> FloatArray:
-                return values.reshape(-1, walkers, steps).T
-
-            log_weights = log_p - log_q
+        flat, log_q = np.empty((d, n, blocks)), np.empty((blocks, n))
+        for part in self._parts(n):
+            x, log_q[part] = self._proposal.select(np.arange(part.start, part.stop)).draw(self._streams.select(part), n)
+            flat[:, :, part] = x.transpose(2, 1, 0)
+        points = flat.reshape(d, walkers, steps, blocks)
+        log_p = self._evaluate(model, points).reshape(n, blocks)
+        weights, bars = np.empty((n, blocks)), np.empty((n, blocks))
+        for part in self._parts(n):
+            log_weights = log_p[:, part].T - log_q[part]
             self.pareto_k[part] = pareto_shape(log_weights)
-            for j in range(d):
-                points[:, j, :, part] = by_step(x[..., j])
-            log_probs[..., part], weights[..., part] = by_step(log_p), by_step(log_weights)
+            weights[:, part] = log_weights.T
             # log u < new weight - old weight, where -log u is a standard exponential number.
             log_weights += self._streams.select(part).exponential(n)
-            bars[..., part] = by_step(log_weights)
-        self._points = points.reshape(steps, d, n_walkers)
-        self._log_probs, self._weights, self._bars = (a.reshape(steps, n_walkers) for a in (log_probs, weights, bars))
-        self._weight = np.full(n_walkers, -np.inf)
-        self._accepted = np.zeros(n_walkers)
+            bars[:, part] = log_weights.T
+        self._points = points
+        self._log_probs, self._weights, self._bars = (a.reshape(walkers, steps, blocks) for a in (log_p, weights, bars))
+        self._weight = np.full((walkers, blocks), -np.inf)
+        self._accepted = np.zeros((walkers, blocks))
+
+    def _evaluate(self, model: Any, points: FloatArray) -> FloatArray:
+        """Log density of the proposals of all steps, (walkers * steps * B,), from points (d, walkers, steps, B)."""
+        log_p, _ = model.compute_log_prob_fn(points.reshape(len(points), -1).T)
+        return np.asarray(log_p)
+
+    def _parts(self, n: int) -> Iterator[slice]:
+        """Some blocks at a time, whose n points each stay in the cache."""
+        some = max(1, POINTS_A_CALL // n)
+        for first in range(0, self._proposal.n_blocks, some):
+            yield slice(first, min(first + some, self._proposal.n_blocks))
 
 
 class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
@@ -109,16 +105,15 @@ class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
     ----------
     streams : BlockStreams
         Random numbers of the B blocks.
-    log_density : callable
-        Log density of points of the blocks.
     ensembles : int
-        Number of independent ensembles in each block.
+        Number of independent ensembles in each block. Walker ``w B + b`` is the w-th walker of block b; walkers of the
+        same ensemble follow each other.
     """
 
     _AHEAD = 64  # number of steps for which random numbers are drawn at once
 
-    def __init__(self, streams: BlockStreams, log_density: BlockDensity, ensembles: int) -> None:
-        self._streams, self._log_density, self._ensembles = streams, log_density, ensembles
+    def __init__(self, streams: BlockStreams, ensembles: int) -> None:
+        self._streams, self._ensembles = streams, ensembles
         self._numbers: FloatArray = np.empty((0, 0))
         self._step = 0
 
@@ -126,21 +121,25 @@ class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types
         """Make one step; emcee calls this."""
         n_walkers, d = state.coords.shape
         blocks = len(self._streams)
-        shape = (blocks, self._ensembles, n_walkers // (blocks * self._ensembles))
-        x, log_p = state.coords.reshape(*shape, d), state.log_prob.reshape(shape)
-        accepted = np.zeros(shape, dtype=bool)
-        numbers = self._next_numbers(shape[2] // 2)
+        shape = (self._ensembles, n_walkers // (blocks * self._ensembles), blocks)
+        # (block, ensemble, member)
+        x = state.coords.reshape(*shape, d).transpose(2, 0, 1, 3).copy()
+        log_p = state.log_prob.reshape(shape).transpose(2, 0, 1).copy()
+        accepted = np.zeros(log_p.shape, dtype=bool)
+        numbers = self._next_numbers(shape[1] // 2)
         for half in (0, 1):
             mine, others = slice(half, None, 2), slice(1 - half, None, 2)
             u = numbers[:, half]
             proposed, log_factor = self._move(x[:, :, mine], x[:, :, others], u[..., 1:])
-            new = self._log_density(proposed.reshape(blocks, -1, d)).reshape(log_p[:, :, mine].shape)
+            new, _ = model.compute_log_prob_fn(proposed.transpose(1, 2, 0, 3).reshape(-1, d))
+            new = new.reshape(shape[0], -1, blocks).transpose(2, 0, 1)
             better = new + log_factor - np.log1p(-u[..., 0]) > log_p[:, :, mine]
             np.copyto(x[:, :, mine], proposed, where=better[..., None])
             np.copyto(log_p[:, :, mine], new, where=better)
             accepted[:, :, mine] = better
-        state.coords, state.log_prob = x.reshape(n_walkers, d), log_p.reshape(n_walkers)
-        return state, accepted.reshape(n_walkers)
+        state.coords = x.transpose(1, 2, 0, 3).reshape(n_walkers, d)
+        state.log_prob = log_p.transpose(1, 2, 0).reshape(n_walkers)
+        return state, accepted.transpose(1, 2, 0).reshape(n_walkers)
 
     def _next_numbers(self, half: int) -> FloatArray:
         """Uniform random numbers of one step, (B, 2, ensembles, half, 4)."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from bayestouch.sampling.density import LogDensity
 from bayestouch.sampling.draws import Demands
@@ -22,6 +23,8 @@ class Run:
         Seed of all random numbers.
     demands : Demands
         Targets for a good block.
+    moves : object
+        Moves of emcee that are used in place of the three rounds; None for the rounds.
     """
 
     log_density: LogDensity
@@ -29,3 +32,4 @@ class Run:
     draws: int
     seed: int
     demands: Demands
+    moves: Any = None

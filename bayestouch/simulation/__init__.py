@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from bayestouch.data.dataset import DataSet, save_dataset
+from bayestouch.data.sensor import Finger, Pad
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, summary_html
 from bayestouch.simulation.chain import pressed, read
@@ -33,6 +34,9 @@ __all__ = [
 ]
 
 EMBEDDED_SEED = 1995
+
+#: Designs by the name of the body in ``sensor.toml``.
+DESIGNS: Mapping[str, type[FingerDesign] | type[PadDesign]] = {Finger.kind: FingerDesign, Pad.kind: PadDesign}
 
 
 @dataclass(frozen=True, eq=False, repr=False)

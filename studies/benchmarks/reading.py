@@ -1,9 +1,10 @@
-"""How quickly a touch table in CSV is read, beside plain `pandas.read_csv` on the same file.
+"""How quickly a touch table in CSV is read, beside pandas and pyarrow on the same file.
 
-A simulated finger's touches are repeated until the table has 442,800 rows of 22 columns, 155 MB. Both readers are run
-in turn; the ratio is of their medians. Seconds are of processor, which other programs on the machine disturb least.
-`pandas.read_csv` checks nothing: the reader also knows the place of every row, refuses what is no number, and checks
-values and rows against each other.
+A simulated finger's touches are repeated until the table has 442,800 rows of 22 columns, 155 MB. The readers are run
+in turn; ratios are of their medians. Seconds are of processor, which other programs on the machine disturb least.
+pandas and pyarrow check nothing: `read_touches` also knows the place of every row, refuses what is no number, and
+checks values and rows against each other. `survey` is the pass that `infer` makes over the table in pieces; it keeps
+the pieces of a table of this size, so that `infer` reads the file once.
 
     python studies/benchmarks/reading.py [--copies 60] [--repeats 5]
 """
@@ -23,8 +24,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import pyarrow.csv
 
-from bayestouch.data.touch_source import joined_touches
+from bayestouch.data.survey import survey
+from bayestouch.data.touch_source import OnFile, joined_touches
 from bayestouch.data.touch_table import read_touches, write_touches
 from bayestouch.simulation import FingerDesign, simulate
 
@@ -36,8 +39,8 @@ def seconds(call: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
-def main(copies: int = 60, repeats: int = 5) -> float:
-    """Print the rates; returns the time of the reader over that of pandas."""
+def main(copies: int = 60, repeats: int = 5) -> dict[str, float]:
+    """Print the rates; returns the time of each reader over that of pandas."""
     data = simulate(FingerDesign(), seed=1).dataset
     step = int(np.ptp(data.touches.touch)) + 1
     many = joined_touches([data.touches.with_(touch=data.touches.touch + k * step) for k in range(copies)])
@@ -45,16 +48,19 @@ def main(copies: int = 60, repeats: int = 5) -> float:
         path = Path(folder) / "touches.csv"
         write_touches(many, path, data.sensor)
         megabytes = path.stat().st_size / 1e6
-        ours, plain = [], []
-        for _ in range(repeats):
-            ours.append(seconds(lambda: read_touches(path, data.sensor)))
-            plain.append(seconds(lambda: pd.read_csv(path)))
-    mine, theirs = statistics.median(ours), statistics.median(plain)
+        readers: dict[str, Callable[[], object]] = {
+            "pandas.read_csv": lambda: pd.read_csv(path),
+            "pyarrow.csv.read_csv": lambda: pyarrow.csv.read_csv(path),
+            "read_touches": lambda: read_touches(path, data.sensor),
+            "survey": lambda: survey(OnFile.of(path, data.sensor)),
+        }
+        runs = [{name: seconds(call) for name, call in readers.items()} for _ in range(repeats)]
+    medians = {name: statistics.median(run[name] for run in runs) for name in readers}
     print(f"{many.n_rows:,} rows, {megabytes:.0f} MB, medians of {repeats}, seconds of processor")
-    print(f"read_touches     {mine:6.2f} s {megabytes / mine:6.0f} MB/s")
-    print(f"pandas.read_csv  {theirs:6.2f} s {megabytes / theirs:6.0f} MB/s")
-    print(f"ratio of times   {mine / theirs:6.2f}")
-    return mine / theirs
+    for name, median in medians.items():
+        ratio = median / medians["pandas.read_csv"]
+        print(f"{name:21s} {median:6.2f} s {megabytes / median:6.0f} MB/s {ratio:6.2f} times pandas")
+    return {name: median / medians["pandas.read_csv"] for name, median in medians.items()}
 
 
 if __name__ == "__main__":

@@ -89,8 +89,6 @@ def test_a_pad_is_calibrated_with_stated_effects(pad: bayestouch.DataSet) -> Non
 
 
 def test_what_cannot_go_together_is_refused_in_a_line(finger: bayestouch.DataSet, pad: bayestouch.DataSet) -> None:
-    with pytest.raises(bayestouch.InputError, match="identified about a model without effects"):
-        bayestouch.calibrate(finger, model=CROSSTALK, e_map="empirical")
     with pytest.raises(bayestouch.InputError, match="model is that of a finger, this sensor is a pad"):
         bayestouch.calibrate(pad, model=CROSSTALK)
     with pytest.raises(bayestouch.InputError, match="prior of discrepancy_sd"):

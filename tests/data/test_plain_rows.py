@@ -133,7 +133,7 @@ def test_rows_too_short_and_too_long_do_not_make_up_for_each_other(tmp_path: Pat
 def numbers_of(cells: Sequence[str], separator: str = ",") -> list[float] | None:
     """What the plain reader makes of cells in a column."""
     reader = NumberReader(Path("table.csv"), decimal_comma=separator != ",")
-    read = plain_rows([f"0{separator}{cell}\n" for cell in cells], 2, "ab", "ab", separator, reader)
+    read = plain_rows("".join(f"0{separator}{cell}\n" for cell in cells).encode(), 2, "ab", "ab", separator, reader)
     return None if read is None else read.numbers["b"].tolist()
 
 

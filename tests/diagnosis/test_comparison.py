@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from bayestouch.diagnosis import comparison
-from bayestouch.diagnosis.comparison import folds, gained, paired, refit, without
-from bayestouch.effects.random import BaselineDrift
+from bayestouch.diagnosis.comparison import folds, gained, paired, refit
+from bayestouch.model import joining
 
 
 def timed(time: np.ndarray, scanned: bool = False) -> Any:
@@ -45,23 +45,6 @@ def effect(name: str, count: int) -> Any:
     return SimpleNamespace(name=name, parameters=(None,) * count)
 
 
-def test_an_effect_is_taken_out_with_its_values(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two base parameters, then effects with 1, 2 and 1 values."""
-    effects = (effect("a", 1), effect("b", 2), effect("c", 1))
-    model = SimpleNamespace(effects=effects, n_base=2, with_effects=lambda kept: kept)
-    drifts = ((BaselineDrift(()), (1.0,)), (SimpleNamespace(name="gain_drift"), (2.0,)))
-    whole: Any = SimpleNamespace(model=model, vector=np.arange(6.0), drifts=drifts, noise="n", whitening="w")
-    monkeypatch.setattr(comparison, "fit_from_both", lambda *of, whitening: of)
-    monkeypatch.setattr(comparison, "fit", lambda *of, whitening: of)
-    less, vector, _, left = without(whole, effects[1])  # type: ignore[misc]
-    assert less == (effects[0], effects[2]) and left == drifts
-    np.testing.assert_array_equal(vector, [0, 1, 2, 5])
-    np.testing.assert_array_equal(without(whole, effects[0])[1], [0, 1, 3, 4, 5])  # type: ignore[index]
-    same, vector, _, left = without(whole, drifts[0][0])  # type: ignore[misc]
-    assert same is model and left == drifts[1:]
-    np.testing.assert_array_equal(vector, np.arange(6.0))
-
-
 @pytest.mark.parametrize(("least", "alone"), [(8.99, True), (9.01, False)])
 def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone: bool) -> None:
     """Means gain 1, 2, 3; deviations 2, 3, 4: a sum of 9 with a standard error of sqrt(3), five of them."""
@@ -72,7 +55,7 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
     )
     used: dict[str, float] = {}
     new = SimpleNamespace(vector=0)
-    monkeypatch.setattr(comparison, "fit_from_both", lambda *of, whitening, enough: used.update(enough=enough) or new)
+    monkeypatch.setattr(joining, "fit_from_both", lambda *of, whitening, enough: used.update(enough=enough) or new)
     after = np.array([[1.0, 2.0, 5.0], [2.0, 3.0, 6.0], [3.0, 4.0, 7.0]])
     monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
     candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,), signature=None)

@@ -253,7 +253,7 @@ def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch
     fits = {name: fitted_with(np.stack([-fall / 2, -fall / 2, fall * 7], axis=1)) for name, fall in falls.items()}
     monkeypatch.setattr(search, "density", lambda fitted: densities[id(fitted)])
     for name in falls:
-        monkeypatch.setattr(search, "without", lambda fitted, each: fits[each.name])
+        monkeypatch.setattr(search, "fit_without", lambda each, fitted: fits[each.name])
         before = SimpleNamespace(model=SimpleNamespace(effects=(effect(name),)), drifts=())
         found, dropped = search._needed(now, one_round(tried(), before=before))
         assert dropped == (() if name == "needed" else (name,)), name

@@ -103,6 +103,12 @@ print(effect["name"], diagnosis.verdict, found["mean"] / size, found["sd"] / siz
 """
 
 
+def test_each_is_one_file_of_forty_lines() -> None:
+    head, drift, noise = MODULE.strip().split("@dataclass(frozen=True)\n")
+    for effect in (drift, noise):
+        assert sum(1 for line in (head + effect).splitlines() if line.strip()) + 1 <= 40, effect.splitlines()[0]
+
+
 # What a course of some six correlation times tells of its size is 1/sqrt(2 × 6 to 12), a fifth to a third of it. The
 # noise that two elements share is told by four thousand pairs of samples, to 3 %; a true size that the peaks are off by
 # adds, hence the least tolerance.

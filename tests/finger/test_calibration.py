@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import emcee
 import numpy as np
 import pytest
 from known_fingers import ANGLES, SAMPLES, dataset, known_touches, sensor, true_chain
@@ -12,6 +13,7 @@ from plain_sampler import sample_plain
 from scipy.special import logsumexp
 
 import bayestouch
+from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Finger
 from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
@@ -21,6 +23,7 @@ from bayestouch.finger.sampling import sample_fit
 from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 from bayestouch.priors.prior_text import priors_from_text
 from bayestouch.results.reading import load_calibration
+from bayestouch.sampling import ensembles
 
 PLAIN_STEPS = 16_000
 
@@ -262,6 +265,31 @@ def test_an_identified_map_reads_touches_as_the_model_does_where_the_model_is_ri
     for name in ("R", "theta_c", "P"):
         z = (a.mean(name) - b.mean(name)) / np.hypot(a.sd(name), b.sd(name))
         assert np.sqrt(np.mean(z**2)) < 0.5, name
+
+
+def test_moves_of_emcee_draw_the_same_calibration(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three elements, 18 unknowns, by differential evolution: means and sds within Monte Carlo error.
+
+    The sd of 1,000 draws of independent walkers scatters by 1/sqrt(2 ESS), 3 %.
+    """
+    # 1,400 steps: walkers are independent after some 50 in these coordinates.
+    monkeypatch.setattr(ensembles, "STEPS", 48)
+    few = slice(2, 5)
+    touches = known_touches(11, step=3.0)
+    part = touches.with_(readings=touches.readings[:, few])
+    data = DataSet(replace(sensor(), body=Finger(9.4, 12.7, 9.9, ANGLES[few])), part, part, None, ())
+    usual = bayestouch.calibrate(data, draws=4000, seed=1)
+    moved = bayestouch.calibrate(data, draws=1000, seed=1, moves=emcee.moves.DEMove())
+    assert moved.statistics["rhat"] < 1.02 and moved.statistics["ess_bulk"] > 400
+    for name, a in usual.posterior.items():
+        b = moved.posterior[name]
+        sd = a.std(axis=(0, 1))
+        assert np.all(np.abs(a.mean(axis=(0, 1)) - b.mean(axis=(0, 1))) < 4.5 * sd * np.sqrt(1 / 400 + 1 / 2000)), name
+        assert np.all(np.abs(b.std(axis=(0, 1)) / sd - 1) < 4.5 * np.sqrt(1 / 800 + 1 / 4000)), name
+    with pytest.raises(InputError, match="moves are options of fingers"):
+        bayestouch.calibrate(
+            bayestouch.simulate(bayestouch.PadDesign(n_touches=30), seed=0).dataset, moves=emcee.moves.DEMove()
+        )
 
 
 @pytest.mark.slow  # minutes: plain emcee needs millions of evaluations for 18 correlated parameters

@@ -131,6 +131,22 @@ def test_chain_is_the_series_whatever_the_map() -> None:
     np.testing.assert_allclose(found, series[inside], atol=1e-4 * np.abs(series).max())
 
 
+@pytest.mark.parametrize(
+    "changes", [{"friction": 0.3}, {"aperture_mm": 2.0}, {"friction": -0.2, "aperture_mm": 3.0, "finite_strain": 1.0}]
+)
+def test_map_of_a_finger_that_effects_have_changed(changes: dict[str, float]) -> None:
+    """Friction turns each mode, an aperture weakens it, and finite strain comes on top of the map."""
+    chain = elastic((-20.0, 5.0, 30.0)).with_(**changes)
+    mapped = EmpiricalFingerChain(chain, elastic_e_matrix(chain, modes_of(chain)))
+    rng = np.random.default_rng(0)
+    radius, angle, load = rng.uniform(0, 12.7, 50), rng.uniform(-np.pi, np.pi, 50), rng.uniform(50, 290, 50)
+    expected = chain.predict(radius, angle, load)
+    peak = np.abs(expected).max()
+    # by the series without interpolation in angle, which is good to 1e-5 of the peak; else the same table
+    np.testing.assert_allclose(mapped.series(radius, angle, load), expected, atol=1e-5 * peak)
+    np.testing.assert_allclose(mapped.predict(radius, angle, load), expected, rtol=1e-9, atol=1e-10 * peak)
+
+
 def test_without_prior_it_is_equation_6() -> None:
     """Touches all around, full rank, equal noise: least squares to rounding; and strong priors approach it."""
     chain = elastic((-40.0, 0.0, 40.0))
@@ -291,7 +307,7 @@ def test_shared_load_error_taken_as_each_elements_own() -> None:
     fit = replace(fit, noise=replace(fit.noise, tactile_sd=np.full(4, 0.004 * 1000 * np.sqrt(5))))
     known, n_c, strength = fit.likelihood.known, 40, 0.02
     design = pressure_matrix(fit.chain, known.radius_mm, known.angle, known.load, n_c)
-    priors = finger_prior(fit, fit.chain, n_c)
+    priors = finger_prior(fit.likelihood.prior, fit.chain, n_c)
     sensor = fit.noise.tactile_sd / np.sqrt(5)
     direction = fit.predicted * (known.load_sd(fit.noise.force_sd) / known.load)[:, None]
     t, m = direction.shape
@@ -430,7 +446,7 @@ def fit_finger_again(fit: FingerFit, readings: np.ndarray) -> FingerFit:
 
 
 def tangent_start(fit: FingerFit, element: int) -> np.ndarray:
-    prior = finger_prior(fit, fit.chain, 30)[element]
+    prior = finger_prior(fit.likelihood.prior, fit.chain, 30)[element]
     return prior.tangents @ prior.start
 
 

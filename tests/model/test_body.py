@@ -49,7 +49,7 @@ OF_FINGERS = "contact, e_map and priors are options of fingers; this sensor is a
             {"each_sample": True},
             "each_sample and method are options of fingers; a pad is read touch by touch with emcee",
         ),
-        ("pad", INFER, {"indenter": "edge"}, "indenter is an option of fingers; a pad does not tell radii"),
+        ("pad", INFER, {"indenter": "edge"}, "indenter is an option of fingers; a pad does not measure radii"),
     ],
 )
 def test_options_of_another_body_are_refused(kind: str, verb: dict[str, Any], given: dict[str, Any], said: str) -> None:

@@ -12,7 +12,7 @@ from bayestouch.data.touches import touches_from
 from bayestouch.effects import Setting, effect_classes
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.noise import AddedNoise
-from bayestouch.pad.calibration import choose_model
+from bayestouch.pad.choice import choose_model
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.effect_changes import changes_of_load, corrected_means, with_changes
 from bayestouch.pad.fit import fit_chain

@@ -101,9 +101,9 @@ def test_blocks_in_any_order(
     bayestouch.infer(*read, draws=DRAWS, seed=5, output=usual)
 
     def backwards(workers: int | None) -> run_module.Executor:
-        def execute(reader: Any, kept: Kept, blocks: Any, within: Any) -> Any:
+        def execute(reader: Any, kept: Kept, blocks: Any, n_touches: int, largest: int, progress: Any) -> Any:
             for first, block in list(blocks)[::-1]:
-                yield first, run_module.keep(reader.read(block, first, 1, None), kept)
+                yield first, run_module.keep(reader.read(block, first), kept)
 
         return execute
 

@@ -108,10 +108,10 @@ import os, signal, sys, bayestouch
 from bayestouch.reading import draws
 here, usual, draws.SHARED_FROM = os.getpid(), draws.draw_groups, 1
 
-def deadly(sampler, touches, rows, *more):
-    if os.getpid() != here and rows[0] > 0:
+def deadly(sampler, touches, plan, numbers, rounds):
+    if os.getpid() != here and numbers[0] > 0:
         os.kill(os.getpid(), signal.SIGKILL)
-    return usual(sampler, touches, rows, *more)
+    return usual(sampler, touches, plan, numbers, rounds)
 
 data = bayestouch.load_dataset({folder!r})
 calibration = bayestouch.load({calibration!r})

@@ -6,8 +6,10 @@ import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import arviz as az
+import emcee
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
@@ -25,8 +27,10 @@ from bayestouch.sampling import (
     pareto_smooth,
     sample_blocks,
 )
+from bayestouch.sampling.density import by_walker
 from bayestouch.sampling.ensembles import ensemble_round
 from bayestouch.sampling.run import Run
+from bayestouch.sampling.sampler import ArraySampler
 
 FloatArray = NDArray[np.float64]
 
@@ -149,6 +153,52 @@ def test_ensemble_moves_are_exact_in_four_dimensions() -> None:
     assert np.all(np.abs(correlation - covariance) < 0.01)
     z = result.draws.mean(axis=(0, 1)) * np.sqrt(result.ess_bulk)
     assert np.all(np.abs(np.sqrt((z**2).mean(axis=0)) - 1) < 4 / np.sqrt(200) + 0.15)
+
+
+@pytest.mark.parametrize(
+    "move", [emcee.moves.StretchMove(), [(emcee.moves.DEMove(), 0.7), (emcee.moves.WalkMove(), 0.3)]]
+)
+def test_moves_of_emcee_draw_the_same_posterior(move: Any) -> None:
+    """Each block by samplers of its own: half of a normal distribution, at another place in each block."""
+    target, centre, covariance, _ = CASES["half of the mass beyond the edge"]
+
+    def log_density(x: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
+        return target.log_density(x - 3.0 * blocks[:, None, None])
+
+    proposal = _proposal(centre, covariance, blocks=3)
+    shifted = StudentT(proposal.centre + 3.0 * np.arange(3)[:, None], proposal.root)
+    result = sample_blocks(log_density, shifted, seed=5, draws=512, moves=move)
+    assert (result.rounds == 4).all() and result.grade.all() and np.isnan(result.pareto_k).all()
+    assert np.all((result.acceptance > 0.1) & (result.acceptance < 0.9))
+    draws = result.draws - 3.0 * np.arange(3)[:, None]
+    z = (draws.mean(axis=(0, 1)) - target.mean) / np.asarray(target.sd) * np.sqrt(result.ess_bulk)
+    assert np.all(np.abs(z) < 4)
+    # Three blocks of ESS of about 600: 1,800 draws leave 1.7 % of a standard deviation, so that 5 % would be seen.
+    assert np.all(result.worst_ess > 450)
+    assert np.all(np.abs((draws.std(axis=(0, 1)) / target.sd).mean(axis=0) - 1) < 0.045)
+    some = sample_blocks(log_density, shifted.select([2]), seed=5, draws=512, moves=move, blocks=[2])
+    np.testing.assert_array_equal(some.draws[:, :, 0], result.draws[:, :, 2])
+
+
+def test_emcee_evaluates_the_density(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every proposal of the first round goes through the sampler of emcee, and its number is that of the chains."""
+    counted, through = [], ArraySampler.compute_log_prob
+
+    def counting(self: ArraySampler, coords: FloatArray) -> Any:
+        counted.append(coords.shape)
+        return through(self, coords)
+
+    monkeypatch.setattr(ArraySampler, "compute_log_prob", counting)
+    target, centre, covariance, _ = CASES["normal"]
+    sample_blocks(target.blocks, _proposal(centre, covariance, blocks=10), seed=1, draws=64, rounds=1)
+    assert counted == [(4 * (64 + 8) * 10, 3)]
+
+
+def test_walkers_of_a_block_follow_each_other_by_the_number_of_blocks() -> None:
+    density = by_walker(lambda x: x[..., 0] + 100 * np.arange(3)[:, None], 3)
+    x = np.arange(24.0).reshape(12, 2)
+    np.testing.assert_array_equal(density(x), x[:, 0] + 100 * (np.arange(12) % 3))
+    np.testing.assert_array_equal(density(np.asfortranarray(x)), density(x))
 
 
 def test_first_round_alone_says_what_it_missed() -> None:

@@ -228,7 +228,7 @@ def test_effects_of_other_packages_of_each_kind_are_simulated() -> None:
     np.testing.assert_allclose(jump, np.round(jump), atol=1e-9)
     assert abs((np.round(jump) != 0).mean() - 0.1) < 4 * np.sqrt(0.09 / jump.size)
 
-    with pytest.raises(InputError, match="effect silent does not say how its errors are drawn: it cannot be simulated"):
+    with pytest.raises(InputError, match="effect silent cannot be simulated: it has no method `errors`"):
         readings({"silent": 1.0})
 
 

@@ -1,1 +1,1 @@
-"""A finger's empirical E map: response measured place by place, without an elastic model."""
+"""E map of a finger identified from touches, with a prior centred on the elastic model."""

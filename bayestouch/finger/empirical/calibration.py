@@ -1,25 +1,26 @@
-"""Direct identification of a finger's E map as Bayesian regression.
+"""Direct identification of the E map of a finger as Bayesian regression.
 
-Section 3.2 of Nicolson and Fearing (1995) solves ``E P = G D`` by least squares, equation (6): nothing is assumed of
-E, and every coefficient must be found from touches all the way around. Here the rows of E have a prior that is centred
-on the elastic model, and whose strength is inferred. Row e, with the gain in it, is
+Section 3.2 of Nicolson and Fearing (1995) solves ``E P = G D`` by least squares, equation (6). This has no prior on E,
+so that touches all around the finger must determine every coefficient. Here the rows of E have a prior that is centred
+on the elastic model, and its strength is inferred. Row e, including the gain, is
 
     E_e = elastic(r_s, θ_s, response) + departure,    departure_k ~ N(0, (λ_e S_k)²),  S_k = max |elastic_l| over l >= k
 
-for the sine and cosine of each Fourier mode k: a departure has the bandwidth of the sensor, as nothing finer gets
-through the rubber, and no preferred place around the finger. (At low modes the elastic response is small because the
-rubber is all but incompressible, which is no reason for a small departure: S stays at its peak there.)
+for the sine and cosine of each Fourier mode k. The departure has the bandwidth of the sensor, since rubber does not
+transmit finer detail, and is equally likely at all angles. (At low modes the elastic response is small because the
+rubber is nearly incompressible; this does not make the departure small, so S is kept at its peak there.)
 
-λ → 0 is the model calibration, λ → ∞ equation (6). What touches on one side of the finger leave open stays with the
-prior, and its uncertainty is in the covariance.
+λ → 0 is the model calibration, λ → ∞ equation (6). Coefficients that the touches do not determine keep their prior, and
+their uncertainty is in the covariance.
 
-Pressures come from the contact model at σ and μ of the model calibration; what these leave uncertain is carried along
-by refitting E beside them. The error of a touch's load is in the noise of each element; that it is the same error
-for all elements is left out (each element's posterior is exact given its own readings).
+Pressures are from the contact model at σ and μ of the model calibration; the uncertainty of σ and μ is propagated by
+fitting E again at other values. The error of a load is in the noise of each element; its correlation between elements
+is neglected (the posterior of each element is exact given its own readings).
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -36,32 +37,33 @@ from bayestouch.chain.empirical import (
 )
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.empirical.map import EmpiricalCalibration, contact_neighbours
+from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.empirical.regression import DiagonalElement, ElementData, MapPrior
 from bayestouch.finger.empirical.strength import StrengthPosterior, infer_strength
+from bayestouch.finger.empirical.touches import MapTouches, SharedParameter, contact_parameters
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.layout import FlatPrior
 
-# Central differences; E is smooth on these scales.
+# Steps of central differences; E is smooth on these scales.
 STEP_RESPONSE, STEP_RADIUS_MM, STEP_ANGLE = 1e-3, 1e-3, 1e-4
 
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalFit:
-    """An identified E map and how it was found.
+    """An identified E map with the results of its fit.
 
     Attributes
     ----------
     calibration : EmpiricalCalibration
-        The posterior of E.
+        Posterior of E.
     strength : StrengthPosterior
-        Posterior of the prior's strength λ.
+        Posterior of the strength λ of the prior.
     effective_coefficients : (m,) array
-        How many coefficients of the departure the touches determine, rather than the prior.
+        Number of coefficients of the departure that are determined by the touches rather than the prior.
     lack_of_fit : (m,) array
-        Mean square of what is left over that of repeats, ``φ²``. Well above one, touches differ by something that is
-        no smooth function of location in proportion to the load: drift, memory, nonlinearity, or an error that changes
-        from place to place faster than the map. A map fitted to a drift takes what happened while a place was touched
-        for a property of the place.
+        Mean square of the residuals over that of repeats, ``φ²``. If it is well above 1, there are errors that are not
+        a smooth function of location in proportion to the load: drift, memory, nonlinearity, or errors that change
+        faster over location than the map. A map fitted to a drift is wrong: it assigns the drift to locations.
     predicted, sd : (t, m) arrays
         Prediction for the calibration touches, and standard deviation of reading minus prediction.
     """
@@ -75,7 +77,7 @@ class EmpiricalFit:
 
     @property
     def strengths(self) -> FloatArray:
-        """Posterior mean of log λ, as λ, of each element, (m,)."""
+        """Exponential of the posterior mean of log λ of each element, (m,)."""
         with np.errstate(divide="ignore"):
             return np.array([np.exp(w.weight @ np.log(w.strength)) for w in self.strength.weights])
 
@@ -88,20 +90,20 @@ def fit_empirical(
     family: bool = True,
     repeated: NDArray[np.bool_] | None = None,
 ) -> EmpiricalFit:
-    """Identify E from the touches of a model calibration, with a prior centred on that model.
+    """E identified from the touches of a model calibration, with a prior centred on that model.
 
     Parameters
     ----------
     fit : FingerFit
         Model calibration: elastic finger at the mode, touches, priors, noise.
     n_coefficients : int, optional
-        n_c; all modes that the elastic model sums by default. The prior falls with the elastic response, so that
-        high modes do no harm; without a prior no more than the touches determine may be asked for.
+        n_c; by default all modes of the elastic model. High modes are safe, because the prior decreases with the
+        elastic response; without a prior (infinite `strength`), the touches must determine all modes.
     strength : float, optional
-        λ of all elements, to be held: 0 the model, infinity equation (6). Inferred by default.
+        Fixed λ of all elements: 0 is the model, infinity equation (6). Inferred by default.
     family : bool
-        Let response, r_s and θ_s of the model move with the fit, under the priors of the model calibration. Otherwise
-        the prior is centred on the mode itself.
+        Fit response, r_s and θ_s of the elastic model too, with the priors of the model calibration. Otherwise the
+        prior is centred on the mode of the model calibration.
     repeated : (m,) bool array, optional
         Elements whose noise is known from repeats; by default all if the model calibration has a lack of fit.
 
@@ -110,37 +112,65 @@ def fit_empirical(
     InputError
         If `strength` is infinite and the touches do not determine all coefficients.
     """
-    elastic = fit.chain
+    touches, m = MapTouches.of_fit(fit, repeated), fit.chain.n_elements
+    return identified_map(
+        touches,
+        contact_parameters(touches),
+        fit.laplace.covariance[3 * m :, 3 * m :],
+        n_coefficients=n_coefficients,
+        strength=strength,
+        family=family,
+    )
+
+
+def identified_map(
+    touches: MapTouches,
+    shared: Sequence[SharedParameter],
+    shared_covariance: FloatArray,
+    *,
+    n_coefficients: int | None = None,
+    strength: float | None = None,
+    family: bool = True,
+) -> EmpiricalFit:
+    """E identified from touches with given signals.
+
+    Parameters
+    ----------
+    touches : MapTouches
+        Known touches.
+    shared : sequence of SharedParameter
+        Parameters shared by all elements: σ and log μ of the contact, then values of effects; empty if only the mean
+        of E is needed.
+    shared_covariance : (s, s) array
+        Covariance of these parameters.
+    n_coefficients, strength, family
+        As in `fit_empirical`.
+    """
+    elastic = touches.elastic
     n_c = modes_of(elastic) if n_coefficients is None else n_coefficients
-    m = elastic.n_elements
-    known = np.full(m, np.isfinite(fit.lack_of_fit)) if repeated is None else repeated
-    sd = _known_sd(fit)
-    elements = _diagonal(fit, elastic, 1.0, n_c, sd, family)
-    posterior = infer_strength(elements, [bool(each) for each in known], strength)
+    elements = _diagonal(touches, n_c, family)
+    posterior = infer_strength(elements, [bool(each) for each in touches.repeated], strength)
     pairs = [element.posterior(weights) for element, weights in zip(elements, posterior.weights, strict=True)]
     e_matrix = np.stack([mean for mean, _ in pairs])
-    by_contact = np.empty((2, *e_matrix.shape))
-    for i, near in enumerate(contact_neighbours(elastic)):
+    by_contact = np.empty((len(shared), *e_matrix.shape))
+    for i, parameter in enumerate(shared):
         up, down = (
             [
                 element.mean(weights)
-                for element, weights in zip(
-                    _diagonal(fit, side, factor, n_c, sd, family), posterior.weights, strict=True
-                )
+                for element, weights in zip(_diagonal(side, n_c, family), posterior.weights, strict=True)
             ]
-            for side, factor in near.sides
+            for side in parameter.sides
         )
-        by_contact[i] = (np.stack(up) - np.stack(down)) / (2 * near.step)
+        by_contact[i] = (np.stack(up) - np.stack(down)) / (2 * parameter.near.step)
     factor2 = np.array([w.weight @ w.factor**2 for w in posterior.weights])
     calibration = EmpiricalCalibration(
         chain=EmpiricalFingerChain(elastic, e_matrix),
         covariance=np.stack([covariance for _, covariance in pairs]),
         by_contact=by_contact,
-        contact_covariance=fit.laplace.covariance[3 * m :, 3 * m :],
-        noise=_noise(fit, factor2, known),
+        contact_covariance=shared_covariance,
+        noise=_noise(touches, factor2),
+        effect_neighbours=tuple(parameter.near for parameter in shared[2:]),
     )
-    touches = fit.likelihood.known
-    design = pressure_matrix(elastic, touches.radius_mm, touches.angle, touches.load, n_c)
     return EmpiricalFit(
         calibration=calibration,
         strength=posterior,
@@ -148,20 +178,29 @@ def fit_empirical(
             [element.effective_coefficients(w) for element, w in zip(elements, posterior.weights, strict=True)]
         ),
         lack_of_fit=factor2,
-        predicted=design @ e_matrix.T,
-        sd=sd * np.sqrt(factor2),
+        predicted=calibration.chain.series(touches.radius_mm, touches.angle, touches.load),
+        sd=touches.sd * np.sqrt(factor2),
     )
 
 
-def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
-    """Prior of each row of E about an elastic finger near the mode of its calibration, one per element."""
+def finger_prior(prior: FlatPrior, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
+    """Prior of each row of E (one per element), about an elastic finger near the mode of its calibration.
+
+    Parameters
+    ----------
+    prior : FlatPrior
+        Prior of the parameters of the elastic finger.
+    elastic : FingerChain
+        The elastic finger.
+    n_coefficients, family
+        As in `fit_empirical`.
+    """
     mean = elastic_e_matrix(elastic, n_coefficients)
     amplitudes = np.abs(elastic_amplitudes(elastic, n_coefficients))
     scale = per_coefficient(np.maximum.accumulate(amplitudes[:, ::-1], axis=1)[:, ::-1])
     m, p = mean.shape
     if not family:
         return [MapPrior(mean[e], scale[e], np.zeros((p, 0)), np.zeros(0)) for e in range(m)]
-    prior = fit.likelihood.prior
     ones = np.ones(m)
     steps = {
         "response": STEP_RESPONSE * np.abs(elastic.response),
@@ -172,7 +211,7 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
     for i, (name, step) in enumerate(steps.items()):
         here = np.asarray(getattr(elastic, name))
         up, down = (elastic_e_matrix(elastic.with_(**{name: here + sign * step}), n_coefficients) for sign in (1, -1))
-        # The prior of a response is of its logarithm.
+        # The prior of a response is one of its logarithm.
         unit, value = (here, np.log(np.abs(here))) if name == "response" else (ones, here)
         centre, width = (values[i * m : (i + 1) * m] for values in (prior.mean, prior.spread))
         tangents[:, :, i] = (up - down) * (width * unit / (2 * step))[:, None]
@@ -180,42 +219,26 @@ def finger_prior(fit: FingerFit, elastic: FingerChain, n_coefficients: int, *, f
     return [MapPrior(mean[e], scale[e], tangents[e], start[e]) for e in range(m)]
 
 
-def _diagonal(
-    fit: FingerFit,
-    elastic: FingerChain,
-    radius_factor: float,
-    n_coefficients: int,
-    sd: FloatArray,
-    family: bool,
-) -> list[DiagonalElement]:
-    touches, missing = fit.likelihood.known, fit.likelihood.missing
-    design = pressure_matrix(elastic, touches.radius_mm * radius_factor, touches.angle, touches.load, n_coefficients)
-    out = []
-    for e, prior in enumerate(finger_prior(fit, elastic, n_coefficients, family=family)):
-        there = ~missing[:, e]
-        data = ElementData(design[there], touches.readings[there, e], sd[there, e])
+def _diagonal(touches: MapTouches, n_coefficients: int, family: bool) -> list[DiagonalElement]:
+    elastic, out = touches.elastic, []
+    pose = (touches.radius_mm, touches.angle, touches.load)
+    design = pressure_matrix(elastic, *pose, n_coefficients)
+    linear = touches.signal - elastic.beyond_linear(*pose) if elastic.finite_strain else touches.signal
+    for e, prior in enumerate(finger_prior(touches.prior, elastic, n_coefficients, family=family)):
+        there = touches.there[:, e]
+        data = ElementData(design[there], linear[there, e], touches.sd[there, e])
         out.append(DiagonalElement.of(data, prior))
     return out
 
 
-def _known_sd(fit: FingerFit) -> FloatArray:
-    """Standard deviation of each mean reading (t, m): repeats and the error of the load; inf where missing."""
-    touches = fit.likelihood.known
-    counts = np.where(fit.likelihood.missing, 0, touches.counts)
-    bare = replace(fit.noise, discrepancy_sd=np.zeros(counts.shape[1]))
-    _, slope = fit.likelihood.predicted(fit.laplace.mode)
-    by_load = slope * fit.likelihood.standard_errors(fit.vector).load_sd[:, None]
-    return np.hypot(bare.mean_sd(counts, np.zeros(counts.shape)), by_load)
-
-
-def _noise(fit: FingerFit, factor2: FloatArray, known: NDArray[np.bool_]) -> Noise:
-    """Noise whose discrepancy is what is left beside the map; without repeats all of it is called sensor noise."""
-    counts = np.where(fit.likelihood.missing, 0, fit.likelihood.known.counts)
+def _noise(touches: MapTouches, factor2: FloatArray) -> Noise:
+    """Noise with the discrepancy that remains with the map; without repeats all of it counts as sensor noise."""
+    counts, noise, known = touches.counts, touches.noise, touches.repeated
     per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
-    typical = fit.noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
+    typical = noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)
     excess = np.maximum(factor2 - 1, 0.0) * typical
     return replace(
-        fit.noise,
-        tactile_sd=np.where(known, fit.noise.tactile_sd, fit.noise.tactile_sd * np.sqrt(factor2)),
+        noise,
+        tactile_sd=np.where(known, noise.tactile_sd, noise.tactile_sd * np.sqrt(factor2)),
         discrepancy_sd=np.where(known, np.sqrt(excess), 0.0),
     )

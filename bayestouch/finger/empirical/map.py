@@ -1,4 +1,4 @@
-"""The posterior of an identified E map: what it predicts and how surely."""
+"""The posterior of an identified E map: predicted readings and their covariance."""
 
 from __future__ import annotations
 
@@ -14,46 +14,51 @@ from bayestouch.chain.empirical import EmpiricalFingerChain, pressure_matrix
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 
-# Central differences. Readings are smooth on these scales; the one over log μ spans a knot of the contact's table.
+# Steps of central differences. Readings are smooth on these scales; the step in log μ spans a knot of the contact.
 STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class ContactNeighbours:
-    """Fingers a step to either side in σ or log μ; κ = P R/μ makes a step in log μ one in the radius."""
+class MapNeighbours:
+    """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
+
+    Since κ = P R/μ, a step in log μ is a step in the radius.
+    """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
     step: float
 
 
-def contact_neighbours(elastic: FingerChain) -> tuple[ContactNeighbours, ContactNeighbours]:
+def contact_neighbours(elastic: FingerChain) -> tuple[MapNeighbours, MapNeighbours]:
     """Neighbours of an elastic finger in σ, then in log μ."""
     sigma = elastic.poisson_ratio
     step = min(STEP_POISSON, 0.5 * (0.5 - sigma))
     up, down = (elastic.with_(poisson_ratio=sigma + sign * step) for sign in (1, -1))
     wider, narrower = np.exp(STEP_LOG_MODULUS), np.exp(-STEP_LOG_MODULUS)
     return (
-        ContactNeighbours(((up, 1.0), (down, 1.0)), step),
-        ContactNeighbours(((elastic, narrower), (elastic, wider)), STEP_LOG_MODULUS),
+        MapNeighbours(((up, 1.0), (down, 1.0)), step),
+        MapNeighbours(((elastic, narrower), (elastic, wider)), STEP_LOG_MODULUS),
     )
 
 
 @dataclass(frozen=True, eq=False)
 class EmpiricalCalibration:
-    """Posterior of a finger's E map; m elements, p = 2 n_c + 1 coefficients.
+    """Posterior of a finger's E map; m elements, p = 2 n_c + 1 coefficients, s parameters that all elements share.
 
     Attributes
     ----------
     chain : EmpiricalFingerChain
         The finger with the posterior mean of E.
     covariance : (m, p, p) array
-        Of each row of E, at σ and μ of the model calibration.
-    by_contact : (2, m, p) array
-        Change of E, refitted, with σ and log μ of the contact.
-    contact_covariance : (2, 2) array
-        Of σ and log μ.
+        Covariance of each row of E, at given values of the shared parameters.
+    by_contact : (s, m, p) array
+        Derivative of the fitted E over each shared parameter: σ and log μ of the contact, then the values of effects.
+    contact_covariance : (s, s) array
+        Covariance of the shared parameters.
     noise : Noise
-        What neither repeats nor the map explain is its discrepancy.
+        Noise of the readings; its discrepancy is the error that neither repeats nor the map explain.
+    effect_neighbours : tuple of MapNeighbours
+        Fingers at one step above and below in each of the s - 2 values of the effects.
     """
 
     chain: EmpiricalFingerChain
@@ -61,42 +66,55 @@ class EmpiricalCalibration:
     by_contact: FloatArray
     contact_covariance: FloatArray
     noise: Noise
+    effect_neighbours: tuple[MapNeighbours, ...] = ()
 
     def reading_covariance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Covariance of the readings of each touch that the calibration leaves, (t, m, m).
+        """Covariance of the readings of each touch due to the calibration, (t, m, m).
 
-        Takes the place of `bayestouch.finger.reading.covariance.reading_covariance`. Elements share σ and μ;
-        the rest of it is each element's own.
+        It replaces `bayestouch.finger.reading.covariance.reading_covariance`. Only σ and μ are shared by the elements;
+        the other parameters are independent between elements.
 
         Parameters
         ----------
         radius_mm, angle, load : (t,) array_like
             Composite radius R (mm), location (rad), load (N/m).
         """
-        load = np.asarray(load, dtype=float)
-        design = pressure_matrix(self.chain.elastic, radius_mm, angle, load, self.chain.n_coefficients)
-        own = np.einsum("etp,tp->te", design @ self.covariance, design)
-        radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
-        e = self.chain.e_matrix
-        shared = np.empty((2, *own.shape))
-        for i, near in enumerate(self._contact_neighbours):
-            up, down = (
-                pressure_matrix(side, radius * factor, angle, load, self.chain.n_coefficients)
-                @ (e + sign * near.step * self.by_contact[i]).T
-                for sign, (side, factor) in zip((1, -1), near.sides, strict=True)
-            )
-            shared[i] = (up - down) / (2 * near.step)
+        own, shared = self.own_variance(radius_mm, angle, load), self.by_shared(radius_mm, angle, load)
         covariance = np.einsum("ite,ij,jtf->tef", shared, self.contact_covariance, shared, optimize=True)
         index = np.arange(own.shape[1])
         covariance[:, index, index] += own
         return np.asarray(covariance)
 
+    def own_variance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Variance of the signals (t, m) at given values of the shared parameters."""
+        design = pressure_matrix(self.chain.elastic, radius_mm, angle, load, self.chain.n_coefficients)
+        return np.asarray(np.einsum("etp,tp->te", design @ self.covariance, design))
+
+    def by_shared(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """Derivative of the signals over the shared parameters, with the map fitted again, (s, t, m)."""
+        radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
+        load, e = np.asarray(load, dtype=float), self.chain.e_matrix
+        shared = np.empty((len(self.by_contact), len(load), len(e)))
+        for i, near in enumerate((*self._contact_neighbours, *self.effect_neighbours)):
+            if near.sides[0] == near.sides[1] == (self.chain.elastic, 1.0):
+                design = pressure_matrix(self.chain.elastic, radius, angle, load, self.chain.n_coefficients)
+                shared[i] = design @ self.by_contact[i].T
+                continue
+            up, down = (
+                EmpiricalFingerChain(side, e + sign * near.step * self.by_contact[i]).series(
+                    radius * factor, angle, load
+                )
+                for sign, (side, factor) in zip((1, -1), near.sides, strict=True)
+            )
+            shared[i] = (up - down) / (2 * near.step)
+        return shared
+
     @cached_property
-    def _contact_neighbours(self) -> tuple[ContactNeighbours, ContactNeighbours]:
+    def _contact_neighbours(self) -> tuple[MapNeighbours, MapNeighbours]:
         return contact_neighbours(self.chain.elastic)
 
     def arrays(self) -> dict[str, FloatArray]:
-        """What `from_arrays` needs beside the elastic chain and the noise, by name: for a calibration's `extra`."""
+        """Arrays by name, for `extra` of a calibration; `from_arrays` reads them."""
         return {
             "empirical_map": self.chain.e_matrix,
             "empirical_covariance": self.covariance,
@@ -105,12 +123,20 @@ class EmpiricalCalibration:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, FloatArray], elastic: FingerChain, noise: Noise) -> EmpiricalCalibration:
-        """Put together again what `arrays` took apart."""
+    def from_arrays(
+        cls,
+        arrays: Mapping[str, FloatArray],
+        elastic: FingerChain,
+        noise: Noise,
+        effect_neighbours: tuple[MapNeighbours, ...] = (),
+    ) -> EmpiricalCalibration:
+        """Posterior from the result of `arrays`; without `effect_neighbours`, effects count as known exactly."""
+        shared = 2 + len(effect_neighbours)
         return cls(
             chain=EmpiricalFingerChain(elastic, np.asarray(arrays["empirical_map"])),
             covariance=np.asarray(arrays["empirical_covariance"]),
-            by_contact=np.asarray(arrays["empirical_map_by_contact"]),
-            contact_covariance=np.asarray(arrays["empirical_contact_covariance"]),
+            by_contact=np.asarray(arrays["empirical_map_by_contact"])[:shared],
+            contact_covariance=np.asarray(arrays["empirical_contact_covariance"])[:shared, :shared],
             noise=noise,
+            effect_neighbours=effect_neighbours,
         )

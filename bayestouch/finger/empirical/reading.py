@@ -1,4 +1,4 @@
-"""Reading touches with an identified E map: the lookup table of readings."""
+"""Table of readings of a finger with an identified E map."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from bayestouch.finger.reading.reading_table import ANGLES, ReadingTable
 
 
 def reading_table(chain: EmpiricalFingerChain, low: float, high: float) -> ReadingTable:
-    """Readings of a finger with an identified E map, for θ_c from `low` to `high`, rad; as `ReadingTable.of`."""
+    """Table of a finger with an identified E map, for θ_c from `low` to `high`, rad; as `ReadingTable.of`."""
     step = 2 * np.pi / ANGLES
     first, last = int(np.floor(low / step)) - 1, int(np.ceil(high / step)) + 1
     columns = np.arange(first, last + 1) % ANGLES
     knots = chain.spectra.spectra[:, : chain.n_coefficients + 1]
     rows = np.empty((len(knots), len(columns), chain.n_elements), dtype=np.float32)
     for e, weights in enumerate(chain.mode_weights):
-        # The weights turn with -θ_c, a real inverse transform sums over +θ_c: hence the conjugate.
+        # The weights are for -θ_c, a real inverse transform is a sum over +θ_c: therefore the conjugate.
         around = np.fft.irfft(weights.conj() * knots, n=ANGLES) * ANGLES
         rows[:, :, e] = around[:, columns]
     coordinates = chain.spectra.coordinates

@@ -1,9 +1,9 @@
-"""Linear regression about a family, with one strength of departure; nothing here knows of fingers.
+"""Linear regression about a parametric family, with one strength of departure; independent of fingers.
 
-One element: ``y = X (m + J c + S a) + ε``. The prior mean m may move along a few tangents J (c normal about a
-start, wide); beyond that family each coefficient departs by ``a ~ N(0, λ²)`` times its scale S. The error of each
-reading is ``φ`` times its known standard deviation. With φ scaling the wide prior of c along, one singular value
-decomposition makes data and prior diagonal, so that every (λ, φ) costs a sum.
+One element: ``y = X (m + J c + S a) + ε``. The prior mean m can change along a few tangents J (c has a wide normal
+prior about a start). From this family each coefficient departs by ``a ~ N(0, λ²)`` times its scale S. The error of each
+reading is ``φ`` times its known standard deviation. If φ also scales the wide prior of c, one singular value
+decomposition makes data and prior diagonal, so that each (λ, φ) needs only a sum.
 
 Source: C. M. Bishop, Pattern Recognition and Machine Learning (2006), sections 3.3 to 3.5.
 """
@@ -18,21 +18,21 @@ from scipy.linalg import solve_triangular
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
-# Singular values below this share of the largest do not determine a coefficient.
+# Singular values below this share of the largest one do not determine a coefficient.
 SMALLEST_SINGULAR_VALUE = 1e-12
 NEGLIGIBLE_WEIGHT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class MapPrior:
-    """Prior of one element's p coefficients.
+    """Prior of the p coefficients of one element.
 
     Attributes
     ----------
     mean : (p,) array
-        m.
+        Prior mean m.
     scale : (p,) array
-        S: a coefficient departs from the family by λ times this.
+        S: the standard deviation of the departure of a coefficient is λ times this.
     tangents : (p, k) array
         J: change of the coefficients for one standard deviation of each parameter of the family; k may be 0.
     start : (k,) array
@@ -47,14 +47,14 @@ class MapPrior:
 
 @dataclass(frozen=True, eq=False)
 class ElementData:
-    """Readings of one element; those missing are left out.
+    """Readings of one element, without missing ones.
 
     Attributes
     ----------
     design : (n, p) array
-        X.
+        Design matrix X.
     readings, sd : (n,) arrays
-        y and the known standard deviation of its error.
+        Readings y and the known standard deviation of their errors.
     """
 
     design: FloatArray
@@ -64,7 +64,7 @@ class ElementData:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Posterior of (λ, φ) of one element on the grid points that matter; weights sum to one."""
+    """Posterior of (λ, φ) of one element, on grid points with weights that are not negligible; their sum is 1."""
 
     strength: FloatArray
     factor: FloatArray
@@ -72,7 +72,7 @@ class Weights:
 
     @classmethod
     def on(cls, strengths: FloatArray, factors: FloatArray, log_weight: FloatArray) -> Weights:
-        """From a table (λ, φ) of log weights."""
+        """Weights from a table (λ, φ) of log weights."""
         weight = np.exp(log_weight - log_weight.max())
         kept = weight > NEGLIGIBLE_WEIGHT
         row, column = np.nonzero(kept)
@@ -88,16 +88,16 @@ class DiagonalElement:
     singular, projected : (r,) arrays
         s and z.
     outside : float
-        Sum of squares of the whitened readings that no departure explains.
+        Sum of squares of the whitened readings that no departure can explain.
     n : int
-        Readings.
+        Number of readings.
     base : (p,) array
-        Coefficients where all α are zero: the family fitted to the readings.
+        Coefficients for α = 0: the family fitted to the readings.
     basis : (p, p) array
-        Change of the coefficients with α (the last ``p - r`` of which the readings say nothing); the family
-        follows, as it is fitted to what the departure leaves.
+        Derivative of the coefficients over α, with the family fitted to the rest of the readings. The readings carry no
+        information on the last ``p - r``.
     family_root : (p, k) array
-        Root of the covariance that the parameters of the family leave, at φ = 1.
+        Root of the covariance of the coefficients due to the parameters of the family, for φ = 1.
     """
 
     singular: FloatArray
@@ -110,7 +110,7 @@ class DiagonalElement:
 
     @classmethod
     def of(cls, data: ElementData, prior: MapPrior) -> DiagonalElement:
-        """Diagonalise."""
+        """Diagonal form of an element's data and prior."""
         n, p = data.design.shape
         design = data.design / data.sd[:, None]
         tangents = design @ prior.tangents
@@ -140,7 +140,7 @@ class DiagonalElement:
     def log_evidence(self, strengths: FloatArray, factors: FloatArray) -> FloatArray:
         """Log marginal likelihood over (λ, φ), up to a constant, (len(strengths), len(factors)).
 
-        λ may be infinite: then what the departure can explain is left out (restricted likelihood).
+        λ may be infinite: then only the part that the departure cannot explain is used (restricted likelihood).
         """
         out = np.zeros((len(strengths), len(factors)))
         square = factors**2
@@ -166,19 +166,19 @@ class DiagonalElement:
         r = len(self.singular)
         spread = np.full(self.basis.shape[1], float(weights.weight @ beyond))
         spread[:r] = weights.weight @ inside
-        # between grid points
+        # Covariance between the means at the grid points.
         moved = np.sqrt(weights.weight)[:, None] * ((gain - weights.weight @ gain) * self.projected)
         family = float(np.sqrt(weights.weight @ weights.factor**2)) * self.family_root
         root = np.concatenate([self.basis * np.sqrt(spread), self.basis[:, :r] @ moved.T, family], axis=1)
         return self.mean(weights), root @ root.T
 
     def effective_coefficients(self, weights: Weights) -> float:
-        """How many coefficients the readings determine rather than the prior, the family's own left out."""
+        """Number of coefficients that the readings determine rather than the prior, without those of the family."""
         gain, _, _ = self._shrinkage(weights)
         return float(weights.weight @ (gain * self.singular).sum(axis=1))
 
     def _shrinkage(self, weights: Weights) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Mean over z and variance of each α at each grid point (g, r); variance where there are no data (g,)."""
+        """For each α at each grid point: mean over z and variance (g, r); variance without data (g,)."""
         strength, factor = weights.strength, weights.factor
         s = self.singular
         if np.isinf(strength).any():
@@ -196,6 +196,6 @@ class DiagonalElement:
 
 
 def _reduced(rows: FloatArray, tangents: FloatArray) -> FloatArray:
-    """``(I + T Tᵀ)^(-1/2) rows``: what the family cannot explain."""
+    """``(I + T Tᵀ)^(-1/2) rows``: the part that the family cannot explain."""
     left, singular, _ = np.linalg.svd(tangents, full_matrices=False)
     return np.asarray(rows - left @ ((1 - 1 / np.sqrt(1 + singular**2))[:, None] * (left.T @ rows)))

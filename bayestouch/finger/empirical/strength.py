@@ -1,7 +1,7 @@
-"""How strongly elements depart from their family: quadrature over the strength λ and the error's factor φ.
+"""Posterior of the strength λ of the departure from the elastic family and of the error factor φ, by quadrature.
 
-The elements share a scale Λ of departure: ``λ_e`` is half-Cauchy with scale Λ (each element may follow the family or
-leave it), and log Λ is uniform.
+The elements share a scale Λ: the prior of ``λ_e`` is half-Cauchy with scale Λ, so that the departure of each element
+may be near zero or large; the prior of log Λ is uniform.
 
 Source: C. M. Carvalho, N. G. Polson and J. G. Scott (2010), doi:10.1093/biomet/asq017 (half-Cauchy scales).
 """
@@ -17,25 +17,25 @@ from scipy.special import logsumexp
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.empirical.regression import DiagonalElement, Weights
 
-# λ: from nothing that touches could show to ten times the scale. With n effective coefficients log λ is known to
-# 1/√(2n): steps of 0.1 resolve the hundred and fifty of a fine E map.
+# Grid of λ: from a value too small to be observed to ten times the scale. With n effective coefficients the sd of log λ
+# is 1/√(2n): steps of 0.1 are fine enough for the 150 coefficients of a detailed E map.
 STRENGTHS = np.geomspace(1e-4, 10.0, 121)
-# Λ: from a thousandth of the scale, which no touch shows, to all of it.
+# Grid of Λ: from a thousandth of the scale, which cannot be observed, to the whole scale.
 SCALES = np.geomspace(1e-3, 1.0, 61)
-# log φ in steps of 0.03, half the width of its posterior at 150 touches, up to an error thirty times the known one.
+# Grid of log φ: steps are half the sd of its posterior with 150 touches; up to an error 30 times the known one.
 LOG_FACTORS = np.arange(0.0, 3.4, 0.03)
 
 
 @dataclass(frozen=True, eq=False)
 class StrengthPosterior:
-    """Posterior of the prior's strength.
+    """Posterior of the strength of the departure.
 
     Attributes
     ----------
     weights : tuple of Weights
-        Of each element.
+        Posterior of (λ, φ) of each element.
     scale, scale_weight : (l,) arrays
-        Grid of Λ and its posterior; empty where λ was given.
+        Grid of Λ and its posterior; empty if λ was given.
     """
 
     weights: tuple[Weights, ...]
@@ -43,7 +43,7 @@ class StrengthPosterior:
     scale_weight: FloatArray
 
     def interval(self, probability: float = 0.9) -> tuple[float, float]:
-        """Central interval of Λ; NaN where λ was given."""
+        """Central interval of Λ; NaN if λ was given."""
         if not len(self.scale):
             return np.nan, np.nan
         cumulative = np.cumsum(self.scale_weight) - 0.5 * self.scale_weight
@@ -60,10 +60,11 @@ def infer_strength(
     Parameters
     ----------
     elements : sequence of DiagonalElement
+        Data and priors of the elements.
     factor_known : sequence of bool
-        Whether φ is one or more; else it is free.
+        For each element whether its error is known from repeats, so that φ is at least 1; else φ is free.
     strength : float, optional
-        λ of all elements, to be held: 0 is the family, infinity no prior. Inferred by default.
+        Fixed λ of all elements: 0 is the family, infinity no prior. Inferred by default.
     """
     strengths = STRENGTHS if strength is None else np.array([float(strength)])
     priors = [_factor_prior(known) for known in factor_known]
@@ -85,7 +86,7 @@ def infer_strength(
     log_scale -= logsumexp(log_scale)
     weights = []
     for e, (factors, _) in enumerate(priors):
-        # λ of an element given all readings: its evidence, times its prior averaged over Λ given the others
+        # Posterior of λ of an element: its evidence times its prior, averaged over Λ given the other elements.
         others = log_scale - by_scale[e]
         log_prior = logsumexp(conditional + others, axis=1)
         weights.append(Weights.on(STRENGTHS, factors, tables[e] + log_prior[:, None]))
@@ -95,8 +96,8 @@ def infer_strength(
 def _factor_prior(known: bool) -> tuple[FloatArray, FloatArray]:
     """Grid of φ and log prior masses.
 
-    Where the error is known from repeats ``φ² = 1 + d²`` with a half-Cauchy d of scale one: what the map misses is
-    of the size of the error, or less, or far more. Where it is not, log φ is uniform.
+    If the error is known from repeats, ``φ² = 1 + d²`` with a half-Cauchy d of scale 1: the model error may be smaller
+    than the noise, about equal, or much larger. Otherwise log φ is uniform.
     """
     if not known:
         factors = np.exp(np.concatenate([-LOG_FACTORS[:0:-1], LOG_FACTORS]))

@@ -1,1 +1,1 @@
-"""Reading touches on a finger."""
+"""Inference of touches on a finger."""

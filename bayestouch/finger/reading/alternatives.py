@@ -1,8 +1,8 @@
-"""Touches whose indenter is one of several: how probable each is, and a proposal that knows them all.
+"""Touches whose indenter is one of several tips: probability of each tip, and a proposal over all of them.
 
-Given the tip, location and load are all but normal: a Newton search finds their mode at every tip, a Student-t
-distribution about it proposes them, and the evidence of the tip is the mean weight of points spread evenly over
-that distribution. A density beside the tips has the profile proposal, and its evidence in the same way.
+For a given tip, location and load are nearly normal: a Newton search finds their mode, a Student-t distribution about
+it is the proposal, and the evidence of the tip is the mean weight of evenly spread points of this distribution. A
+density for other indenters has the profile proposal; its evidence is computed in the same way.
 """
 
 from __future__ import annotations
@@ -22,28 +22,28 @@ from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.sampling import BlockProposal, BlockStreams, StudentT, pareto_shape
 
-# Of the Student-t for location and load: heavier than the posterior, so that the ratio stays bounded.
+# Degrees of freedom of the Student-t for location and load: heavier tails than the posterior, for bounded weights.
 DOF = 8.0
-# Points that weigh an alternative; the tests say how well.
+# Number of points for the evidence of an alternative; the tests check its accuracy.
 EVIDENCE_POINTS = 512
-# Weights of a heavier tail than this leave an evidence unsure (Vehtari et al. 2024).
+# Largest Pareto shape of the weights for a reliable evidence (Vehtari et al. 2024).
 LARGEST_K = 0.7
-# Alternatives less probable than this cannot spoil the others.
+# Alternatives with a log probability below this do not affect the others.
 NEGLIGIBLE = -10.0
-# Share of the proposals that goes to all alternatives alike, for where an evidence is off.
+# Share of the proposals that is equal for all alternatives, in case an evidence is wrong.
 EVEN_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class TipProposal:
-    """Level in the cell of a tip, Student-t in (θ_c, P). A `BlockProposal`.
+    """Uniform in the cell of a tip, Student-t in (θ_c, P). A `BlockProposal`.
 
     Attributes
     ----------
     cell : float
         Lower end of the cell in w.
     rest : StudentT
-        Of (θ_c, P), rad and N/m.
+        Distribution of (θ_c, P), rad and N/m.
     """
 
     cell: float
@@ -78,14 +78,14 @@ class TipProposal:
 
 @dataclass(frozen=True, eq=False)
 class AlternativesProposal:
-    """One of several proposals, each with its share. A `BlockProposal`.
+    """Mixture of the proposals of all alternatives. A `BlockProposal`.
 
     Attributes
     ----------
     parts : sequence of BlockProposal
-        One for each alternative.
+        Proposal of each alternative.
     shares : (B, k) array
-        Their probabilities.
+        Probabilities of the alternatives in the mixture.
     """
 
     parts: Sequence[BlockProposal]
@@ -123,7 +123,7 @@ class AlternativesProposal:
 
 
 def search_prior(prior: Prior, outer_radius_mm: float) -> Prior:
-    """Density of R under which to search for a touch: the prior's own, or uniform where it is of tips alone."""
+    """Density of R for the search of modes: the density of the prior, or uniform if the prior has only tips."""
     if not isinstance(prior, RadiusOfTips):
         return prior
     return prior.density if prior.density is not None else Uniform(0.0, outer_radius_mm)
@@ -132,22 +132,22 @@ def search_prior(prior: Prior, outer_radius_mm: float) -> Prior:
 def propose_alternatives(
     posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray
 ) -> tuple[AlternativesProposal, FloatArray]:
-    """Proposal over tips and density, and the log probability (k, t) of each of them.
+    """Proposal over tips and density, and their log probabilities (k, t).
 
     Parameters
     ----------
     posterior : FingerPosterior
-        Whose prior of R is a `RadiusOfTips`.
+        Posterior whose prior of R is a `RadiusOfTips`.
     mode, hessian : (t, 3), (t, 3, 3) arrays
-        From `find_modes` under the `search_prior`.
+        From `find_modes` with the `search_prior`.
 
     Returns
     -------
     AlternativesProposal
-        Of all alternatives.
+        Proposal over all alternatives.
     (k, t) array
-        Log posterior probability of each tip and, last, of the density; NaN for a touch where the points that weigh
-        an alternative of any weight do not suffice.
+        Log posterior probability of each tip and, last, of the density; NaN for a touch if the evidence of a probable
+        alternative is not reliable.
     """
     tips, density = posterior.indenter.tips, posterior.indenter.density
     assert tips is not None
@@ -167,7 +167,7 @@ def propose_alternatives(
 
 
 def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProposal]:
-    """Mode and width of (θ_c, P) for every touch at every tip."""
+    """Proposal of each tip for all touches: mode and width of (θ_c, P) given the tip."""
     cells = posterior.indenter.cells
     w = np.broadcast_to(cells + 0.5, (len(mode), len(cells)))
     start = np.repeat(mode[:, None, 1:], len(cells), axis=1)
@@ -178,7 +178,7 @@ def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProp
 
 
 def _log_evidence(posterior: FingerPosterior, part: BlockProposal) -> tuple[FloatArray, FloatArray]:
-    """Log of the integral of the posterior's density over the region of `part`, and the weights' Pareto shape; (B,)."""
+    """Log integral of the posterior density over the region of `part`, and Pareto shape of the weights; (B,) each."""
     x, log_q = part.draw(EvenPoints(part.n_blocks), EVIDENCE_POINTS)
     log_weight = posterior.log_density(x, np.arange(part.n_blocks)) - log_q
     return np.asarray(np.logaddexp.reduce(log_weight, axis=1) - np.log(EVIDENCE_POINTS)), pareto_shape(log_weight)

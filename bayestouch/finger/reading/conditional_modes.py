@@ -1,4 +1,4 @@
-"""Location and load of touches given their indenter: modes and curvatures at many indenters of many touches at once."""
+"""Modes and curvatures of location and load for given indenters, for many touches and indenters at once."""
 
 from __future__ import annotations
 
@@ -8,35 +8,35 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.reading.reader import FingerPosterior
 
-# Steps of the derivatives: two cells of the reading table, and a share of the load.
+# Steps of the derivatives: two cells of the reading table (rad), and a share of the load.
 ANGLE_STEP, LOAD_STEP = 3e-3, 3e-3
 LEAST_WEIGHT = 1e-3
-# Newton steps: the longest, one that need not be repeated (both in sds), how many; and how far below the peak of the
-# log density a place does not matter.
+# Newton steps: longest step and step at which the search ends (both in sd), largest number; and distance below the peak
+# of the log density at which an indenter is negligible.
 LONGEST_STEP, SETTLED, MOST_STEPS, NEGLIGIBLE = 3.0, 1.0, 12, 12.0
-# Touches expanded together: so many that their readings stay in cache.
+# Number of touches evaluated together; their readings fit into the cache.
 PART = 64
 
 
 def conditional_modes(
     posterior: FingerPosterior, w: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Mode of (θ_c, P) given w, at several w of every touch side by side.
+    """Mode of (θ_c, P) given w, for several w of every touch.
 
-    One Newton step serves most touches. Where load or location leave the regression's line, as beyond the end of the
-    array without a force reading, more are made, until no w that matters would gain by another.
+    One Newton step is enough for most touches. If load or location are not linear in w, e.g. beyond the end of the
+    array without a force reading, further steps are made until none improves a w that is not negligible.
 
     Parameters
     ----------
     posterior : FingerPosterior
-        With its reading table.
+        Posterior with its reading table.
     w, start : (t, g), (t, g, 2) arrays
-        Where, and from which (θ_c, P).
+        Coordinates of the indenters, and starting values of (θ_c, P), rad and N/m.
 
     Returns
     -------
     mode, value, curvature : (t, g, 2), (t, g), (3, t, g) arrays
-        Mode, log density there (both by the last expansion), and minus its Hessian as 11, 12, 22.
+        Mode, log density at the mode (both from the last expansion), and minus its Hessian as 11, 12, 22.
     """
     low, high = np.array([posterior.priors.location.support, posterior.priors.load.support]).T
     here, kept, best = start.copy(), start.copy(), np.full(w.shape, -np.inf)
@@ -45,7 +45,7 @@ def conditional_modes(
     for _ in range(MOST_STEPS):
         at, gradient, bend = _expansion(posterior, w[active], here[active], active)
         step, length = _newton_step(gradient, bend)
-        # A step further than three sds says the expansion does not hold there: take three sds.
+        # The expansion is not valid over a step longer than three sd: limit it.
         step *= np.minimum(1.0, LONGEST_STEP / np.maximum(length, 1e-12))[..., None]
         better = (at > best[active]) | np.isneginf(best[active])
         wide = better[..., None]
@@ -54,7 +54,7 @@ def conditional_modes(
         curvature[:, active] = np.where(better, bend, curvature[:, active])
         mode[active] = np.where(wide, here[active] + step, kept[active])
         value[active] = best[active] + np.where(better, 0.5 * np.minimum(length, LONGEST_STEP) ** 2, 0.0)
-        # A step that lost is tried again at half its length.
+        # A step that decreased the density is repeated with half its length.
         here[active] = np.where(wide, mode[active], 0.5 * (here[active] + kept[active]))
         here[active] = np.clip(here[active], low + 1e-9, np.minimum(high, 1e12) - 1e-9)
         hope = np.where(better, best[active] + 0.5 * length**2, value[active])
@@ -65,7 +65,7 @@ def conditional_modes(
     return mode, value, curvature
 
 
-# Two by two matrices are handled by hand: LAPACK takes them one after the other, at ten times the cost.
+# Formulas for 2 x 2 matrices are written out: LAPACK needs ten times as long.
 
 
 def root_of_inverse(curvature: FloatArray) -> FloatArray:
@@ -77,7 +77,7 @@ def root_of_inverse(curvature: FloatArray) -> FloatArray:
 
 
 def _newton_step(gradient: FloatArray, curvature: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Step (t, g, 2) of Newton's method and its length in sds (t, g)."""
+    """Newton step (t, g, 2) and its length in sd (t, g)."""
     d1, d2 = gradient
     c11, c12, c22 = curvature
     step = np.stack([c22 * d1 - c12 * d2, c11 * d2 - c12 * d1], axis=-1) / (c11 * c22 - c12 * c12)[..., None]
@@ -110,7 +110,7 @@ def _expand(posterior: FingerPosterior, w: FloatArray, rest: FloatArray, blocks:
     inside: NDArray[np.bool_] = np.all(np.isfinite(prior), axis=-1, keepdims=True)
     safe = np.where(inside, prior, 0.0)
     bend = np.maximum((2 * safe[..., :1] - safe[..., [1, 3]] - safe[..., [2, 4]]) / steps**2, 0.0)
-    # Never singular: at least a thousandth of the information that spans the prior's width.
+    # A minimum of information, a thousandth of that of the prior, avoids a singular matrix.
     low, high = posterior.priors.location.support
     bend[..., 0] += 1 / (high - low) ** 2
     bend[..., 1] += LEAST_WEIGHT / np.maximum(rest[..., 1], 1e-3) ** 2

@@ -1,4 +1,4 @@
-"""What an uncertain calibration does to the readings of a touch."""
+"""Covariance of the readings of a touch due to the uncertainty of the calibration."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from bayestouch.chain.neighbours import Neighbours
 
 
 def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArray:
-    """Covariance of the readings of each touch from the covariance of the calibration, (t, m, m).
+    """Covariance of the readings of each touch, (t, m, m), from the covariance of the calibration.
 
     Parameters
     ----------
     jacobian : (5, t, m) array
-        From `calibration_jacobian`.
+        From `bayestouch.chain.neighbours.calibration_jacobian`.
     covariance : (3 m + 2, 3 m + 2) array
         Covariance of responses, depths, angles, σ, log μ.
     """
@@ -26,7 +26,7 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
     blocks = covariance[: 3 * m, : 3 * m].reshape(3, m, 3, m)
     own = np.einsum("ati,aibj,btj->tij", jacobian[:3], blocks, jacobian[:3], optimize=True)
     shared = covariance[3 * m :, : 3 * m].reshape(2, 3, m)
-    # column r: covariance of shared parameter r with each reading through that element's own parameters
+    # Row r: covariance of the shared parameter r with each reading, due to the parameters of the element.
     crossed = np.einsum("rbj,btj->rtj", shared, jacobian[:3])
     mixed = np.einsum("rti,rtj->tij", jacobian[3:], crossed)
     common = np.einsum("rti,rs,stj->tij", jacobian[3:], covariance[3 * m :, 3 * m :], jacobian[3:], optimize=True)
@@ -34,29 +34,29 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
 
 
 def spread_of(derivative: FloatArray, root: FloatArray) -> FloatArray:
-    """Changes of the readings (d, t, m) for one standard deviation each of independent causes.
+    """Changes of the readings (d, t, m) per standard deviation of d independent directions.
 
-    Their products, added up over the causes, are the covariance of the readings to first order.
+    Their products, summed over the directions, are the covariance of the readings to first order.
 
     Parameters
     ----------
     derivative : (d, t, m) array
-        Of the readings over d uncertain numbers.
+        Derivative of the readings over d uncertain parameters.
     root : (d, d) array
-        Lower Cholesky factor of the covariance of these: `root_of`.
+        Lower Cholesky factor of the covariance of these parameters, see `root_of`.
     """
     return np.asarray(np.einsum("qk,qtm->ktm", root, derivative, optimize=True))
 
 
 def root_of(covariance: FloatArray) -> FloatArray:
-    """Lower Cholesky factor of a covariance (q, q), of which an entry may be zero."""
+    """Lower Cholesky factor of a covariance (q, q), which may have zeros on its diagonal."""
     diagonal = np.diag(covariance)
     return np.asarray(np.linalg.cholesky(covariance + np.diag(1e-12 * diagonal + 1e-300)))
 
 
 @dataclass(frozen=True, eq=False)
 class CalibrationCovariance:
-    """Covariance of the readings of touches that a calibration of the elastic model leaves.
+    """Covariance of the readings of touches due to the calibration of the elastic model.
 
     Attributes
     ----------
@@ -74,11 +74,11 @@ class CalibrationCovariance:
         return reading_covariance(self.jacobian(radius_mm, angle, load), self.covariance)
 
     def jacobian(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """As `calibration_jacobian`, (5, t, m), of this finger."""
+        """Derivatives of the readings, (5, t, m), as `calibration_jacobian`; parameters as `__call__`."""
         return self._neighbours.jacobian(radius_mm, angle, load)
 
     def __getstate__(self) -> dict[str, object]:
-        """What is sent to a worker: not the neighbours, 90 MB that it solves for itself in a fraction of a second."""
+        """State for a worker process, without the neighbours: 90 MB that it computes in a fraction of a second."""
         return {"chain": self.chain, "covariance": self.covariance}
 
     @cached_property

@@ -1,4 +1,4 @@
-"""Touches on a calibrated finger as the sampler wants them: their density, a proposal, and what is kept of draws."""
+"""Touches on a calibrated finger for the sampler: posterior density, proposal, and results of the draws."""
 
 from __future__ import annotations
 
@@ -25,13 +25,15 @@ from bayestouch.priors.radius import RadiusOfTips
 from bayestouch.reading.touch_reader import Drawn
 from bayestouch.sampling import BlockProposal
 
-# Touches of a piece: so many that emcee's own work for a step is little beside theirs; and of those drawn again, which
-# take many steps, few enough that every core has some.
+# Largest number of touches in a piece: enough that the overhead of emcee per step is small; fewer if touches are drawn
+# again, which takes many steps, so that all cores are used.
 PIECE, PIECE_AGAIN = 512, 128
-#: What is drawn, (chain, draw, t).
+#: Names of the draws, (chain, draw, t).
 DRAWN = ("r_c", "R", "theta_c", "P")
-#: Log probability of each tip, and of what is none of them, where the prior has tips: (k, t).
+#: Name of the log probabilities of each tip and, last, of other indenters, if the prior has tips: (k, t).
 TIPS = "tip_log_probability"
+#: Whitener of the readings with which each touch was drawn, (m, m, t).
+WHITENER = "whitener"
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,26 +43,29 @@ class FingerGroup:
     Attributes
     ----------
     rows : (t,) int array
-        Their places in the block.
+        Rows of the touches in the block.
     posterior : FingerPosterior
-        Their density.
+        Posterior density of the touches.
     proposal : BlockProposal
-        Of the sampler.
+        Proposal of the sampler.
     log_probability : (k, t) array or None
-        Of each tip, where the prior has tips; NaN where the draws are to tell.
+        Log probability of each tip, if the prior has tips; NaN if it must be estimated from the draws.
+    with_whitener : bool
+        Whether the `WHITENER` is among the results.
     """
 
     rows: IndexArray
     posterior: FingerPosterior
     proposal: BlockProposal
     log_probability: FloatArray | None = None
+    with_whitener: bool = False
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
-        """Log posterior density (B, n) of points (w, θ_c, P), (B, n, 3), of the touches at the places `touch` (B,)."""
+        """Log posterior density (B, n) of points (w, θ_c, P), (B, n, 3), for the touches with indices `touch` (B,)."""
         return self.posterior.log_density(x, touch)
 
     def results(self, draws: FloatArray) -> Drawn:
-        """``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m), and `TIPS`, of draws (chain, draw, t, 3)."""
+        """``R``, ``r_c`` (mm), ``theta_c`` (degree), ``P`` (N/m), `TIPS`, `WHITENER`; from (chain, draw, t, 3)."""
         indenter = self.posterior.indenter
         radius, indenter_radius = indenter.indenter_radius(draws[..., 0])
         out = {"r_c": indenter_radius, "R": radius, "theta_c": np.degrees(draws[..., 1]), "P": draws[..., 2]}
@@ -69,20 +74,26 @@ class FingerGroup:
             unsure = np.isnan(probability[0])
             probability[:, unsure] = indenter.log_shares(draws[:, :, unsure, 0])
             out[TIPS] = probability
+        if self.with_whitener:
+            whitener = self.posterior.whitener
+            full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1])
+            out[WHITENER] = np.moveaxis(full, 0, -1)
         return out
 
 
 @dataclass(frozen=True, eq=False)
 class FingerSampler:
-    """A calibrated finger that touches are drawn with. A `bayestouch.reading.touch_reader.TouchSampler`.
+    """A calibrated finger that draws touches. A `bayestouch.reading.touch_reader.TouchSampler`.
 
     Attributes
     ----------
     chain, priors, table, noise
-        The calibrated finger, priors of touches, its reading table, noise.
+        The calibrated finger, priors of touches, reading table, noise.
     reading_covariance : callable or None
-        Covariance (t, m, m) of the readings that the calibration leaves uncertain, from R (mm), θ_c (rad) and
-        P (N/m) of the touches; None takes the calibration as exact.
+        Covariance (t, m, m) of the readings due to the calibration, from R (mm), θ_c (rad) and P (N/m) of the
+        touches; None if the calibration counts as exact.
+    with_whitener : bool
+        Whether the `WHITENER` of each touch is kept.
     """
 
     chain: CalibratedFinger
@@ -90,23 +101,26 @@ class FingerSampler:
     table: ReadingTable
     noise: Noise
     reading_covariance: Callable[[FloatArray, FloatArray, FloatArray], FloatArray] | None
+    with_whitener: bool = False
 
     redraws_together = True
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
-        """Rows in pieces of about the same size, an even number of them."""
+        """Rows in an even number of pieces of about the same size."""
         largest = PIECE_AGAIN if again else PIECE
         return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
-        """Of `DRAWN`, and of `TIPS` where the prior has tips."""
+        """Shapes of the results without the axis of touches: `DRAWN`, and `TIPS` and `WHITENER` if there are any."""
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DRAWN, (chains, draws))
         if isinstance(self.priors.radius, RadiusOfTips):
             shapes[TIPS] = (self.priors.radius.n_alternatives,)
+        if self.with_whitener:
+            shapes[WHITENER] = (self.noise.tactile_sd.size, self.noise.tactile_sd.size)
         return shapes
 
     def groups(self, touches: TouchReadings, rows: IndexArray) -> Iterator[FingerGroup]:
-        """Some of the touches: one group."""
+        """The touches in `rows`, as one group."""
         some = touches.select(rows)
         search = replace(self.priors, radius=search_prior(self.priors.radius, self.chain.outer_radius_mm))
         posterior = FingerPosterior(self.chain, some, search, noise_whitener(self.noise, some), self.table)
@@ -117,8 +131,9 @@ class FingerSampler:
             posterior = with_whitener(posterior, full_whitener(self.noise, some, covariance))
             mode, hessian = find_modes(posterior, mode)
         posterior = replace(posterior, priors=self.priors)
+        proposal: BlockProposal
         if isinstance(self.priors.radius, RadiusOfTips):
             proposal, log_probability = propose_alternatives(posterior, mode, hessian)
-            yield FingerGroup(rows, posterior, proposal, log_probability)
         else:
-            yield FingerGroup(rows, posterior, profile_proposal(posterior, mode, hessian))
+            proposal, log_probability = profile_proposal(posterior, mode, hessian), None
+        yield FingerGroup(rows, posterior, proposal, log_probability, self.with_whitener)

@@ -1,8 +1,8 @@
-"""Drifts of a file of touches, found from the file itself.
+"""Drifts of a table of touches, estimated from the touches themselves.
 
-Zeros and gains wander on after the calibration. Each touch tells something of them, after its own radius, location
-and load have taken what they explain; touches before and after tell the rest. The drift that a touch is read with
-comes from the others alone, so that no reading is used twice.
+Zeros and gains continue to drift after the calibration. The residual of each touch, after its radius, location and load
+are fitted, has information on the drift. The drift that is used for a touch is estimated from all other touches, so
+that no reading is used twice.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
-# A prior that wide lets a touch's own parameters take whatever they explain.
+# Wide prior sd of (w, θ_c, P over the reference load): the parameters of a touch explain as much as they can.
 LOOSE = np.array([4.0, 0.5, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
 class TouchEvidence:
-    """What each touch says of an addition to its readings, linear about its mode.
+    """Information of each touch on an addition to its readings, linearised at the mode of the touch.
 
     Attributes
     ----------
     residual : (t, m) array
-        Reading minus prediction at the mode, without any drift.
+        Reading minus prediction at the mode, without drift.
     jacobian : (t, m, 3) array
-        Derivative of the prediction over the touch's coordinates (w, θ_c, P).
+        Derivative of the prediction over the coordinates (w, θ_c, P) of the touch.
     covariance : (t, m, m) array
-        Of the readings, drifts left out; missing readings have a very large variance.
+        Covariance of the readings without drifts; missing readings have a very large variance.
     shift : (t, 3) array
-        Prior mean minus mode of the coordinates: of a load that was measured; zero otherwise.
+        Prior mean minus mode of the coordinates for a measured load; zero otherwise.
     precision : (t, 3) array
         Prior precision of the coordinates.
     """
@@ -48,7 +48,7 @@ class TouchEvidence:
         curvature = self.jacobian.swapaxes(1, 2) @ weighted + np.einsum("ti,ij->tij", self.precision, np.eye(3))
         solved = np.linalg.solve(curvature, weighted.swapaxes(1, 2))
         precision = inverse - weighted @ solved
-        # About the prior mean of the coordinates rather than the mode.
+        # Residual at the prior mean of the coordinates instead of the mode.
         centred = self.residual - np.einsum("tmi,ti->tm", self.jacobian, self.shift)
         return precision, np.einsum("tmn,tn->tm", precision, centred)
 
@@ -56,12 +56,12 @@ class TouchEvidence:
 def drift_of_others(
     columns: FloatArray, precision: FloatArray, information: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Mean (t, m) and covariance (t, m, m) of each touch's drift, from all other touches.
+    """Mean (t, m) and covariance (t, m, m) of the drift of each touch, estimated from all other touches.
 
     Parameters
     ----------
     columns : (t, m, k) array
-        What each weight of the drifts, standard normal, adds to the readings of each touch.
+        Change of the readings of each touch per unit of each standard normal weight of the drifts.
     precision, information : (t, m, m), (t, m) arrays
         From `TouchEvidence.about_addition`.
     """
@@ -73,7 +73,7 @@ def drift_of_others(
     mean = columns @ np.linalg.solve(root.T, np.linalg.solve(root, slope))
     spread = np.linalg.solve(root, columns.reshape(-1, k).T).T.reshape(t, m, k)
     covariance = spread @ spread.swapaxes(1, 2)
-    # Take the touch's own evidence out again.
+    # Remove the information of the touch itself.
     left = np.eye(m) - covariance @ precision
     mean = np.linalg.solve(left, (mean - np.einsum("tmn,tn->tm", covariance, information))[..., None])[..., 0]
     covariance = np.linalg.solve(left, covariance)

@@ -1,4 +1,4 @@
-"""Touches read by a finger with effects: what the effects make of each touch's readings, and what they leave open."""
+"""Effects on the readings of touches that are inferred: readings, and their covariance due to the effects."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import STAGES, Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
+from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.reading.covariance import root_of, spread_of
 from bayestouch.finger.reading.reader import TouchContext
@@ -22,28 +23,28 @@ from bayestouch.model.observations import Observations, UntimedTouches
 
 @dataclass(frozen=True, eq=False)
 class EffectContext:
-    """Effects on the readings of t touches; a `TouchContext` of the reader.
+    """Effects on the readings of t touches. A `TouchContext`.
 
-    Readings are ``scale * static + shift``: effects that are the same in all samples act on the signal (`static`),
-    those that depend on when a touch was made multiply and add (creep, memory, drifts). A correction without a cause is
-    one of readings, as it was fitted: it comes after all effects.
+    Readings are ``scale * static + shift``: *static* effects are equal in all samples and act on the signal; effects
+    that depend on time (creep, memory, drifts) multiply and add. An empirical correction is added after all effects, as
+    in its fit.
 
     Attributes
     ----------
     effects_chain : ChainWithEffects
         The finger with its effects.
     scale, shift : (t, m) arrays
-        Factor and addition of each touch.
+        Factor and addition of the effects that depend on time.
     extra : (t, m, m) array
-        Covariance of the readings that drifts leave open.
+        Covariance of the readings due to the uncertainty of drifts.
     reads : (t,) array
-        Raw readings behind a touch's means.
+        Number of raw readings in the means of a touch.
     slopes : (q, 2, t, m) array
-        Derivative of `scale` and `shift` over the values of effects that depend on time.
+        Derivative of `scale` and `shift` over the values of the effects that depend on time.
     exact : bool
-        Whether the calibration is taken as exact.
+        Whether the calibration counts as exact.
     loads : TrueLoads or None
-        Measured loads as effects of the rig correct them; None where no effect does.
+        Measured loads corrected for effects of the rig; None if there is no such effect.
     """
 
     effects_chain: ChainWithEffects
@@ -68,7 +69,7 @@ class EffectContext:
         )
 
     def joined(self, parts: Sequence[TouchContext]) -> EffectContext:
-        """The same effects on the touches of several contexts, of which this is one."""
+        """The effects on the touches of several contexts together; this context is one of `parts`."""
         contexts = [part for part in parts if isinstance(part, EffectContext)]
         return replace(
             self,
@@ -81,20 +82,20 @@ class EffectContext:
         )
 
     def with_loads(self, loads: TrueLoads, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> EffectContext:
-        """With corrected loads, and what their errors say of readings at touches (mm, rad, N/m)."""
+        """The context with corrected loads, whose errors are correlated with readings at R (mm), θ_c (rad), P (N/m)."""
         if self.exact:
             return replace(self, loads=loads)
         along = loads.along(self._root, self._spread(self._signal(radius_mm, angle, load), radius_mm, angle, load))
         return replace(self, loads=loads.with_gain(along))
 
     def without_loads(self) -> EffectContext:
-        """As if errors of the corrected loads were independent of what is expected of the readings."""
+        """The context with errors of corrected loads that are independent of the predicted readings."""
         return replace(self, loads=None)
 
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (n, m) from signals that leave the body, under touches (mm, rad, N/m), all (n,)."""
+        """Readings (n, m) from signals (n, m) before the effects, for R (mm), θ_c (rad) and P (N/m), all (n,)."""
         out = signal
         if self._pointwise:
             model = self.effects_chain.model
@@ -120,10 +121,10 @@ class EffectContext:
         return np.asarray(scaled, dtype=signal.dtype)
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m).
+        """Covariance (t, m, m) of the mean readings without each element's own noise, at R (mm), θ_c (rad), P (N/m).
 
-        To first order in the parameters of chain, effects and correction, which are known together. Given the measured
-        load where effects correct that.
+        It is to first order in the joint posterior of the parameters of chain, effects and correction; if effects
+        correct the measured load, it is conditional on this load.
         """
         signal = self._signal(radius_mm, angle, load)
         total = self.extra + self.effects_chain.listed.noise.covariance(
@@ -133,6 +134,9 @@ class EffectContext:
             return total
         spread = self._spread(signal, radius_mm, angle, load)
         total = total + np.einsum("ktm,ktn->tmn", spread, spread, optimize=True)
+        identified, model = self.effects_chain.identified, self._at(radius_mm, angle, load)
+        if identified is not None:
+            total += own_covariance(identified, model, self._leaving(model), self._static_vector, self.scale)
         if self.effects_chain.correction_table is not None:
             total = total + self.effects_chain.correction_table.covariance_at(radius_mm, angle, load)
         if self.loads is not None:
@@ -141,16 +145,29 @@ class EffectContext:
         return np.asarray(total)
 
     def _signal(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Signals (t, m) after the effects that are the same in all samples."""
-        return self._at(radius_mm, angle, load).predict(self._static_vector).touches
+        """Signals (t, m) after the effects that are equal in all samples."""
+        model = self._at(radius_mm, angle, load)
+        return model.readings(self._leaving(model), self._static_vector).touches
+
+    def _leaving(self, model: FingerModel) -> Recording:
+        """Touches with the signals before the effects on the signal."""
+        identified = self.effects_chain.identified
+        if identified is None:
+            return model.signal(self._static_vector)
+        assert model.pose is not None
+        return replace(model.poses(self._static_vector), signal=identified.chain.series(*model.pose))
 
     def _spread(self, signal: FloatArray, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """What one standard deviation of each column of `_root` changes in the readings, (d, t, m)."""
-        static, _ = self._at(radius_mm, angle, load).derivatives(self._static_vector)
-        jacobian = np.empty((len(self.effects_chain.vector), *signal.shape))
-        jacobian[self._static_rows] = static * self.scale
+        """Change of the readings for each column of `_root`, (d, t, m)."""
+        identified, model = self.effects_chain.identified, self._at(radius_mm, angle, load)
+        vector, rows = self._static_vector, self._static_rows
+        if identified is None:
+            jacobian = np.zeros((len(self.effects_chain.vector), *signal.shape))
+            jacobian[rows] = model.derivatives(vector)[0] * self.scale
+        else:
+            jacobian = map_derivatives(identified, model, self._leaving(model), vector, rows) * self.scale
         for row, (factor, addition) in zip(self._timed_rows, self.slopes, strict=True):
-            jacobian[row] = factor * signal + addition
+            jacobian[row] += factor * signal + addition
         if self.effects_chain.correction_table is not None:
             jacobian += self.effects_chain.correction_table.by_parameter(radius_mm, angle, load)
         return spread_of(jacobian, self._root)
@@ -184,7 +201,7 @@ class EffectContext:
 
 
 def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect, Values]]:
-    """Effects on the signal that are the same in all samples, with their values, in the order of the stages."""
+    """Effects on the signal that are equal in all samples, with their values, in the order of the stages."""
     pairs = [
         (effect, effects_chain.values[effect.name])
         for effect in effects_chain.model.effects
@@ -194,7 +211,7 @@ def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect,
 
 
 def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
-    """Rows of the vector that hold values of effects that depend on when a touch was made."""
+    """Indices in the vector of the values of effects that depend on time."""
     out: list[int] = []
     place = effects_chain.model.n_base
     for effect in effects_chain.model.effects:
@@ -206,9 +223,9 @@ def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
 
 
 def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observations, vector: FloatArray) -> FloatArray:
-    """What effects that depend on time make of a signal of one and of zero: factor and addition, (2, t, m).
+    """Factor and addition of the effects that depend on time, (2, t, m).
 
-    They are taken to be linear in the signal.
+    The effects are assumed to be linear in the signal: they are evaluated for signals of one and zero.
     """
     model = replace(
         effects_chain.model,
@@ -231,7 +248,7 @@ def timed_scale_and_shift(effects_chain: ChainWithEffects, observed: Observation
 
 
 def timed_slopes(effects_chain: ChainWithEffects, observed: Observations) -> FloatArray:
-    """Derivative of `timed_scale_and_shift` over the values of those effects, (q, 2, t, m)."""
+    """Derivative of `timed_scale_and_shift` over the values of these effects, (q, 2, t, m)."""
     out = []
     for row in timed_rows(effects_chain):
         step = 0.01 * max(float(np.sqrt(effects_chain.covariance[row, row])), 1e-9)

@@ -1,8 +1,8 @@
-"""The first coordinate of a touch on a finger: one number w for every indenter, tips and densities alike.
+"""The first coordinate w of a touch on a finger: one number for every indenter, for known tips and for densities.
 
-A density of R between a and b lives on ``R = a + (b - a)/(1 + e^-w)``, which keeps R inside. A known tip, a point
-mass, is a cell of unit length far below, all of whose points mean that tip; inside a cell the density is level. So a
-discrete set of tips, or an edge beside something round, is a density of w like any other and is drawn like any other.
+For a density of R between a and b, ``R = a + (b - a)/(1 + e^-w)``, which keeps R in this range. A known tip (a point
+mass) is a cell of unit length in w, far below this range; all points of the cell are this tip, with a constant density.
+Thus a prior with tips, or with an edge and a density, is also a density of w and is drawn in the same way.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from bayestouch.array_types import FloatArray
 from bayestouch.priors.parameters import Prior
 from bayestouch.priors.radius import RadiusOfTips
 
-# Cells end here. A density beside them loses what lies below: R within e^-16 (1e-7) of its lower end.
+# Upper end of the cells. The part of a density below it is lost: R within e^-16 (1e-7) of its lower end.
 CELLS_END = -16.0
 
 
 @dataclass(frozen=True, eq=False)
 class IndenterCoordinate:
-    """Indenters on a line.
+    """Conversion between w and the indenter.
 
     Attributes
     ----------
     prior : Prior
-        Of R, mm: a density, or a `RadiusOfTips`.
+        Prior of R, mm: a density, or a `RadiusOfTips`.
     outer_radius_mm : float
-        ``r_b``.
+        ``r_b``, mm.
     """
 
     prior: Prior
@@ -37,7 +37,7 @@ class IndenterCoordinate:
 
     @property
     def tips(self) -> RadiusOfTips | None:
-        """Prior of the tips, where there are any."""
+        """The prior, if it has tips; else None."""
         return self.prior if isinstance(self.prior, RadiusOfTips) else None
 
     @property
@@ -47,16 +47,16 @@ class IndenterCoordinate:
 
     @property
     def density(self) -> Prior | None:
-        """Density of R beside the tips, or alone."""
+        """Density of R for indenters that are not known tips; None if there is none."""
         return self.prior if self.tips is None else self.tips.density
 
     @property
     def cells(self) -> FloatArray:
-        """Lower ends of the tips' cells, (n_tips,)."""
+        """Lower ends of the cells of the tips, (n_tips,)."""
         return CELLS_END - self.n_tips + np.arange(self.n_tips, dtype=float)
 
     def radius(self, w: FloatArray) -> FloatArray:
-        """Composite radius R in mm, shape of `w`; 0 where w means nothing."""
+        """Composite radius R in mm, shape of `w`; 0 where w is no indenter."""
         radius = np.zeros(np.shape(w))
         if self.density is not None:
             low, high = self.density.support
@@ -68,10 +68,10 @@ class IndenterCoordinate:
         return np.where(is_tip, self.tips.radius_mm[tip], radius)
 
     def indenter_radius(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """R and r_c in mm, shape of `w`; a tip's r_c is what it was said to be, inf for a flat one.
+        """R and r_c in mm, shape of `w`; r_c of a tip is its stated radius, inf for a flat.
 
-        A density's R reaches ``r_b`` to the last bit for a flat; its r_c would be infinite, which means cannot hold:
-        R stays just below.
+        With a density, R can equal ``r_b`` in double precision and r_c would be infinite, so that means of r_c would
+        not exist: R is limited to just below ``r_b``.
         """
         outer = self.outer_radius_mm
         radius = self.radius(w)
@@ -101,19 +101,19 @@ class IndenterCoordinate:
         return np.where(is_tip, np.log(tips.weights)[tip], out)
 
     def alternative(self, w: FloatArray) -> NDArray[np.int64]:
-        """Number of the tip that w means, `n_tips` for the density beside them; shape of `w`."""
+        """Index of the tip at w, `n_tips` for the density; shape of `w`."""
         tip, is_tip = self._tip(w)
         return np.where(is_tip, tip, self.n_tips)
 
     def log_shares(self, w: FloatArray) -> FloatArray:
-        """Log share of each tip, and of the density beside them, among draws (chain, draw, t): (k, t)."""
+        """Log share of each tip and, last, of the density among draws (chain, draw, t): (k, t)."""
         chosen = self.alternative(w)
         count = np.stack([(chosen == k).sum(axis=(0, 1)) for k in range(self.tips.n_alternatives if self.tips else 0)])
-        # Half a draw each, so that what was not drawn is not impossible.
+        # Half a draw is added to each, so that tips without draws do not get probability zero.
         return np.asarray(np.log(count + 0.5) - np.log(w.shape[0] * w.shape[1] + 0.5 * len(count)))
 
     def _tip(self, w: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """Number of the tip, and whether w is in a cell."""
+        """Index of the tip, and whether w is in a cell."""
         place = np.floor(w) - (CELLS_END - self.n_tips)
         is_tip = (place >= 0) & (place < self.n_tips)
         return np.where(is_tip, place, 0).astype(np.int64), is_tip

@@ -1,4 +1,4 @@
-"""Residuals of touches on a finger with what each touch could absorb of them, for the tests of its columns."""
+"""Residuals of touches on a finger for the check of the sensor, see `bayestouch.reading.fault_tests`."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from bayestouch.finger.reading.reader import (
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.reading.fault_tests import SensorMisfit
 
-# Where less than this share of a reading's own information is left when a touch has taken its part, the other columns
-# hardly tell what it should read.
+# Smallest share of the information of a reading that the fit of its touch must leave; with less, the other columns do
+# not predict the reading.
 LEAST_TOLD = 0.01
 
 
@@ -35,13 +35,13 @@ class FingerMisfit:
     Attributes
     ----------
     chain, table, priors, noise
-        The calibrated finger, its reading table, priors of touches, noise.
+        The calibrated finger, reading table, priors of touches, noise.
     reading_covariance : callable
-        Covariance (t, m, m) of the readings that the calibration leaves, from R (mm), θ_c (rad) and P (N/m).
+        Covariance (t, m, m) of the readings due to the calibration, from R (mm), θ_c (rad) and P (N/m).
     readings : TouchReadings
         The touches.
     typical_load : float
-        N/m.
+        Typical load, N/m.
     """
 
     chain: CalibratedFinger
@@ -54,19 +54,19 @@ class FingerMisfit:
 
     @property
     def columns(self) -> FloatArray:
-        """What each column read, (t, m + 1): the elements, then the force sensor."""
+        """Readings of each column, (t, m + 1): the elements, then the force sensor (N/m)."""
         return np.concatenate([self.readings.readings, self.readings.load[:, None]], axis=1)
 
     @property
     def few(self) -> bool:
-        """No: their neighbours hold a touch in its place."""
+        """False: the neighbours of a faulty element determine the touch."""
         return False
 
     @property
     def scale(self) -> FloatArray:
-        """Peak reading of each element at the typical load, and that load; (m + 1,)."""
+        """Peak reading of each element at the typical load, then this load, (m + 1,)."""
         angle = np.asarray(self.chain.angle)
-        # an element that was dead in the calibration has no peak: that of its fellows stands in
+        # An element that was dead in the calibration has no peak: the median of the others is used.
         edges = self.chain.predict(np.zeros(len(angle)), angle, np.full(len(angle), self.typical_load))
         peak = np.abs(np.diagonal(edges))
         dead = peak < 1e-6 * max(float(peak.max()), 1e-300)
@@ -74,18 +74,18 @@ class FingerMisfit:
 
     @property
     def _discrepancy(self) -> FloatArray:
-        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        """`SensorMisfit.discrepancy`, (m + 1,); that of the load is the median over elements."""
         share = self.noise.discrepancy_sd / self.scale[:-1]
         return np.append(share, np.median(share))
 
     def with_order(self, order: NDArray[np.intp]) -> FingerMisfit:
-        """The same touches with the readings of the elements in another order."""
+        """The touches with the readings of the elements in another order."""
         touches = self.readings
         moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
         return replace(self, readings=moved)
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
-        """Fit the touches without the columns `out`, a mask (m + 1,)."""
+        """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""
         m = self.noise.tactile_sd.shape[0]
         touches = self.readings
         touches = replace(
@@ -108,8 +108,8 @@ class FingerMisfit:
         mode, hessian = find_modes(posterior)
         signal, slope = self._expand(posterior, mode)
         weight = _weight(touches, whitener)
-        # With a normal prior the inverse covariance of all readings together times what they miss the prior by is
-        # the inverse covariance of the noise times what they miss the mode by.
+        # With a normal prior, the inverse covariance of all readings times their deviation from the prior prediction
+        # equals the inverse covariance of the noise times their deviation from the prediction at the mode.
         values = np.nan_to_num(np.concatenate([touches.readings, touches.load[:, None]], axis=1))
         score = np.einsum("tij,tj->ti", weight, values - signal)
         pull = slope @ weight
@@ -133,7 +133,7 @@ class FingerMisfit:
         return known.jacobian(*touch) if isinstance(known, CalibrationCovariance) else None
 
     def _expand(self, posterior: FingerPosterior, mode: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Readings and load (t, m + 1) at the modes, and their derivatives by the coordinates (t, 3, m + 1)."""
+        """Readings and load (t, m + 1) at the modes, and their derivatives over the coordinates (t, 3, m + 1)."""
         steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)
         moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
         places = mode[:, None] + moves * steps[:, None]
@@ -148,10 +148,10 @@ class FingerMisfit:
     def _shared(
         self, left: FloatArray, jacobian: FloatArray | None, covariance: FloatArray
     ) -> Callable[[FloatArray], FloatArray]:
-        """`SensorMisfit.shared`; `left` (t, m + 1, m) is what an error of each reading does to each column's score."""
+        """`SensorMisfit.shared`; `left` (t, m + 1, m) is the derivative of each column's score over each reading."""
         known = self.reading_covariance
         if jacobian is None or not isinstance(known, CalibrationCovariance):
-            # Only the covariance of readings of one touch is known: as if errors went the same way in all touches.
+            # Only the covariance of readings of one touch is known: full correlation between touches is assumed.
             sd = np.sqrt(np.maximum(np.einsum("tai,tij,taj->ta", left, covariance, left, optimize=True), 0.0))
             return lambda direction: np.asarray((np.abs(direction) * sd).sum(axis=0) ** 2)
 
@@ -166,7 +166,7 @@ class FingerMisfit:
 
 
 def _weight(touches: TouchReadings, whitener: FloatArray) -> FloatArray:
-    """Inverse covariance of what a touch reads, (t, m + 1, m + 1): elements, then load."""
+    """Inverse covariance of the readings of a touch, (t, m + 1, m + 1): elements, then load."""
     t, m, _ = whitener.shape
     weight = np.zeros((t, m + 1, m + 1))
     weight[:, :-1, :-1] = whitener.swapaxes(1, 2) @ whitener

@@ -1,4 +1,4 @@
-"""Most probable touches and the normal distribution around them, all touches at once."""
+"""Modes of the posteriors of touches and the Hessians at the modes, for all touches at once."""
 
 from __future__ import annotations
 
@@ -11,34 +11,34 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.sampling.laplace import damped_newton_steps
 
-# Radii at which the search over location is made, as shares of the way from the sharpest (an edge) to the bluntest.
+# Radii at which the location is searched, relative to the range from the sharpest indenter (an edge) to the bluntest.
 START_SHARES = np.array([0.05, 0.35, 0.65, 0.93])
 GRID_STEP = np.radians(1.0)
-# Central differences in logit, rad and share of the load: wide enough for a reading table that is linear between
-# knots, narrow enough for a relative error of the derivative of 1e-3.
+# Steps of central differences in w, rad and share of the load: large enough for a reading table that is linear between
+# knots, small enough for a relative error of the derivative of 1e-3.
 STEPS = np.array([3e-2, 3e-3, 3e-3])
-# Starts worth finishing, of those at the start shares.
+# Number of starts that are optimised, the best of those at the start shares.
 KEPT = 2
 MAX_ITERATIONS = 40
 
 
 def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Mode and precision of every touch's posterior in the coordinates ``(w, θ_c, P)``.
+    """Mode and precision of the posterior of every touch, in the coordinates ``(w, θ_c, P)``.
 
-    A template search over location at a few radii gives starts; a damped Gauss-Newton method, all touches and
-    starts side by side, finishes them; the best is kept.
+    A template search over location at a few radii gives starts. A damped Gauss-Newton method optimises them, all
+    touches and starts together; the best result is returned.
 
     Parameters
     ----------
     posterior : FingerPosterior
-        The touches.
+        Posterior of the touches.
     start : (t, 3) array, optional
-        Where to begin in place of a search: modes under another covariance of the readings.
+        Starting values instead of a search, e.g. modes for another covariance of the readings.
 
     Returns
     -------
     (t, 3) array, (t, 3, 3) array
-        Mode, and Gauss-Newton Hessian of minus the log density there.
+        Mode, and Gauss-Newton Hessian of minus the log density at the mode.
     """
     if start is not None:
         x, _, hessian = _climb(posterior, start, np.arange(len(start)))
@@ -69,7 +69,7 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
     for i, share in enumerate(START_SHARES):
         w = np.log(share / (1 - share))
         template = chain.predict(float(posterior.radius(w)), angles, np.full(len(angles), typical)) / typical
-        # Per location: weighted products of readings and template; the load that fits best lies between.
+        # For each location: weighted scalar products of readings and template, which give the best load.
         cross = (weights * readings) @ template.T
         power = weights @ (template**2).T
         load = np.where(measured[:, None], touches.load[:, None], cross / np.maximum(power, 1e-300))
@@ -81,19 +81,19 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
         out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
     ends = posterior.priors.load.support
     out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
-    # The last digits of a matrix product depend on how many touches it holds: without them a touch's draws do not.
+    # The last digits of a matrix product depend on the number of touches; they are rounded off, so that draws do not.
     return out.astype(np.float32).astype(np.float64)
 
 
 def _row_norm(whitener: FloatArray) -> FloatArray:
-    """Diagonal that stands for a full whitener in the coarse search, (t, m)."""
+    """Diagonal approximation of a full whitener for the coarse search, (t, m)."""
     return np.asarray(np.sqrt(np.einsum("tij,tij->tj", whitener, whitener)))
 
 
 def _climb(
     posterior: FingerPosterior, start: FloatArray, blocks: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Damped Gauss-Newton on rows of coordinates (n, 3), one touch a row."""
+    """Damped Gauss-Newton from starts (n, 3) of the touches `blocks` (n,): mode, log density, Hessian."""
     x = start.copy()
     value = posterior.log_density(x[:, None], blocks)[:, 0]
     damping = np.full(len(x), 1e-2)
@@ -120,7 +120,7 @@ def _climb(
 def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> tuple[FloatArray, FloatArray]:
     """Gradient of the log density and minus its (Gauss-Newton) Hessian, (n, 3) and (n, 3, 3)."""
     steps = STEPS * np.stack([np.ones(len(x)), np.ones(len(x)), np.maximum(x[:, 2], 1e-3)], axis=-1)
-    # centre, and both neighbours along each coordinate: 7 evaluations in one call
+    # Centre, and both neighbours along each coordinate: 7 points in one call.
     moves = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     places = x[:, None] + moves * steps[:, None]
     z = posterior.residual(places, blocks)
@@ -131,15 +131,15 @@ def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> t
     slope = (prior[:, 1:4] - prior[:, 4:7]) / (2 * steps)
     gradient = slope - (jacobian @ z[:, 0, :, None])[..., 0]
     hessian = np.asarray(jacobian @ jacobian.swapaxes(1, 2), dtype=np.float64)
-    # The prior is a product, its curvature diagonal. Differences of the first coordinate are the Jacobian's (smooth);
-    # a curvature below zero would spoil the step and is dropped.
+    # The prior is a product, so its curvature is diagonal. A negative curvature would make the step invalid and is set
+    # to zero.
     curvature = -(prior[:, 1:4] - 2 * prior[:, :1] + prior[:, 4:7]) / steps**2
     share = 1 / (1 + np.exp(-x[:, 0]))
     curvature[:, 0] = np.maximum(curvature[:, 0], 0.2 * share * (1 - share) + 1e-3)
     curvature[:, 1:] = np.maximum(curvature[:, 1:], 0.0)
     index = np.arange(3)
     hessian[:, index, index] += curvature
-    # Never singular: a location or load that the readings leave open keeps the width of its prior.
+    # A minimum of information avoids a singular matrix: an undetermined location or load has the width of its prior.
     low, high = posterior.priors.location.support
     hessian[:, 1, 1] += 1 / (high - low) ** 2
     hessian[:, 2, 2] += 1e-6 / np.maximum(x[:, 2], 1e-3) ** 2
@@ -147,5 +147,5 @@ def _expansion(posterior: FingerPosterior, x: FloatArray, blocks: IntArray) -> t
 
 
 def with_whitener(posterior: FingerPosterior, whitener: FloatArray) -> FingerPosterior:
-    """The same touches under another covariance of the readings."""
+    """The posterior of the same touches with another covariance of the readings."""
     return replace(posterior, whitener=whitener)

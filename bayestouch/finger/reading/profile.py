@@ -1,8 +1,8 @@
-"""Proposal for touches on a finger that follows the posterior of the radius wherever it is not normal.
+"""Proposal for touches on a finger with a tabulated, not normal, distribution of the radius.
 
-Near an edge or a flat the posterior of R is cut off or drawn out, while location and load, given R, stay all but
-normal. So the marginal of ``w = log(R/(r_b - R))`` is tabulated (Laplace's integral over location and load at each
-knot) and location and load are proposed given w.
+Near an edge or a flat the posterior of R is truncated or skewed, while location and load for given R are nearly normal.
+The marginal of ``w = log(R/(r_b - R))`` is therefore tabulated (Laplace approximation of the integral over location
+and load at each knot), and location and load are proposed given w.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from bayestouch.finger.reading.conditional_modes import conditional_modes, root_
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.sampling import BlockStreams
 
-# Enough that a log density is straight between them: with 17, the ratio to the posterior varies by 3 %, and its tail
-# frightens the Pareto diagnostic.
+# Number of knots: the log density is linear between them. With 17 the ratio to the posterior varies by 3 %, and the
+# Pareto shape of its tail is too large.
 KNOTS = 25
-# Knots reach this many Laplace sds from the mode, and no further than |w| = 9 (R within 2 µm of edge or flat).
+# Range of the knots in Laplace sd from the mode, and largest |w| (R within 2 µm of edge or flat).
 REACH, FURTHEST = 6.5, 9.0
-# Beyond the knots the density falls as e^-|w| (the transform's Jacobian); the proposal a little slower.
+# Decay rate of the proposal beyond the knots; that of the density is 1 (Jacobian of the transform).
 TAIL = 0.9
-# Of the Student-t for location and load: heavier than the posterior, so that the ratio stays bounded, yet near enough
-# to it that 98 % of the draws count.
+# Degrees of freedom of the Student-t for location and load: heavier tails than the posterior, for bounded weights, but
+# close enough to it for an effective sample size of 98 %.
 DOF = 20.0
 TINY = 1e-16
 
@@ -45,7 +45,7 @@ class ProfileProposal:
     centre : (B, g, 2) array
         Mode of (θ_c, P) given w at the knots, rad and N/m.
     root : (B, g, 3) array
-        Lower Cholesky factor of their scale matrix: ``l11, l21, l22``.
+        Lower Cholesky factor of the scale matrix of (θ_c, P): ``l11, l21, l22``.
     """
 
     first: FloatArray
@@ -86,14 +86,14 @@ class ProfileProposal:
         for row, ends, numbers in zip(at, pieces.ends, where, strict=True):
             row[:] = ends.searchsorted(numbers, side="right")
         at += pieces.rows
-        # What is left of the uniform number places the point inside its piece, by the inverse of the piece's mass.
+        # The rest of the uniform number gives the position inside the piece, by the inverse distribution function.
         lean, start = pieces.slope.take(at), pieces.start.take(at)
         grown = (where - pieces.below.take(at)) * pieces.inverse.take(at)
         offset = np.log1p(np.maximum(grown * lean - pieces.drop.take(at), TINY - 1)) / lean
         x = np.swapaxes(np.empty((self.n_blocks, 3, n)), 1, 2)
         np.add(pieces.knot.take(at), offset, out=x[..., 0])
         angle, load, l11, l21, l22 = pieces.given(at, offset)
-        # Squares of a bivariate Student-t are DOF (e^(2E/DOF) - 1) with E standard exponential; its direction is even.
+        # The square of a bivariate Student-t is DOF (e^(2E/DOF) - 1), E standard exponential; its direction is uniform.
         turn = (2 * np.pi * place).astype(np.float32)  # 24 bits of direction, at a tenth of the cost
         z1, z2 = np.cos(turn).astype(np.float64), np.sin(turn).astype(np.float64)
         length = np.sqrt(DOF * np.expm1(2 / DOF * energy) / (z1 * z1 + z2 * z2))
@@ -120,31 +120,31 @@ class ProfileProposal:
 
 @dataclass(frozen=True, eq=False)
 class _Pieces:
-    """What a `ProfileProposal` looks up for each point: all arrays (B, g + 1), by piece of w.
+    """Values that a `ProfileProposal` uses for each point: arrays (B, g + 1) by piece of w, if not stated otherwise.
 
-    Piece 0 is the lower tail, which hangs on the first knot; piece g the upper one; the others begin at their knot.
+    Piece 0 is the lower tail, which ends at the first knot; piece g is the upper tail; the others start at their knot.
     """
 
-    rows: IndexArray  # (B, 1): where a block begins in the flattened arrays
-    ends: FloatArray  # (B, g): cumulative mass up to the end of each piece but the last
+    rows: IndexArray  # (B, 1): start of a block in the flattened arrays
+    ends: FloatArray  # (B, g): cumulative mass up to the end of each piece except the last
     below: FloatArray  # mass of the pieces before
     knot: FloatArray
     start: FloatArray  # log density at the knot, and its slope
     slope: FloatArray
     inverse: FloatArray  # 1/density at the knot
     drop: FloatArray  # 1 in the lower tail, whose mass is counted from minus infinity
-    share: FloatArray  # 1/step; 0 in the tails, where location and load follow w no further
-    values: FloatArray  # (5, B, g + 1): centre and root of (θ_c, P) at the knot, and their rise to the next
+    share: FloatArray  # 1/step; 0 in the tails, where location and load do not depend on w
+    values: FloatArray  # (5, B, g + 1): centre and root of (θ_c, P) at the knot, and their change to the next
     rises: FloatArray
 
     @classmethod
     def of(cls, proposal: ProfileProposal) -> _Pieces:
-        """Integrate the marginal and normalise it."""
+        """Pieces of a proposal, with its marginal normalised."""
         n_blocks, g = proposal.log_marginal.shape
         step = proposal.step[:, None]
         height = proposal.log_marginal - proposal.log_marginal.max(axis=1, keepdims=True)
         density = np.exp(height)
-        # A level piece leans a little, so that no division by its slope fails: mean of e^y over it to 1e-9.
+        # A constant piece gets a small slope, to avoid division by zero; its mass is accurate to 1e-9.
         rise = np.diff(height, axis=1)
         rise = np.where(np.abs(rise) < 1e-8, 1e-8, rise)
         mass = np.concatenate(
@@ -172,7 +172,7 @@ class _Pieces:
         )
 
     def select(self, index: NDArray[Any]) -> _Pieces:
-        """Those of some blocks, by position or mask."""
+        """Pieces of some of the blocks, by index or mask."""
         by_block = {name: getattr(self, name)[index] for name in _BY_BLOCK}
         rows = self.rows[: len(by_block["ends"])]
         return _Pieces(rows=rows, values=self.values[:, index], rises=self.rises[:, index], **by_block)
@@ -187,12 +187,12 @@ _BY_BLOCK = ("ends", "below", "knot", "start", "slope", "inverse", "drop", "shar
 
 
 def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray) -> ProfileProposal:
-    """Tabulate the marginal of w and the rest given w for every touch.
+    """Proposal for every touch: marginal of w, and location and load given w.
 
     Parameters
     ----------
     posterior : FingerPosterior
-        With its reading table.
+        Posterior with its reading table.
     mode, hessian : (t, 3), (t, 3, 3) arrays
         From `find_modes`.
     """
@@ -201,7 +201,7 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     high = np.clip(mode[:, 0] + REACH * spread, low + 0.5 * spread, FURTHEST + 1.0)
     step = (high - low) / (KNOTS - 1)
     w = low[:, None] + step[:, None] * np.arange(KNOTS)
-    # Location and load follow w along the Laplace fit's regression; Newton steps at each knot mend what is left.
+    # Location and load start on the regression on w of the Laplace approximation; Newton steps at each knot follow.
     lean = np.linalg.solve(hessian[:, 1:, 1:], -hessian[:, 1:, :1])[..., 0]
     rest = (
         mode[:, None, 1:]
@@ -212,7 +212,7 @@ def profile_proposal(posterior: FingerPosterior, mode: FloatArray, hessian: Floa
     centre, value, curvature = conditional_modes(posterior, w, rest)
     root = root_of_inverse(curvature)
     marginal = value + np.log(root[..., 0]) + np.log(root[..., 2])
-    # A knot that reads as impossible still gets a little, so that nothing possible is left out.
+    # A knot with density zero gets a small density, so that the proposal covers everything possible.
     top = np.nanmax(np.where(np.isfinite(marginal), marginal, -np.inf), axis=1, keepdims=True)
     marginal = np.where(np.isfinite(marginal), np.maximum(marginal, top - 40.0), top - 40.0)
     return ProfileProposal(

@@ -1,4 +1,4 @@
-"""Reading touches of a calibrated finger: the posterior density of many touches at once."""
+"""Posterior density of touches on a calibrated finger, for many touches at once."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
@@ -20,7 +19,7 @@ from bayestouch.priors.parameters import Prior, Uniform
 
 
 class CalibratedFinger(Protocol):
-    """What reading a touch needs of a finger: the elastic chain or one with an identified E map."""
+    """Protocol of a finger for the inference of touches: the elastic chain, or one with an identified E map."""
 
     @property
     def outer_radius_mm(self) -> float:
@@ -42,20 +41,29 @@ class CalibratedFinger(Protocol):
         """Name of the contact model."""
         ...
 
+    @property
+    def finite_strain(self) -> float:
+        """Fraction of the finite strain in the readings; 0 where they are in proportion to the load."""
+        ...
+
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Readings (..., m) under touches of composite radius R (mm), location (rad) and load (N/m)."""
+        """Readings (..., m) for touches of composite radius R (mm), location (rad) and load (N/m)."""
+        ...
+
+    def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
+        """The part of them due to finite strain."""
         ...
 
 
 class TouchContext(Protocol):
-    """What effects make of the readings of touches that were made when they were made."""
+    """Protocol of the effects on the readings of given touches, which may depend on the times of the touches."""
 
     def select(self, index: IntArray) -> TouchContext:
         """Some of the touches."""
         ...
 
     def joined(self, parts: Sequence[TouchContext]) -> TouchContext:
-        """The touches of several contexts of the same effects, of which this is one."""
+        """The effects on the touches of several contexts together; this context is one of `parts`."""
         ...
 
     def without_loads(self) -> TouchContext:
@@ -65,11 +73,11 @@ class TouchContext(Protocol):
     def readings(
         self, signal: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, touch: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (n, m) from signals of the elastic finger under touches (mm, rad, N/m), all (n,)."""
+        """Readings (n, m) from signals (n, m) before the effects, for R (mm), θ_c (rad) and P (N/m), all (n,)."""
         ...
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Covariance (t, m, m) of the mean readings beyond each element's own noise."""
+        """Covariance (t, m, m) of the mean readings without each element's own noise."""
         ...
 
 
@@ -80,13 +88,13 @@ class TouchReadings:
     Attributes
     ----------
     readings : (t, m) array
-        Mean readings, rest reading subtracted; NaN missing.
+        Mean readings minus the rest reading; NaN missing.
     counts : (t, m) array
-        Raw readings behind each; 0 where missing.
+        Number of raw readings in each mean; 0 where missing.
     load, load_sd : (t,) arrays
-        Measured load and its standard error, N/m; NaN load where not measured or not to be used.
+        Measured load and its standard error, N/m; the load is NaN where not measured or not used.
     context : TouchContext, optional
-        What effects make of these touches.
+        Effects on these touches.
     """
 
     readings: FloatArray
@@ -117,12 +125,12 @@ class IndenterPriors:
     Attributes
     ----------
     radius : Prior
-        Composite radius R in mm, between 0 (edge) and ``r_b`` (flat): a density, or a `RadiusOfTips`. That nothing
-        blunter than a flat touches the finger is itself a prior: concave indenters are left out.
+        Prior of R in mm, between 0 (edge) and ``r_b`` (flat): a density, or a `RadiusOfTips`. Concave indenters are
+        excluded.
     location : Uniform
-        θ_c in rad.
+        Prior of θ_c in rad.
     load : Prior
-        P in N/m where it is not measured; where it is, the measurement multiplies it.
+        Prior of P in N/m; the likelihood of a measured load multiplies it.
     """
 
     radius: Prior
@@ -131,9 +139,9 @@ class IndenterPriors:
 
     @classmethod
     def of(cls, chain: CalibratedFinger, typical_load: float, indenter: IndenterPrior | None = None) -> IndenterPriors:
-        """The indenter's prior (uniform in R up to the flat by default), uniform in θ_c and in P.
+        """Prior of the indenter (default: uniform in R from edge to flat), uniform priors of θ_c and P.
 
-        θ_c over the elements and 20° beyond, P up to three typical loads.
+        θ_c is within 20° of the elements, P at most three typical loads.
         """
         margin = np.radians(20)
         return cls(
@@ -145,24 +153,24 @@ class IndenterPriors:
 
 @dataclass(frozen=True, eq=False)
 class FingerPosterior:
-    """Log posterior density of touches in the coordinates ``(w, θ_c, P)``; w is that of `IndenterCoordinate`.
+    """Log posterior density of touches in the coordinates ``(w, θ_c, P)``; for w see `IndenterCoordinate`.
 
-    By default ``R = r_b/(1 + e^-w)``, which keeps R between edge and flat; the Jacobian is in the density. `whitener`
-    turns residuals into independent standard ones: it holds sensor noise and, unless plugged in, what the calibration
-    leaves uncertain.
+    By default ``R = r_b/(1 + e^-w)``, which keeps R between edge and flat; the density includes the Jacobian.
+    `whitener` transforms residuals to independent standard normal ones. It includes the noise and, unless the
+    calibration counts as exact, the uncertainty of the calibration.
 
     Attributes
     ----------
-    chain : FingerChain
+    chain : CalibratedFinger
         Calibrated finger.
     touches : TouchReadings
-        What was read.
+        Readings of the touches.
     priors : IndenterPriors
         Priors of the touches.
     whitener : (t, m, m) or (t, m) array
         ``Σ^(-1/2)`` of each touch, or its diagonal; rows of missing readings are zero.
     table : ReadingTable, optional
-        Readings by lookup, for many evaluations; without it the chain is evaluated.
+        Table of readings, for many evaluations; without it the chain is evaluated.
     """
 
     chain: CalibratedFinger
@@ -173,7 +181,7 @@ class FingerPosterior:
 
     @cached_property
     def indenter(self) -> IndenterCoordinate:
-        """What w means."""
+        """Conversion between w and the indenter."""
         return IndenterCoordinate(self.priors.radius, self.chain.outer_radius_mm)
 
     def radius(self, w: FloatArray) -> FloatArray:
@@ -183,36 +191,44 @@ class FingerPosterior:
     def residual(self, x: FloatArray, blocks: IntArray) -> NDArray[np.floating]:
         """Whitened prediction minus reading (B, W, m) at coordinates x (B, W, 3) of the touches `blocks` (B,).
 
-        By table in float32, which is good to 1e-4 of a squared residual; by the chain in float64 without a table.
+        With a table it is float32, with an error of 1e-4 in a squared residual; without a table it is float64.
         """
-        # Coordinates are read one at a time: they may lie together in memory.
+        # Each coordinate contiguous in memory, since they are used one at a time.
         angle, load = np.ascontiguousarray(x[..., 1]), np.ascontiguousarray(x[..., 2])
         radius = self.radius(np.ascontiguousarray(x[..., 0]))
         readings, whitener = np.nan_to_num(self.touches.readings[blocks])[:, None], self.whitener[blocks]
-        difference: NDArray[np.floating]
+        difference = self.predicted(radius, angle, load, blocks)
         if self.table is None:
-            difference = (
-                self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks) - readings
-            )
+            difference = difference - readings
         else:
-            kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
-            rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
-            rows *= load.astype(np.float32).reshape(-1, 1)
-            rows = rows.reshape(*load.shape, -1)
-            if isinstance(self.chain, FingerChain) and self.chain.finite_strain:
-                rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
-            rows = self.effects_chain(rows, radius, angle, load, blocks)
-            rows -= readings.astype(np.float32)
-            difference, whitener = rows, whitener.astype(np.float32)
+            difference -= readings.astype(np.float32)
+            whitener = whitener.astype(np.float32)
         if whitener.ndim == 2:
             difference *= whitener[:, None]
             return difference
         return np.asarray(difference @ whitener.swapaxes(-1, -2))
 
+    def predicted(
+        self, radius: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
+    ) -> NDArray[np.floating]:
+        """Predicted readings (B, W, m) for R (mm), θ_c (rad) and P (N/m), (B, W) each, of the touches `blocks` (B,).
+
+        With a table they are float32, without a table float64.
+        """
+        if self.table is None:
+            return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)
+        kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
+        rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
+        rows *= load.astype(np.float32).reshape(-1, 1)
+        rows = rows.reshape(*load.shape, -1)
+        if self.chain.finite_strain:
+            rows += self.chain.beyond_linear(radius, angle, load).astype(np.float32)
+        return self.effects_chain(rows, radius, angle, load, blocks)
+
     def effects_chain(
         self, rows: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
     ) -> NDArray[np.floating]:
-        """Signals (B, W, m) after the effects of the touches `blocks` (B,), which have these coordinates (B, W)."""
+        """Readings (B, W, m) after the effects on the touches `blocks` (B,), from signals and coordinates (B, W)."""
         context = self.touches.context
         if context is None:
             return rows
@@ -221,7 +237,7 @@ class FingerPosterior:
         return flat.reshape(rows.shape)
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Log prior density with the transform's Jacobian, force reading included; (B, W)."""
+        """Log prior density with the Jacobian, and with the likelihood of the force reading; (B, W)."""
         load = self.touches.load[blocks][:, None]
         with np.errstate(invalid="ignore"):
             miss = np.where(np.isnan(load), 0.0, (x[..., 2] - load) / self.touches.load_sd[blocks][:, None])
@@ -243,18 +259,18 @@ def _sum_of_squares(rows: NDArray[np.floating]) -> FloatArray:
 
 
 def noise_whitener(noise: Noise, touches: TouchReadings) -> FloatArray:
-    """Diagonal whitener (t, m) from sensor noise alone."""
+    """Diagonal whitener (t, m) for sensor noise only."""
     sd = noise.mean_sd(touches.counts, np.zeros(touches.counts.shape))
     return np.where(np.isfinite(sd) & ~np.isnan(touches.readings), 1 / sd, 0.0)
 
 
 def full_whitener(noise: Noise, touches: TouchReadings, calibration_covariance: FloatArray) -> FloatArray:
-    """Whitener (t, m, m) from sensor noise and the calibration's covariance of the readings (t, m, m).
+    """Whitener (t, m, m) for sensor noise and the covariance of the readings due to the calibration (t, m, m).
 
-    Missing readings get a row of zeros, and do not disturb the others.
+    Rows of missing readings are zero; they do not affect the others.
     """
     diagonal = noise_whitener(noise, touches)
-    # Σ = D^(-1) (I + D C D) D^(-1) with D the diagonal whitener: a missing reading has D = 0 and drops out.
+    # Σ = D^(-1) (I + D C D) D^(-1) with the diagonal whitener D: D = 0 removes a missing reading.
     inner = diagonal[:, :, None] * calibration_covariance * diagonal[:, None, :]
     root = np.linalg.cholesky(inner + np.eye(inner.shape[-1]))
     return np.linalg.solve(root, np.eye(inner.shape[-1])[None] * diagonal[:, None, :])

@@ -1,7 +1,7 @@
-"""Readings of all elements over (contact width, contact location), tabulated for quick lookup.
+"""Table of the readings of all elements over contact width and contact location.
 
-The elements of one sensor lie still: for a load of 1 N/m their readings are a function of κ = P R/μ and of the contact
-location θ_c alone. A row of the table holds all of them side by side, so that one lookup serves a whole touch.
+For a calibrated sensor, readings per N/m depend only on κ = P R/μ and on the contact location θ_c. A row of the table
+has the readings of all elements, so that one lookup gives a whole touch.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 
-# Angles around the circle. A peak is some 4° wide; linear interpolation at 0.09° is off by less than 1e-4 of it.
+# Number of angles per turn. A peak is about 4° wide; the error of linear interpolation over 0.09° is below 1e-4 of it.
 ANGLES = 4096
 
 
 @dataclass(frozen=True, eq=False)
 class ReadingTable:
-    """Readings per N/m on a grid of ``log(1 + κ/κ_s)`` and θ_c, bilinear in between.
+    """Readings per N/m on a grid of ``log(1 + κ/κ_s)`` and θ_c, with bilinear interpolation.
 
     Attributes
     ----------
@@ -31,7 +31,7 @@ class ReadingTable:
     shape : (int, int)
         Number of knots in κ and in θ_c.
     rows : (n_kappa * n_angles, m) float32 array
-        Readings per N/m; seven digits, where the noise is at best in the fourth.
+        Readings per N/m; seven digits are enough, since the noise is in the fourth or larger.
     """
 
     kappa_scale: float
@@ -44,14 +44,14 @@ class ReadingTable:
 
     @classmethod
     def of(cls, chain: FingerChain, low: float, high: float) -> ReadingTable:
-        """Tabulate a calibrated finger for θ_c from `low` to `high`, rad."""
+        """Table of a calibrated finger for θ_c from `low` to `high`, rad."""
         spectra = chain.spectra
         modes = spectra.body.modes
         step = 2 * np.pi / ANGLES
         first = int(np.floor(low / step)) - 1
         last = int(np.ceil(high / step)) + 1
         columns = np.arange(first, last + 1) % ANGLES
-        # Around the contact location, an element's angle from the touch runs backwards: hence the conjugate.
+        # The angle from touch to element decreases with the contact location: therefore the conjugate.
         strain = chain.mode_strain.conj()
         peak = strain[:, 0].real + 2 * strain[:, 1:].real.sum(axis=1)
         rows = np.empty((len(spectra.coordinates), len(columns), chain.n_elements), dtype=np.float32)
@@ -71,7 +71,7 @@ class ReadingTable:
         )
 
     def __call__(self, kappa: FloatArray, angle: FloatArray) -> NDArray[np.float32]:
-        """Readings per N/m, (n, m), for κ (mm²) and θ_c (rad), both (n,); beyond the table its edge is used."""
+        """Readings per N/m, (n, m), for κ (mm²) and θ_c (rad), both (n,); beyond the table its limits are used."""
         n_kappa, n_angles = self.shape
         across = (np.log1p(kappa / self.kappa_scale) - self.kappa_first) / self.kappa_step
         along = (angle - self.angle_first) / self.angle_step

@@ -1,4 +1,4 @@
-"""Rows of a touch table as touches on a finger that are to be read."""
+"""Mean readings of touches on a finger, from the rows of a touch table."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from bayestouch.finger.reading.reader import TouchReadings
 
 @dataclass(frozen=True, eq=False)
 class FingerTouches:
-    """A block of touches: averaged, and the same as the posterior wants them."""
+    """A block of touches: `means` has the averages, `readings` the same in the form used by `FingerPosterior`."""
 
     means: TouchMeans
     readings: TouchReadings
 
     @property
     def n_touches(self) -> int:
-        """How many touches."""
+        """Number of touches."""
         return self.means.n_touches
 
     def select(self, index: IntArray) -> FingerTouches:
@@ -43,7 +43,7 @@ class FingerTouches:
 
 
 def readings_of(means: TouchMeans, force_sd: float, use_load: bool) -> TouchReadings:
-    """What is read of touches, with or without the force sensor, which has this noise (N/m)."""
+    """Readings of touches, with or without the load; `force_sd` is the noise of the force sensor (N/m)."""
     counts = np.where(np.isnan(means.readings), 0, means.counts)
     load = means.load if use_load else np.full(means.n_touches, np.nan)
     reads = np.maximum(counts.max(axis=1), 1)
@@ -51,14 +51,14 @@ def readings_of(means: TouchMeans, force_sd: float, use_load: bool) -> TouchRead
 
 
 def rows_as_touches(touches: Touches) -> TouchMeans:
-    """Every row in contact as a touch of its own, under the touch's number."""
+    """Each row in contact as a separate touch, with the number of its touch."""
     contact = touches.select(touches.in_contact)
     means = contact.with_(touch=np.arange(contact.n_rows), sample=np.zeros(contact.n_rows, dtype=np.int64)).averaged()
     return replace(means, touch=contact.touch)
 
 
 def _joined(parts: Sequence[TouchReadings]) -> TouchReadings:
-    """Readings of several blocks one after the other."""
+    """Readings of several blocks, concatenated."""
     names = ("readings", "counts", "load", "load_sd")
     columns: dict[str, Any] = {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
     return replace(parts[0], **columns)

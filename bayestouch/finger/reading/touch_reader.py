@@ -1,4 +1,4 @@
-"""Touches on a finger: how rows become touches, and what is read of them."""
+"""`FingerTouchReader`: inference of touches on a finger from the rows of a touch table."""
 
 from __future__ import annotations
 
@@ -17,9 +17,10 @@ from bayestouch.data.touches import Touches
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.reading.covariance import CalibrationCovariance
-from bayestouch.finger.reading.draws import DRAWN, TIPS, FingerSampler
+from bayestouch.finger.reading.draws import DRAWN, TIPS, WHITENER, FingerSampler
+from bayestouch.finger.reading.likelihood import FingerTouchModel
 from bayestouch.finger.reading.misfit import FingerMisfit
-from bayestouch.finger.reading.reader import CalibratedFinger, IndenterPriors, TouchReadings
+from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
 from bayestouch.finger.reading.touches_with_effects import observe, prepare
@@ -41,7 +42,7 @@ ReadingCovariance = Callable[[FloatArray, FloatArray, FloatArray], FloatArray]
 
 @dataclass(frozen=True, eq=False)
 class AveragedTouches:
-    """Touches averaged over their samples; on their clock where there are effects, and what was assumed of it."""
+    """Means of touches; with effects also the observations with times, and a note on the assumed times."""
 
     means: TouchMeans
     observed: Observations | None = None
@@ -50,24 +51,24 @@ class AveragedTouches:
 
 @dataclass(frozen=True, eq=False)
 class FingerTouchReader:
-    """A calibrated finger that reads touches. A `bayestouch.reading.touch_reader.TouchReader`.
+    """A calibrated finger that infers touches. A `bayestouch.reading.touch_reader.TouchReader`.
 
     Attributes
     ----------
     options : Options
-        Of the inference.
+        Options of the inference.
     sampler : FingerSampler
         Draws touches.
     covariance : callable
-        What the calibration leaves uncertain of readings, whether the sampler takes it as exact or not.
+        Covariance of readings due to the calibration, even if the sampler treats the calibration as exact.
     typical_load : float
-        Of the calibration, N/m.
+        Typical load of the calibration, N/m.
     noise : Noise
-        Of the calibration; that of the sampler is wider where the check found readings that miss the model.
+        Noise of the calibration; that of the sampler is larger if the check found a misfit of the model.
     effects_chain : ChainWithEffects or None
         Effects of the calibration.
     check : SensorCheck or None
-        What was found in the check of the sensor, where that is to be left out.
+        Faults that are left out, from the check of the sensor.
     """
 
     options: Options
@@ -84,34 +85,36 @@ class FingerTouchReader:
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, options: Options) -> FingerTouchReader:
-        """Reader from a calibration, as made or as loaded from a file."""
+        """Reader from a calibration of a finger."""
         typical = float(calibration.settings["typical_load"])
         effects_chain = ChainWithEffects.of(calibration) if calibration.has_effects else None
         chain, table, covariance = _model(calibration, typical, effects_chain)
         priors = IndenterPriors.of(chain, typical, options.indenter)
         noise = calibration.noise
-        sampler = FingerSampler(chain, priors, table, noise, None if options.plug_in else covariance)
+        sampler = FingerSampler(
+            chain, priors, table, noise, None if options.plug_in else covariance, bool(options.groups)
+        )
         return cls(options, sampler, covariance, typical, noise, effects_chain)
 
     @property
     def needs_whole_table(self) -> bool:
-        """Yes where drifts are estimated, where touches before have an effect, or where loads are corrected."""
+        """True if drifts are estimated, an effect depends on earlier touches, or loads are corrected."""
         return self._with_time or (self.effects_chain is not None and changes_load(self.effects_chain))
 
     @property
     def drifts_are_estimated(self) -> bool:
-        """Yes where the calibration has drifts: of zeros, or of gains."""
+        """True if the calibration has drifts of zeros or gains."""
         return self.effects_chain is not None and bool(self.effects_chain.listed.drifts)
 
     @property
     def _with_time(self) -> bool:
-        """Whether effects depend on when a touch was made."""
+        """Whether effects depend on time."""
         chain = self.effects_chain
         return chain is not None and (self.drifts_are_estimated or any(e.needs_samples for e in chain.model.effects))
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Unknowns of a touch: R, θ_c and P."""
+        """Unknowns of a touch: R (mm), θ_c (degree) and P (N/m)."""
         priors = self.sampler.priors
         low, high = np.degrees(priors.location.support)
         return (
@@ -131,14 +134,14 @@ class FingerTouchReader:
         }
 
     def average(self, piece: Touches) -> AveragedTouches:
-        """Touches of a piece of the table, the rest reading subtracted; of each sample one, if that is wanted."""
+        """Means of the touches in a piece of the table, minus the rest reading; one per sample if `each_sample`."""
         if self.effects_chain is None:
             return AveragedTouches(rows_as_touches(piece) if self.options.each_sample else piece.averaged())
         observed, note = observe(piece, self.effects_chain, self.noise, self.options.each_sample)
         return AveragedTouches(observed.means, observed, note if self._with_time else "")
 
     def ready(self, touches: AveragedTouches) -> FingerTouches:
-        """A block, with the effects of each touch's own time, drifts estimated from all of it, and true loads."""
+        """The touches with the effects at their times, drifts estimated from all touches, and true loads."""
         means, use_load = touches.means, self.options.use_load
         if self.check is not None:
             means = self.check.corrected(means)
@@ -149,7 +152,7 @@ class FingerTouchReader:
         return FingerTouches(means, unknown)
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:
-        """Fits of the touches for the check of the sensor, whatever indenters may have made them."""
+        """Fits of the touches for the check of the sensor, with the uniform prior of R."""
         sampler, readings = self.sampler, block.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)
@@ -158,18 +161,18 @@ class FingerTouchReader:
         )
 
     def without(self, check: SensorCheck) -> FingerTouchReader:
-        """The reader that goes on without faulty columns."""
+        """The reader without the faulty columns of a check."""
         noise = widened(self.sampler.noise, check.excess)
         return replace(self, check=check, sampler=replace(self.sampler, noise=noise))
 
     def unknown(self, block: FingerTouches) -> TouchReadings:
-        """What was read, without reference locations and radii."""
+        """Readings without reference locations and radii."""
         return block.readings
 
     def estimates(self, block: FingerTouches, drawn: Drawn) -> Estimates:
-        """Draws of r_c, R, θ_c and P; readings are predicted at their means."""
+        """Draws of r_c, R, θ_c and P, and readings predicted at their means."""
         means, radius = block.means, self.sampler.priors.radius
-        log_probability = drawn.pop(TIPS, None)
+        log_probability, whitener = drawn.pop(TIPS, None), drawn.pop(WHITENER, None)
         posterior = {name: drawn[name] for name in DRAWN}
         reference = self._reference(means)
         predicted = self._predicted(block.readings, posterior)
@@ -187,10 +190,16 @@ class FingerTouchReader:
         if log_probability is not None and isinstance(radius, RadiusOfTips):
             tips = TipProbabilities.of(radius, log_probability)
         stats = {name: values for name, values in drawn.items() if name not in posterior}
-        return Estimates(posterior, stats, reference, rows, tips)
+        model = None
+        if whitener is not None:
+            sampler = self.sampler
+            whiteners = np.ascontiguousarray(np.moveaxis(whitener, -1, 0))
+            density = FingerPosterior(sampler.chain, block.readings, sampler.priors, whiteners, sampler.table)
+            model = FingerTouchModel(density, self.parameters, means.load)
+        return Estimates(posterior, stats, reference, rows, tips, model)
 
     def notes(self, found: Survey, whole: AveragedTouches | None) -> tuple[str, ...]:
-        """How many touches are read without a load although loads are used, and what was assumed of the clock."""
+        """Notes on touches without a measured load (if loads are used), and on the assumed times."""
         missing = found.rows_without_load if self.options.each_sample else found.touches_without_load
         notes = []
         if self.options.use_load and missing:
@@ -217,13 +226,14 @@ class FingerTouchReader:
 def _model(
     calibration: Calibration, typical: float, effects_chain: ChainWithEffects | None
 ) -> tuple[CalibratedFinger, ReadingTable, ReadingCovariance]:
-    """Calibrated finger, its reading table, and what its calibration leaves uncertain."""
+    """Calibrated finger, its reading table, and the covariance of readings due to its calibration."""
     elastic = finger_chain(calibration) if effects_chain is None else effects_chain.model.chain(effects_chain.vector)
     ends = IndenterPriors.of(elastic, typical).location.support
     if calibration.has_identified_map:
         from bayestouch.finger.empirical.map import EmpiricalCalibration
         from bayestouch.finger.empirical.reading import reading_table
 
-        empirical = EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
+        identified = None if effects_chain is None else effects_chain.identified
+        empirical = identified or EmpiricalCalibration.from_arrays(calibration.extra, elastic, calibration.noise)
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)

@@ -1,4 +1,4 @@
-"""A file of touches made ready to be read by a finger with effects."""
+"""Preparation of touches for a finger with effects: times, drifts, true loads."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.outliers import without_wrong
 from bayestouch.model.timing import Timing
 
-# Rounds of reading the touches and finding the drifts; the third changes nothing that matters.
+# Number of rounds of fits of the touches and estimates of the drifts; the third changes the result negligibly.
 ROUNDS = 3
-# Central differences in logit, rad and share of the load.
+# Steps of central differences in w, rad and share of the load.
 STEPS = np.array([3e-2, 3e-3, 3e-3])
 
 
 def observe(
     corrected: Touches, effects_chain: ChainWithEffects, noise: Noise, each_sample: bool
 ) -> tuple[Observations, str]:
-    """Touches of a table on their clock, without readings that are wrong; and what was assumed of the clock."""
+    """Touches of a table with times, without readings that are probably wrong, and a note on the assumed times."""
     timing = Timing.of(corrected)
     table = corrected
     for effect in effects_chain.listed.of_noise:
@@ -49,7 +49,7 @@ def observe(
     span = (float(timing.time_s.min()), float(timing.time_s.max()))
     observed = Observations.of(table, timing.time_s, timing.held_s, timing.unit, history, span)
     if each_sample:
-        # one touch a row; each goes by the number that its touch has in the table
+        # One touch per row, with the number of its touch in the table.
         observed = replace(observed, means=replace(observed.means, touch=corrected.touch[observed.means.touch]))
     return observed, timing.note
 
@@ -62,7 +62,7 @@ def prepare(
     *,
     plug_in: bool,
 ) -> TouchReadings:
-    """Readings with the effects of each touch's own time, with drifts found and loads set right."""
+    """Readings with the effects at the time of each touch, with estimated drifts and corrected loads."""
     noise = sampler.noise
     scale, shift = timed_scale_and_shift(effects_chain, observed, effects_chain.vector)
     t, m = scale.shape
@@ -115,7 +115,7 @@ def _predicted(posterior: FingerPosterior, mode: FloatArray, context: EffectCont
 
 
 def _columns(effects_chain: ChainWithEffects, observed: Observations, signal: FloatArray) -> FloatArray:
-    """What each weight of the drifts adds to the readings of each touch, (t, m, k)."""
+    """Change of the readings of each touch per unit of each weight of the drifts, (t, m, k)."""
     model = effects_chain.model
     recording = Recording(
         indenter_radius_mm=np.full(len(signal), np.nan),
@@ -137,7 +137,7 @@ def _columns(effects_chain: ChainWithEffects, observed: Observations, signal: Fl
 
 
 def _evidence(posterior: FingerPosterior, mode: FloatArray, noise: Noise) -> TouchEvidence:
-    """What each touch says of an addition to its readings."""
+    """Information of each touch on an addition to its readings."""
     readings, context = posterior.touches, posterior.touches.context
     assert isinstance(context, EffectContext)
     steps = STEPS * np.stack([np.ones(len(mode)), np.ones(len(mode)), np.maximum(mode[:, 2], 1e-3)], axis=-1)

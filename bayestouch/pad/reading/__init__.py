@@ -1,1 +1,1 @@
-"""Reading touches on a pad."""
+"""Inference of touches on a pad."""

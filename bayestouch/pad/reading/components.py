@@ -1,9 +1,9 @@
-"""Posteriors of touches on a pad as sums of normal distributions, by a lattice of locations.
+"""Posteriors of touches on a pad as sums of normal distributions, from a lattice of locations.
 
-A uniform prior of location is a sum of normal ones of width τ on a lattice of step τ/0.6, to 0.2 %. About each node
-the pad is linear in location and load, so that the node's part of the posterior is normal with a closed-form weight:
-a lattice that is fine for the pad's map serves touches whose posterior is far narrower than a step, or covers half
-the pad, or has several modes. What is left of non-linearity is for the sampler, to which this is the proposal.
+A uniform prior of the location equals a sum of normal priors of width τ on a lattice of step τ/0.6, to 0.2 %. Near
+each node the pad is linear in location and load, so that the part of the posterior from this node is normal with a
+closed-form weight. This also holds for posteriors that are far narrower than a step, cover half the pad, or have
+several modes. The sum is the proposal of the sampler, which corrects for the remaining nonlinearity.
 
 Source: D. L. Alspach and H. W. Sorenson, IEEE Trans. Automatic Control 17 (1972) 439 (Gaussian sums).
 """
@@ -19,19 +19,19 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 
-# Nodes this far below the best in log weight are dropped: at first, when weights are rough, and in the end.
+# Nodes so far below the best in log weight are left out: in the search, where weights are approximate, and at the end.
 _FIRST_DEPTH, _DEPTH = 20.0, 12.0
 
-# Touches looked at together: 64 x 20,000 nodes are 10 MB an array.
+# Touches searched together: 64 x 20,000 nodes are 10 MB per array.
 _TOUCHES = 64
 
-# Touches of which the loads differ by less share the variance of readings, while the lattice is searched.
+# Touches whose loads differ by less (relative) use the same variance of readings in the search.
 _LOAD_BIN = 0.1
 
-# Nodes looked at closely for one touch; more are thinned, for such a touch is hardly located at all.
+# Largest number of nodes refined for one touch; with more, the location is hardly determined, and nodes are thinned.
 _MOST_PAIRS = 1000
 
-# Pairs of touch and node refined at once: 8 elements and 3 coordinates make 20 MB.
+# Pairs of touch and node refined together: 20 MB with 8 elements and 3 coordinates.
 _PAIRS = 1 << 15
 
 _ITERATIONS = 2
@@ -39,19 +39,20 @@ _ITERATIONS = 2
 
 @dataclass(frozen=True, eq=False)
 class Components:
-    """Normal distributions whose weighted sum is a touch's posterior; n components of all touches in one list.
+    """Normal distributions whose weighted sum is the posterior of a touch; n components, for all touches.
 
     Attributes
     ----------
     touch : (n,) int array
         Index of the touch, ascending.
     place : (n, D) int array
-        Coordinates on the lattice, or on one that is coarser by a whole number, the same for all of a touch.
+        Coordinates on the lattice, or on a lattice that is coarser by an integer, the same for all of a touch.
     log_weight : (n,) array
-        Up to a constant a touch.
+        Logarithm of the weight, up to a constant for each touch.
     mean : (n, D + 1) array
-        Location (mm) and load.
+        Mean location (mm) and load.
     covariance : (n, D + 1, D + 1) array
+        Covariance of location and load.
     """
 
     touch: IntArray
@@ -87,18 +88,18 @@ def components_of(reader: PadReader, touches: PadTouches, lattice: Lattice) -> C
 
 
 def _thinned(touch: IntArray, node: IntArray, lattice: Lattice, n_touches: int) -> tuple[IntArray, IntArray, IntArray]:
-    """Pairs of a bounded number for each touch, and the stride of the coarser lattice that they are on."""
+    """At most `_MOST_PAIRS` nodes for each touch (touch, node), and the stride of their coarser lattice."""
     count = np.bincount(touch, minlength=n_touches)
     stride = np.ones(n_touches, dtype=np.int64)
     while (many := count / stride ** lattice.place.shape[1] > _MOST_PAIRS).any():
         stride[many] *= 2
     kept = (lattice.place[node] % stride[touch, None] == 0).all(axis=1)
-    # A handful of nodes may all be dropped by chance, but not of the hundreds that are thinned.
+    # The coarser lattice could miss all of a few nodes, but not all of the hundreds that are thinned.
     return touch[kept], node[kept], stride[touch[kept]]
 
 
 def _with_same_elements(touches: PadTouches) -> list[IntArray]:
-    """Touches with the same counts and about the same load, in groups of bounded size."""
+    """Indices of touches with the same counts and about the same load, in groups of at most `_TOUCHES`."""
     bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN).astype(np.int64)
     _, group = np.unique(np.column_stack([touches.counts, bins]), axis=0, return_inverse=True)
     order = np.argsort(np.asarray(group).ravel(), kind="stable")
@@ -113,9 +114,9 @@ def _search(
     tables: tuple[FloatArray, FloatArray],
     index: IntArray,
 ) -> tuple[IntArray, IntArray]:
-    """Touches and nodes, in pairs, with a weight worth a closer look; for touches that share their noise.
+    """Pairs (touch, node) with a weight that is not negligible, for touches with the same noise.
 
-    The pad is taken as linear about each node, with the noise of the prior load, so that everything is a product of
+    The pad is linear near each node, and the noise is that of the prior load, so that all weights are products of
     matrices (touches by elements, elements by nodes).
     """
     part = touches.select(index)
@@ -159,7 +160,7 @@ def _refine(
     node: IntArray,
     stride: IntArray,
 ) -> Components:
-    """Mode, covariance and weight of each pair's part of the posterior, by Gauss-Newton steps on the map itself."""
+    """Components of the posterior for pairs (touch, node), by Gauss-Newton steps with the nonlinear map."""
     here, counts = touches.present[touch], touches.counts[touch]
     reading = np.where(here, touches.readings[touch] - reader.map.offset, 0.0)
     centre = np.column_stack([lattice.location[node], touches.load[touch]])

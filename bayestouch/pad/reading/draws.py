@@ -1,4 +1,4 @@
-"""Touches on a calibrated pad as the sampler wants them: their density, a proposal, and what is kept of draws."""
+"""Touches on a calibrated pad for the sampler: posterior density, proposal, and results of the draws."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.touch_reader import Drawn
 
-# Touches of which one process holds the parts of the posteriors in memory: at most 1,000 parts of 150 B each.
+# Touches whose components are in memory at the same time: at most 1,000 components of 150 B each.
 _WINDOW = 256
 
-# Touches drawn together, of about the same number of parts.
+# Touches drawn together; they have about the same number of parts.
 _TOGETHER = 128
 
-# Draws of each touch that the level of its reference is found from, and that its readings are predicted with.
+# Draws of each touch used for the level of its reference and for the prediction of its readings.
 _THINNED = 200
 
-# Variance of readings by uncertain effects, over that of their noise, summed over the elements: less of it makes no
-# standard deviation larger by a thousandth.
+# Variance of readings by uncertain effects, over that of their noise, summed over the elements: below it no standard
+# deviation is larger by a thousandth.
 _NEGLIGIBLE = 2e-3
 
-#: What a posterior says of places, (t,); readings as they are predicted, and their standard deviations, (m, t).
+#: Results about the location, (t,); predicted readings and their standard deviations, (m, t), are in `PREDICTED`.
 PLACES = ("modes", "reference_level")
 PREDICTED = ("predicted", "predicted_sd")
 
@@ -41,17 +41,17 @@ class PadGroup:
     Attributes
     ----------
     rows : (t,) int array
-        Their places in the block.
+        Rows of the touches in the block.
     reader : PadReader
-        What the calibration says of readings.
+        The calibrated pad.
     known : PadTouches
-        The touches.
+        Readings and prior loads of the touches.
     location : (t, D) array
-        Reference locations, mm; NaN unknown. They decide ``reference_level`` alone.
+        Reference locations, mm; NaN unknown. Only ``reference_level`` depends on them.
     proposal : ManyParts
-        Of the sampler.
+        Proposal of the sampler.
     modes : (t,) int array
-        Separate places that each posterior names.
+        Number of separate locations in each posterior.
     """
 
     rows: IndexArray
@@ -62,11 +62,11 @@ class PadGroup:
     modes: IndexArray
 
     def log_density(self, x: FloatArray, touch: IndexArray) -> FloatArray:
-        """Log posterior density (B, n) of points (B, n, D + 1), load last, of the touches at the places `touch`."""
+        """Log posterior density (B, n) of points (B, n, D + 1), load last, for the touches with indices `touch`."""
         return self.reader.log_density(self.known, x, touch)
 
     def results(self, draws: FloatArray) -> Drawn:
-        """Location (mm) and load as it acts of draws (chain, draw, t, D + 1), `PLACES` and `PREDICTED`."""
+        """Location (mm) and acting load of draws (chain, draw, t, D + 1), `PLACES` and `PREDICTED`, by name."""
         names = coordinates(self.reader)
         thinned = _thinned(draws)
         predicted, sd = _predicted(self.reader, self.known, thinned)
@@ -81,39 +81,39 @@ class PadGroup:
 
 @dataclass(frozen=True, eq=False)
 class PadSampler:
-    """A calibrated pad that touches are drawn with. A `bayestouch.reading.touch_reader.TouchSampler`.
+    """A calibrated pad that draws touches. A `bayestouch.reading.touch_reader.TouchSampler`.
 
     Attributes
     ----------
     reader : PadReader
-        What the calibration says of readings.
+        The calibrated pad.
     lattice : Lattice
-        Places that are tried for every touch.
+        Locations that are tried for every touch.
     """
 
     reader: PadReader
     lattice: Lattice
 
-    # A proposal of many parts takes long to make, so that a poor touch is drawn again from the one it has.
+    # The proposal is expensive: a touch with poor draws is drawn again with the same proposal.
     redraws_together = False
 
     @classmethod
     def of(cls, reader: PadReader) -> PadSampler:
-        """With the lattice that the pad's map asks for."""
+        """Sampler with the lattice for the map of the pad."""
         return cls(reader, lattice_for(reader))
 
     def pieces(self, rows: IndexArray, again: bool) -> list[IndexArray]:
-        """Rows in windows."""
+        """Rows in pieces of `_WINDOW` touches."""
         return [rows[start : start + _WINDOW] for start in range(0, len(rows), _WINDOW)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
-        """Of coordinates and load, `PLACES` and `PREDICTED`."""
+        """Shapes of the results without the axis of touches: coordinates, load, `PLACES` and `PREDICTED`."""
         m = self.reader.map.n_elements
         drawn = dict.fromkeys(coordinates(self.reader), (chains, draws))
         return {**drawn, **dict.fromkeys(PLACES, ()), **dict.fromkeys(PREDICTED, (m,))}
 
     def groups(self, touches: TouchMeans, rows: IndexArray) -> Iterator[PadGroup]:
-        """Some of the touches, in groups of those whose proposals have about as many parts."""
+        """The touches in `rows`, in groups whose proposals have about the same number of parts."""
         window = touches.select(rows)
         known = self.reader.touches(window)
         components = components_of(self.reader, known, self.lattice)
@@ -141,7 +141,7 @@ def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> 
 
 
 def coordinates(reader: PadReader) -> tuple[str, ...]:
-    """Names of what is drawn of a touch: its location and its load."""
+    """Names of the unknowns of a touch: coordinates of the location, and the load."""
     return (*COORDINATES[: reader.map.dimensions], "P")
 
 
@@ -152,7 +152,7 @@ def _thinned(draws: FloatArray) -> FloatArray:
 
 
 def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> FloatArray:
-    """Share of draws at which the location's density is higher than at the reference (t, D), shape (t,)."""
+    """Share of draws where the density of the location is higher than at the reference (t, D), shape (t,)."""
     location = parts.without_last()
     with np.errstate(invalid="ignore"):
         known = location.log_density(reference[:, None])
@@ -161,7 +161,7 @@ def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> Float
 
 
 def _predicted(reader: PadReader, known: PadTouches, draws: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Posterior mean of the readings, (t, m), and the standard deviation of a reading about it."""
+    """Posterior mean of the readings, (t, m), and the standard deviation of a reading about it, (t, m)."""
     signal, variance = reader.predict(draws[..., :-1], draws[..., -1], known.counts[:, None])
     spread = np.sqrt(variance.mean(axis=1) + signal.var(axis=1))
     return reader.map.offset + signal.mean(axis=1), np.where(known.counts > 0, spread, np.inf)

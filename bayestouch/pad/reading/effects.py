@@ -1,4 +1,4 @@
-"""Loads of touches that a calibration with effects has read: from loads as they act to true loads."""
+"""True loads of touches read with effects, from acting loads (see `bayestouch.pad.corrected`)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bayestouch.pad.reading.reader import PadReader
 
 
 def true_load_prior(effects: PadEffects, acting: FloatArray) -> tuple[float, float]:
-    """Mean and standard deviation of a calibration's true loads, from its loads as they act."""
+    """Mean and standard deviation (N) of the true loads of a calibration, from its acting loads."""
     load = effects.pressing(acting[np.isfinite(acting)])
     return float(load.mean()), float(load.std())
 
@@ -23,23 +23,24 @@ def with_true_loads(
     measured: FloatArray,
     seed: int,
 ) -> dict[str, FloatArray]:
-    """Draws with true loads, under a prior that is normal in the true load.
+    """Draws with true loads, for a prior that is normal in the true load.
 
-    The sampler's prior is normal in the load as it acts. Where that flattens out, loads far beyond all that was ever
-    pressed act like those that were: draws of touches without a measured load are drawn again by their weight under a
-    prior that is normal in the load itself (sampling, importance resampling).
+    The prior of the sampler is normal in the acting load. Where the acting load levels off, true loads far above those
+    of the calibration would have the same acting load. Draws of touches without a measured load are therefore resampled
+    with weights for a prior that is normal in the true load (sampling importance resampling).
 
     Parameters
     ----------
     posterior : dict of (chain, draw, t) arrays
-        Draws by name, ``P`` as it acts.
+        Draws by name; ``P`` is the acting load.
     effects, reader
-        Of the calibration.
+        Effects and reader of the calibration.
     calibrated : (n,) array
-        Its loads as they act.
+        Acting loads of the calibration, N.
     measured : (t,) array
-        Loads of the touches as they act; NaN not measured.
+        Acting loads of the touches, N; NaN not measured.
     seed : int
+        Seed of the resampling.
     """
     acting = posterior["P"]
     out = {**posterior, "P": effects.pressing(acting)}

@@ -1,4 +1,4 @@
-"""A lattice of locations over a pad, as fine as the pad's map asks for."""
+"""Lattice of locations over a pad, with a step that depends on the map of the pad."""
 
 from __future__ import annotations
 
@@ -9,26 +9,26 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.reading.reader import PadReader
 
-# Width of a node's prior in steps: at 0.6 the sum of the nodes' normals is flat to 2 exp(-2 π² 0.36) = 0.2 %.
+# Width of the prior of a node, in steps: with 0.6 the sum over nodes is constant to 2 exp(-2 π² 0.36) = 0.2 %.
 _WIDTH = 0.6
 
-# Curvature of the map over half a step, in standard deviations of a reading.
+# Largest deviation of the map from a straight line over half a step, in standard deviations of a reading.
 _CURVATURE = 0.3
 _MOST_NODES = 20000
 
 
 @dataclass(frozen=True, eq=False)
 class Lattice:
-    """Nodes over the calibrated region and a step beyond; G nodes, D coordinates, m elements.
+    """Nodes over the calibrated region and one step beyond it; G nodes, D coordinates.
 
     Attributes
     ----------
     place : (G, D) int array
-        Integer coordinates.
+        Integer coordinates of the nodes.
     location : (G, D) array
-        mm.
+        Locations of the nodes, mm.
     step : float
-        mm.
+        Distance between nodes, mm.
     """
 
     place: IntArray
@@ -37,12 +37,12 @@ class Lattice:
 
     @property
     def width(self) -> float:
-        """Standard deviation τ of a node's prior, mm."""
+        """Standard deviation τ of the prior of a node, mm."""
         return _WIDTH * self.step
 
 
 def lattice_for(reader: PadReader) -> Lattice:
-    """Lattice as fine as the pad's map asks for: its curvature over half a step stays below the noise."""
+    """Lattice on which the curvature of the map over half a step stays below the noise."""
     map_ = reader.map
     counts = np.ones(map_.n_elements, dtype=np.int64)
     signal, variance = reader.predict(
@@ -52,7 +52,7 @@ def lattice_for(reader: PadReader) -> Lattice:
         np.abs(np.diff(map_.sensitivity, 2, axis=axis)).reshape(-1, map_.n_elements).max(axis=0) / map_.step[axis] ** 2
         for axis in range(map_.dimensions)
     ]
-    # Where the map bends most the signal is about half of its peak; noise there is taken from such places.
+    # The curvature is largest where the signal is about half of its peak; the noise is evaluated at such locations.
     largest = np.abs(signal).max(axis=0)
     sd = np.sqrt(
         np.array([np.median(v[np.abs(s) > 0.3 * b]) for v, s, b in zip(variance.T, signal.T, largest, strict=True)])

@@ -1,4 +1,4 @@
-"""Residuals of touches on a pad with what each touch could absorb of them, for the tests of its columns."""
+"""Residuals of touches on a pad for the check of the sensor, see `bayestouch.reading.fault_tests`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.fault_tests import SensorMisfit
 from bayestouch.sampling.laplace import damped_newton_steps
 
-# As on a finger: with less of a reading's own information left, the other columns hardly tell what it should read.
+# Smallest share of a reading's information that the fit of its touch leaves (as on a finger), for a test of it.
 LEAST_TOLD = 0.01
 _ITERATIONS = 12
 
@@ -29,7 +29,7 @@ class PadMisfit:
     reader : PadReader
         The calibrated pad.
     lattice : Lattice
-        Places where the search for a touch begins.
+        Locations from which the search for a touch starts.
     readings : TouchMeans
         The touches.
     """
@@ -40,18 +40,18 @@ class PadMisfit:
 
     @property
     def columns(self) -> FloatArray:
-        """What each column read, (t, m + 1): the elements, less what they read without touch, then the force sensor."""
+        """Readings of each column, (t, m + 1): the elements minus their offsets, then the force sensor (N)."""
         readings = self.readings
         return np.concatenate([readings.readings - self.reader.map.offset, readings.load[:, None]], axis=1)
 
     @property
     def few(self) -> bool:
-        """Yes: two or three of them tell where a touch is."""
+        """True: two or three elements determine the location of a touch."""
         return True
 
     @property
     def scale(self) -> FloatArray:
-        """Largest reading of each element anywhere on the pad under the mean load, and that load; (m + 1,)."""
+        """Largest reading of each element on the pad under the mean load, then this load, (m + 1,)."""
         sensitivity = self.reader.map.sensitivity
         peak = self.reader.load * np.abs(sensitivity).reshape(-1, sensitivity.shape[-1]).max(axis=0)
         usable = self.reader.usable & (peak > 0)
@@ -60,19 +60,19 @@ class PadMisfit:
 
     @property
     def _discrepancy(self) -> FloatArray:
-        """`SensorMisfit.discrepancy`; a load is told by all elements, and misses what the median one does."""
+        """`SensorMisfit.discrepancy`, (m + 1,); that of the load is the median over elements."""
         noise = self.reader.noise
         share = np.hypot(noise.discrepancy_sd / self.scale[:-1], noise.signal_share)
         return np.append(share, np.median(share))
 
     def with_order(self, order: NDArray[np.intp]) -> PadMisfit:
-        """The same touches with the readings of the elements in another order."""
+        """The touches with the readings of the elements in another order."""
         touches = self.readings
         moved = replace(touches, readings=touches.readings[:, order], counts=touches.counts[:, order])
         return replace(self, readings=moved)
 
     def __call__(self, out: BoolArray) -> SensorMisfit:
-        """Fit the touches without the columns `out`, a mask (m + 1,)."""
+        """Residuals of the touches, fitted without the columns `out`, a mask (m + 1,)."""
         reader, m = self.reader, self.reader.map.n_elements
         touches = replace(
             self.readings,
@@ -98,7 +98,7 @@ class PadMisfit:
         pull = slope * weight[:, None]
         left = weight[:, :, None] * np.eye(m + 1) - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
         information = np.einsum("tii->ti", left)
-        # a touch at the end of the calibrated region lies beyond it, where nothing is known of what it should read
+        # A touch at the limit of the calibrated region may be outside it, where the prediction is not known.
         inner = np.all((x[:, :-1] > reader.map.low) & (x[:, :-1] < reader.map.high), axis=1, keepdims=True)
         told = (information > LEAST_TOLD * weight) & (weight > 0) & inner
         left = np.where(told[:, :, None], left, 0.0)[:, :, :m]
@@ -108,7 +108,7 @@ class PadMisfit:
         if with_effects.changes is not None:
             changes = reader.changes(with_effects, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
             uncertain = uncertain + (changes**2).sum(axis=1)
-        # Of errors of the map at different places nothing is known here: as if they went the same way in all touches.
+        # Correlations of errors of the map between locations are not known here: full correlation is assumed.
         shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
         return SensorMisfit(
             score=np.where(told, weight * (values - rows), 0.0),
@@ -122,7 +122,7 @@ class PadMisfit:
 
 
 def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray:
-    """Most probable location and load of each touch, (t, D + 1), by Gauss-Newton from the best place of the lattice."""
+    """Most probable location and load of each touch, (t, D + 1), by Gauss-Newton from the best node of the lattice."""
     parts = components_of(reader, known, lattice)
     order = np.lexsort((parts.log_weight, parts.touch))
     last = np.flatnonzero(np.diff(np.append(parts.touch[order], known.n_touches)))
@@ -149,14 +149,14 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
 
 
 def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Signals (t, m), their derivatives by location and load (t, D + 1, m), and variances of readings (t, m)."""
+    """Signals (t, m), their derivatives over location and load (t, D + 1, m), and variances of readings (t, m)."""
     sensitivity, slope = reader.map.slopes(x[:, :-1])
     signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
     return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
 
 
 def _precision(reader: PadReader, known: PadTouches, slope: FloatArray, weight: FloatArray) -> FloatArray:
-    """Inverse covariance (t, D + 1, D + 1) of location and load, priors included."""
+    """Inverse covariance (t, D + 1, D + 1) of location and load, including their priors."""
     hessian = np.asarray(np.einsum("tkm,tm,tjm->tkj", slope, weight, slope))
     axes = np.arange(slope.shape[1] - 1)
     hessian[:, axes, axes] += 1 / (reader.map.high - reader.map.low) ** 2

@@ -1,4 +1,4 @@
-"""Sums of many distributions for many touches at once: density, draws, and how many separate places they name."""
+"""Mixtures of Student-t distributions for many touches at once: density, draws, number of separate locations."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from bayestouch.pad.reading.components import Components
 from bayestouch.sampling import BlockStreams
 from bayestouch.sampling.proposals import standard_t
 
-# (dof + d)/2 of the Student-t parts: a power of two is a few squarings, and 8 leaves 13 or 14 degrees of freedom.
+# (dof + d)/2 of the parts is 2 to this power, which is computed by squaring; 8 gives 13 or 14 degrees of freedom.
 _SQUARINGS = 3
 _POWER = 2**_SQUARINGS
 
-# The parts are wider than the posterior's by this much, so that nothing of it is out of reach.
+# The parts are wider than the components of the posterior by this factor, so that the proposal covers it.
 _WIDER = 1.05
 
-# More parts than this of one touch are merged with their neighbours on the lattice.
+# Largest number of parts of one touch; more are merged with their neighbours on the lattice.
 _MOST_PARTS = 96
 
-# Two places are separate if the density between them falls below this share of the lesser one's peak, and count
-# if they hold this share of the probability.
+# Two locations are separate if the density between them is below this share of the lower peak; a location counts if
+# it has at least this share of the probability.
 _SADDLE, _LEAST_MASS = 0.5, 0.05
 
-# Nodes of less weight than this share of the highest hold no mass that counts.
+# Nodes with less than this share of the largest weight are neglected.
 _FAINT = 1e-3
 
 
@@ -39,10 +39,11 @@ class ManyParts:
     Attributes
     ----------
     weight : (B, K) array
-        Shares, adding up to 1; 0 for parts that are not there.
+        Weights with sum 1; 0 for parts that are not used.
     mean : (B, K, d) array
+        Centres of the parts.
     root : (B, K, d, d) array
-        Lower Cholesky factors of the parts' scale matrices.
+        Lower Cholesky factors of the scale matrices of the parts.
     """
 
     weight: FloatArray
@@ -51,16 +52,16 @@ class ManyParts:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of touches B."""
         return len(self.weight)
 
     @property
     def dimension(self) -> int:
-        """d."""
+        """Number of coordinates d."""
         return int(self.mean.shape[-1])
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a touch, (B, n, d), and give their log density, (B, n)."""
+        """n draws per touch, (B, n, d), and their log density, (B, n)."""
         z = standard_t(streams, self.dimension, n, 2.0 * _POWER - self.dimension)
         share = np.cumsum(self.weight, axis=1)
         choice = np.stack([np.searchsorted(row, u * row[-1]) for row, u in zip(share, streams.uniform(n), strict=True)])
@@ -73,7 +74,7 @@ class ManyParts:
         return x, self.log_density(x)
 
     def log_density(self, x: FloatArray) -> FloatArray:
-        """Log density, normalised, (B, n, d) -> (B, n)."""
+        """Normalised log density (B, n) of points (B, n, d)."""
         dof = 2.0 * _POWER - self.dimension
         points = np.ascontiguousarray(np.swapaxes(x, 1, 2))
         total = np.zeros(x.shape[:2])
@@ -86,13 +87,13 @@ class ManyParts:
         return np.asarray(np.log(total))
 
     def select(self, blocks: ArrayLike) -> ManyParts:
-        """Mixtures of some of the touches, by position or mask."""
+        """Mixtures of some of the touches, by index or mask."""
         index = np.asarray(blocks)
         parts = max(int((self.weight[index] > 0).sum(axis=1).max(initial=1)), 1)
         return ManyParts(self.weight[index, :parts], self.mean[index, :parts], self.root[index, :parts])
 
     def without_last(self) -> ManyParts:
-        """Mixtures of the first d - 1 coordinates (with the degrees of freedom that belong to them)."""
+        """Marginal mixtures of the first d - 1 coordinates."""
         return ManyParts(self.weight, self.mean[..., :-1], self.root[..., :-1, :-1])
 
     @cached_property
@@ -110,10 +111,10 @@ class ManyParts:
 
 
 def many_parts(components: Components, n_touches: int) -> ManyParts:
-    """Proposal made of the posteriors' normal parts, parts of one touch in order of weight.
+    """Proposal from the components of the posteriors; the parts of a touch are in order of weight.
 
-    Touches of more than a bounded number of parts have neighbours on the lattice merged, two by two along each
-    coordinate until they fit, with mean and covariance kept: those are touches that the pad hardly locates.
+    If a touch has more than `_MOST_PARTS` components, neighbours on the lattice are merged in pairs along each
+    coordinate, with the same mean and covariance. The location of these touches is hardly determined.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
     parts = [_merged(components, slice(a, b)) for a, b in pairwise(bounds)]
@@ -151,10 +152,10 @@ def _merged(components: Components, part: slice) -> tuple[FloatArray, FloatArray
 
 
 def count_places(components: Components, n_touches: int) -> IntArray:
-    """Number of separate places that each touch's posterior names, (t,).
+    """Number of separate locations in the posterior of each touch, (t,).
 
-    Nodes are flooded from the highest weight down: a place begins at a node without a higher neighbour, and ends where
-    it meets a higher one before the weight has fallen to half of its own peak.
+    Nodes are visited in order of decreasing weight. A location starts at a node without a higher neighbour. It is
+    merged with a higher one if the weight between them does not fall below half of its peak.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
     return np.array([_places(components.log_weight[a:b], components.place[a:b]) for a, b in pairwise(bounds)])

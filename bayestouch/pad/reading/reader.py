@@ -1,4 +1,4 @@
-"""Reading touches of a calibrated pad: the posterior density of many touches at once."""
+"""Posterior density of touches on a calibrated pad, for many touches at once."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class PadTouches:
     Attributes
     ----------
     readings : (t, m) array
-        Mean readings, rest reading subtracted; anything where missing.
+        Mean readings minus the rest reading; arbitrary where missing.
     counts : (t, m) int array
-        Raw readings behind each, 0 where missing.
+        Number of raw readings in each mean, 0 where missing.
     load, load_sd : (t,) arrays
-        Prior mean and standard deviation of each load: its measurement, or what the calibration says of loads.
+        Prior mean and standard deviation of each load: from its measurement, else from the calibration.
     changes : (t, q, m + 1) array, optional
         Change of readings and load by one standard deviation of each of q independent causes, as of
         `bayestouch.pad.effect_changes.CorrectedMeans`.
@@ -52,7 +52,7 @@ class PadTouches:
 
     @property
     def present(self) -> NDArray[np.bool_]:
-        """Where there is a reading, (t, m)."""
+        """Whether each reading is present, (t, m)."""
         return self.counts > 0
 
     def select(self, index: IntArray) -> PadTouches:
@@ -63,20 +63,20 @@ class PadTouches:
 
 @dataclass(frozen=True, eq=False)
 class PadReader:
-    """A calibrated pad, ready to read touches.
+    """A calibrated pad in the form that computes posterior densities of touches.
 
     Attributes
     ----------
     map : PadMap
-        Sensitivity over location, with what the calibration leaves open.
+        Sensitivity over location, with its uncertainty.
     noise : Noise
-        Of the readings.
+        Noise of the readings.
     load, load_sd : float
-        Mean and standard deviation of a load that is not measured.
+        Prior mean and standard deviation of a load that is not measured.
     load_measured : bool
-        Whether the calibration had measured loads; only then do measured loads of touches have its unit.
+        Whether the calibration had measured loads; otherwise measured loads of touches cannot be used.
     samples : str
-        Which samples of a touch count: ``"mean"``, ``"first"`` or ``"last"``.
+        Samples of a touch that are used: ``"mean"``, ``"first"`` or ``"last"``.
     usable : (m,) bool array
         Elements that responded in the calibration.
     changes_of_load : (1 + q, n) array, optional
@@ -94,19 +94,19 @@ class PadReader:
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, *, plug_in: bool = False) -> PadReader:
-        """Reader from a calibration, as made or as loaded from a file.
+        """Reader from a calibration.
 
         Parameters
         ----------
         calibration : Calibration
-            Of a pad.
+            Calibration of a pad.
         plug_in : bool
-            Take the calibration as exact.
+            Assume that the calibration is exact.
 
         Raises
         ------
         InputError
-            The calibration is not a pad's.
+            The calibration is not that of a pad.
         """
         settings = calibration.settings
         if settings.get("body") != "pad":
@@ -125,7 +125,7 @@ class PadReader:
         )
 
     def touches(self, readings: TouchMeans) -> PadTouches:
-        """Touches with the prior of their loads: the force sensor's reading, or what the calibration says."""
+        """Touches with the priors of their loads: from the force sensor, else from the calibration."""
         here = np.isfinite(readings.load) & self.load_measured
         reads = np.maximum(readings.counts.max(axis=1), 1)
         changes = None
@@ -141,18 +141,19 @@ class PadReader:
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Log posterior density, up to a constant a touch, ``-inf`` outside the priors.
+        """Log posterior density, up to a constant for each touch; ``-inf`` outside the priors.
 
-        Location is uniform over the calibrated region, the load normal and above zero; readings are normal with a
-        variance that depends on location and load.
+        The prior of the location is uniform over the calibrated region, that of the load is normal and above zero.
+        Readings are normal with a variance that depends on location and load.
 
         Parameters
         ----------
         touches : PadTouches
+            The touches.
         x : (B, n, D + 1) array
-            Location in mm, load last.
+            Location in mm, then load.
         blocks : (B,) int array
-            Touch of each row.
+            Index of the touch of each row.
 
         Returns
         -------
@@ -210,16 +211,16 @@ class PadReader:
         return out
 
     def predict(self, location: FloatArray, load: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Expected signal (reading less offset) and variance of a mean reading, (..., m) each.
+        """Expected signal (reading minus offset) and variance of a mean reading, (..., m) each.
 
         Parameters
         ----------
         location : (..., D) array
-            mm.
+            Location, mm.
         load : (...) array
-            N, or relative.
+            Load, N, or relative to that of the calibration.
         counts : (..., m) int array
-            Raw readings behind the mean; where 0 the variance is 1 and means nothing.
+            Number of raw readings in the mean; where it is 0, the variance is set to 1.
         """
         sensitivity, variance, covariance = self.map.at(location)
         signal = load[..., None] * sensitivity

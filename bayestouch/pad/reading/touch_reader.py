@@ -1,4 +1,4 @@
-"""Touches on a pad: how rows become touches, and what is read of them."""
+"""`PadTouchReader`: inference of touches on a pad from the rows of a touch table."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from bayestouch.pad.effect_changes import corrected_means
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
+from bayestouch.pad.reading.likelihood import PadTouchModel
 from bayestouch.pad.reading.misfit import PadMisfit
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.priors.parameters import Normal, Parameter, Uniform
@@ -32,27 +33,27 @@ EXACT = ", at its most probable values"
 
 @dataclass(frozen=True, eq=False)
 class PadTouchReader:
-    """A calibrated pad that reads touches. A `bayestouch.reading.touch_reader.TouchReader`.
+    """A calibrated pad that infers touches. A `bayestouch.reading.touch_reader.TouchReader`.
 
-    In what is read, ``sample_stats["modes"]`` is the number of separate places that a posterior names, and
-    ``"reference_level"`` the probability of the smallest region (of highest density) that contains the reference
-    location, NaN where it is not known: uniform over touches where posteriors are right. ``rows.predicted`` is the
-    posterior mean of the readings. Without measured loads, loads are as uncertain as they varied in the calibration.
+    In its results, ``sample_stats["modes"]`` is the number of separate locations in a posterior.
+    ``"reference_level"`` is the probability of the smallest region of highest density that contains the reference
+    location (NaN if unknown); it is uniform over touches if posteriors are right. ``rows.predicted`` is the posterior
+    mean of the readings. Loads that are not measured have the mean and spread of the calibration as their prior.
 
     Attributes
     ----------
     options : Options
-        Of the inference.
+        Options of the inference.
     sampler : PadSampler
-        Draws touches; its loads are those that act.
+        Draws touches, with acting loads.
     kernel, load_unit : str
-        Of the calibration.
+        Kernel and unit of the load of the calibration.
     calibrated_load : (n,) array
-        Loads of the calibration as they act.
+        Acting loads of the calibration.
     effects : PadEffects or None
-        Effects that readings and loads are corrected for.
+        Effects for which readings and loads are corrected.
     check : SensorCheck or None
-        What was found in the check of the sensor, where that is to be left out.
+        Faults that are left out, from the check of the sensor.
     """
 
     options: Options
@@ -68,7 +69,7 @@ class PadTouchReader:
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, options: Options) -> PadTouchReader:
-        """Reader from a calibration, as made or as loaded from a file."""
+        """Reader from a calibration of a pad."""
         settings = calibration.settings
         sampler = PadSampler.of(PadReader.from_calibration(calibration, plug_in=options.plug_in))
         kernel, load_unit = str(settings["kernel"]), str(settings["load_unit"])
@@ -76,18 +77,18 @@ class PadTouchReader:
 
     @property
     def needs_whole_table(self) -> bool:
-        """Yes where touches before, or samples before, have an effect."""
+        """True if an effect depends on earlier touches or samples."""
         return self.effects is not None and any(effect.needs_samples for effect in self.effects.listed.plain)
 
     @property
     def unchecked(self) -> str:
-        """Drifts are why: none is taken out of touches on a pad, so that a sound element with a drift looks faulty."""
+        """Reason to skip the check, or ``""``: readings are not corrected for drifts, which look like faults."""
         drifts = self.effects is not None and bool(self.effects.listed.drifts)
         return "the elements are not checked: a drift looks like a fault" if drifts else ""
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Unknowns of a touch: x, y and P."""
+        """Unknowns of a touch: x, y (mm) and P."""
         reader = self.sampler.reader
         low, high = reader.map.low, reader.map.high
         where = [
@@ -102,11 +103,11 @@ class PadTouchReader:
 
     @property
     def settings(self) -> dict[str, str | float]:
-        """Kernel, and which samples of a touch count."""
+        """Kernel, and the samples of a touch that are used."""
         return {"kernel": self.kernel, "samples": self.sampler.reader.samples}
 
     def average(self, piece: Touches) -> TouchMeans:
-        """Touches of a piece of the table, the rest reading subtracted, corrected for effects."""
+        """Means of the touches in a piece of the table, minus the rest reading, corrected for effects."""
         reader = self.sampler.reader
         if self.effects is None:
             readings = pad_readings(piece, reader.map.dimensions, reader.samples)
@@ -117,18 +118,18 @@ class PadTouchReader:
         return readings if self.options.use_load else readings.without_load()
 
     def ready(self, touches: TouchMeans) -> TouchMeans:
-        """A block, without what the check left out."""
+        """The touches without the columns that the check leaves out."""
         if self.check is None:
             return touches
         corrected = self.check.corrected(touches)
         return corrected.without_load() if self.check.force_left_out else corrected
 
     def fitted(self, block: TouchMeans) -> PadMisfit:
-        """Fits of the touches for the check of the sensor."""
+        """Fits of the touches, for the check of the sensor."""
         return PadMisfit(self.sampler.reader, self.sampler.lattice, block)
 
     def without(self, check: SensorCheck) -> PadTouchReader:
-        """The reader that goes on without faulty columns."""
+        """The reader without the faulty columns of a check."""
         reader = self.sampler.reader
         if check.excess == 1:
             return replace(self, check=check)
@@ -136,11 +137,11 @@ class PadTouchReader:
         return replace(self, check=check, sampler=PadSampler.of(wider))
 
     def unknown(self, block: TouchMeans) -> TouchMeans:
-        """What was read; of the reference locations the sampler takes the level alone."""
+        """The touches; their reference locations are used only for ``reference_level``."""
         return block
 
     def estimates(self, block: TouchMeans, drawn: Drawn) -> Estimates:
-        """Draws of x, y and P; readings are predicted by their posterior means."""
+        """Draws of x, y and P, and posterior means of the readings."""
         reader, effects = self.sampler.reader, self.effects
         posterior = {name: drawn.pop(name) for name in coordinates(reader)}
         predicted, sd = (np.ascontiguousarray(drawn.pop(name).T) for name in PREDICTED)
@@ -161,10 +162,12 @@ class PadTouchReader:
             sd=sd,
             counts=reader.touches(block).counts,
         )
-        return Estimates(posterior, stats, {**location, "P": load}, rows)
+        used = np.where(np.isfinite(block.load) & reader.load_measured, block.load, np.nan)
+        model = PadTouchModel(reader, reader.touches(block), self.parameters, used, load, effects)
+        return Estimates(posterior, stats, {**location, "P": load}, rows, model=model)
 
     def notes(self, found: Survey, whole: TouchMeans | None) -> tuple[str, ...]:
-        """How loads are used, and what readings are corrected for."""
+        """Notes on the use of loads and on the effects that are corrected."""
         return (*self._load_notes(found), *self._effect_notes())
 
     def _load_notes(self, found: Survey) -> list[str]:
@@ -192,5 +195,5 @@ class PadTouchReader:
         )
         if effects.listed.drifts:
             names = " and ".join(effect.name for effect in effects.listed.drifts)
-            notes.append(f"{names} is not taken out of touches that are read: it adds to the noise")
+            notes.append(f"{names} is not corrected in touches that are read: it adds to the noise")
         return notes

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
+import emcee
 import numpy as np
 import pytest
 from scipy import stats
@@ -99,34 +101,39 @@ def quadrature(posterior: FingerPosterior, touch: int, mode: np.ndarray, hessian
 
 @pytest.mark.parametrize("load_known", [True, False])
 def test_posteriors_agree_with_quadrature(load_known: bool) -> None:
+    agree_with_quadrature(HARD, load_known, draws=40000)
+
+
+def test_posteriors_by_moves_of_emcee_agree_with_quadrature() -> None:
+    agree_with_quadrature(HARD[:1], True, draws=40000, moves=emcee.moves.StretchMove())
+
+
+def agree_with_quadrature(cases: np.ndarray, load_known: bool, **options: Any) -> None:
     chain = paper_finger()
-    touches = readings_of(chain, HARD[:, 0], np.radians(HARD[:, 1]), 11, load_known)
+    touches = readings_of(chain, cases[:, 0], np.radians(cases[:, 1]), 11, load_known)
     posterior = posterior_of(touches, chain)
     mode, hessian = find_modes(replace(posterior, table=None))
-    drawn = sample_blocks(
-        posterior.log_density,
-        profile_proposal(posterior, mode, hessian),
-        walkers=4,
-        draws=40000,
-        seed=2,
-    )
-    draws = drawn.draws.reshape(-1, len(HARD), 3)
+    proposal = profile_proposal(posterior, mode, hessian)
+    drawn = sample_blocks(posterior.log_density, proposal, walkers=4, seed=2, **options)
+    draws = drawn.draws.reshape(-1, len(cases), 3)
     ess = drawn.ess_bulk.min(axis=1)
-    for touch in range(len(HARD)):
+    for touch in range(len(cases)):
         expected = quadrature(posterior, touch, mode[touch], hessian[touch])
         values = {
             "R": posterior.radius(draws[:, touch, 0]),
             "theta_c": draws[:, touch, 1],
             "P": draws[:, touch, 2],
         }
+        # A quantile scatters by 2.1 sds over the root of the effective sample size.
+        within = max(0.05, 4 * 2.1 / np.sqrt(ess[touch]))
         for name, (mean, sd, low, high) in expected.items():
             monte_carlo = sd / np.sqrt(ess[touch])
             where = f"touch {touch} {name}"
             # plus a thousandth of the sd for the quadrature's own step
             assert abs(values[name].mean() - mean) < 4 * monte_carlo + 1e-3 * sd, where
-            assert values[name].std() == pytest.approx(sd, rel=0.03), where
+            assert values[name].std() == pytest.approx(sd, rel=max(0.03, 4 / np.sqrt(2 * ess[touch]))), where
             np.testing.assert_allclose(
-                np.quantile(values[name], [0.05, 0.95]), [low, high], atol=0.05 * sd, err_msg=where
+                np.quantile(values[name], [0.05, 0.95]), [low, high], atol=within * sd, err_msg=where
             )
 
 
