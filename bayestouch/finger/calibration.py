@@ -137,7 +137,7 @@ def finger_calibration(
         parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
         mode=public_mode(fit),
         posterior=public_draws(fit, vectors),
-        covariance=np.cov(linear_vectors(fit, vectors).T),
+        covariance=np.cov(linear_vectors(layout_, fit.likelihood.sign, vectors).T),
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
