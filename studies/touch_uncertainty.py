@@ -340,7 +340,7 @@ def coverage_table(fingers: int) -> str:
 def main(arguments: list[str]) -> None:
     """Print both tables, or put them into the documentation."""
     docs, others = docs_of(arguments)
-    draws, fingers = (int(others[i]) if len(others) > i else default for i, default in enumerate((400, 14)))
+    draws, fingers = (int(others[i]) if len(others) > i else default for i, default in enumerate((120, 10)))
     text = f"{nested_table(draws)}\n{coverage_table(fingers)}"
     print(text)
     if docs:
