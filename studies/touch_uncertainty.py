@@ -59,7 +59,6 @@ PAD_EFFECTS = {
     "gain_nonlinearity": {"share": -0.1, "power": 1.0},
     "load_nonlinearity": {"share": 0.2, "threshold": 0.05},
 }
-CORRECTION = "far lobe, corrected"
 # Raw reads behind a sample of a pad, and touches of the tables.
 PAD_READS, PAD_KNOWN, TOUCHES = 25.0, 40, 8
 # Draws of a touch under one calibration, and under all of them.
@@ -255,32 +254,14 @@ def effects_held(calibration: Calibration) -> Calibration:
     return replace(calibration, covariance=covariance)
 
 
-def calibrated(name: str, seed: int) -> tuple[Simulated, Calibration]:
-    """A finger with an effect, or with a far lobe and a correction, calibrated."""
-    if name in FINGER_EFFECTS:
-        simulated = catalogue.simulate(FEW, (catalogue.Stated(name, FINGER_EFFECTS[name]),), seed)
-        model = StatedModel("finger", "layer", ((name, {}),))
-    else:
-        simulated = simulate(replace(SMALL, edge_step=4.0, flat_step=12.0), [(forms("far_lobe")[0], 1.5)], seed)
-        model = StatedModel("finger", "layer", (), correction=True)
-    return simulated, bayestouch.calibrate(written(simulated), model=model, draws=64, seed=seed)
-
-
-def as_before(calibration: Calibration) -> Calibration:
-    """A finger's calibration as files of version 0.1 have it: each element's correction is uncertain for itself."""
-    extra = dict(calibration.extra)
-    if "placed_covariance" in extra:
-        m = calibration.extra["placed_even"].shape[1]
-        extra["placed_sd"] = np.sqrt(np.einsum("amm->am", extra.pop("placed_covariance")[:, :m, :m]))
-    return replace(calibration, extra=extra)
-
-
 def coverage(name: str, fingers: int) -> dict[str, dict[str, tuple[float, float, int]]]:
     """Root mean square z and share of 90 % intervals that hold the truth, by way of reading and quantity."""
     scores: dict[str, dict[str, list[Array]]] = {}
     hits: dict[str, dict[str, list[Array]]] = {}
     for seed in range(fingers):
-        simulated, calibration = calibrated(name, seed)
+        simulated = catalogue.simulate(FEW, (catalogue.Stated(name, FINGER_EFFECTS[name]),), seed)
+        model = StatedModel("finger", "layer", ((name, {}),))
+        calibration = bayestouch.calibrate(written(simulated), model=model, draws=64, seed=seed)
         known, unknown, exam = simulated.recording.parts
         # tips that are neither edges nor flats, where the prior would end
         rows = known + unknown + np.arange(seed % 4, exam, 4)
@@ -288,11 +269,9 @@ def coverage(name: str, fingers: int) -> dict[str, dict[str, tuple[float, float,
         tip, outer = simulated.recording.tip[rows], simulated.design.body.outer
         press = simulated.recording.press
         truth = {"R": outer * tip / (outer + tip), "theta_c": press.angle[rows], "P": press.load[rows]}
-        held = effects_held(calibration) if name in FINGER_EFFECTS else as_before(calibration)
-        way = "effects exact" if name in FINGER_EFFECTS else "correction as in 0.1"
         for title, used, plug_in in (
             ("calibration exact", calibration, True),
-            (way, held, False),
+            ("effects exact", effects_held(calibration), False),
             ("all uncertain", calibration, False),
         ):
             found = bayestouch.infer(touches, used, draws=512, seed=seed, plug_in=plug_in, check_sensor=False)
@@ -329,7 +308,7 @@ def nested_table(draws: int) -> str:
 def coverage_table(fingers: int) -> str:
     """Errors of touches beside what they say of themselves."""
     rows = []
-    for name in (*FINGER_EFFECTS, CORRECTION):
+    for name in FINGER_EFFECTS:
         for way, of in coverage(name, fingers).items():
             cells = [f"{z:.2f}, {100 * inside:.0f} %" for z, inside, _ in of.values()]
             rows.append([name, way, *cells, str(of["R"][2])])
