@@ -41,12 +41,13 @@ def _calibrate(
     *,
     contact: str,
     e_map: str,
+    discrepancy: str,
     priors: Mapping[str, Prior] | None,
     **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -84,6 +85,7 @@ BODY = Body(
     options={
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "groups": Option(()),
         "moves": Option(),
