@@ -28,6 +28,12 @@ from bayestouch.progress import progress_bar
     "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
 )
 @click.option(
+    "--like",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Calibration of an earlier finger of the same build, from which priors are learned; repeatable.",
+)
+@click.option(
     "--model",
     type=click.Path(path_type=Path),
     default=None,
@@ -44,6 +50,7 @@ def calibrate(
     e_map: str | None,
     kernel: str | None,
     priors: tuple[str, ...],
+    like: tuple[Path, ...],
     model: Path | None,
     draws: int,
     groups: str,
@@ -70,6 +77,7 @@ def calibrate(
             e_map=e_map,
             kernel=kernel,
             priors=stated,
+            like=like,
             model=effects,
             draws=draws,
             groups=groups,

@@ -10,11 +10,12 @@ from bayestouch.data.finger import Finger
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.data.sensor import Sensor
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
@@ -47,6 +48,14 @@ def _calibrate(
     return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
 
 
+def _learned_priors(
+    earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str
+) -> tuple[dict[str, Prior], tuple[str, ...]]:
+    from bayestouch.finger.learned_priors import learned_priors
+
+    return learned_priors(earlier, sensor, contact)
+
+
 def _begin(data: SplitData, **options: Any) -> Beginning:
     from bayestouch.finger.beginning import begin
 
@@ -71,6 +80,7 @@ BODY = Body(
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
         "priors": Option(),
+        "like": Option(()),
         "groups": Option(()),
         "moves": Option(),
         "each_sample": Option(False),
@@ -85,4 +95,5 @@ BODY = Body(
     begin=_begin,
     reader=_reader,
     lacking=_lacking,
+    learned_priors=_learned_priors,
 )

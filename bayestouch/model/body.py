@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
     from bayestouch.model.beginning import Beginning
+    from bayestouch.priors.parameters import Prior
     from bayestouch.results.objects import Calibration
 
 #: Module with the `BODY` of each kind of sensor. A further body is a folder, and a line here. The names are strings,
@@ -71,6 +72,9 @@ class Body:
     lacking : callable
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
         would profit from; `known` has the means of the touches with references.
+    learned_priors : callable or None
+        ``(earlier, sensor, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
+        the option ``like``.
     """
 
     kind: str
@@ -83,6 +87,7 @@ class Body:
     begin: Callable[..., Beginning]
     reader: Callable[..., Any]  # a package beside this one has its type
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
+    learned_priors: Callable[..., tuple[dict[str, Prior], tuple[str, ...]]] | None = None
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)
 
