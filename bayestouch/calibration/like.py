@@ -20,7 +20,7 @@ class Learned:
 
     Attributes
     ----------
-    options : mapping
+    options : dict
         Options of the body, with the learned priors instead of the earlier calibrations.
     names : tuple of str
         Names of the earlier calibrations: of their files, else of their sensors.
@@ -28,7 +28,7 @@ class Learned:
         What was learned.
     """
 
-    options: Mapping[str, Any]
+    options: dict[str, Any]
     names: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 

@@ -16,9 +16,11 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
@@ -40,12 +42,13 @@ def _calibrate(
     *,
     contact: str,
     e_map: str,
+    discrepancy: str,
     priors: Mapping[str, Prior] | None,
     **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _learned_priors(
@@ -62,10 +65,22 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    from bayestouch.finger.stated import stated_of
+
+    return stated_of(calibration)
+
+
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
     from bayestouch.finger.reading.touch_reader import FingerTouchReader
 
     return FingerTouchReader.from_calibration(calibration, options)
+
+
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    from bayestouch.finger.reading.live import FingerLive
+
+    return FingerLive.of(calibration, options, arrays)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -79,6 +94,7 @@ BODY = Body(
     options={
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "like": Option(()),
         "groups": Option(()),
@@ -94,6 +110,8 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
+    stated=_stated,
     lacking=_lacking,
     learned_priors=_learned_priors,
 )

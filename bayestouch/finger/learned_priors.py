@@ -248,8 +248,8 @@ def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) ->
         raise InputError(f"like: {name} has contact model {used!r}, this calibration {contact!r}")
     if calibration.settings.get(LIKE):
         raise InputError(
-            f"like: {name} was itself calibrated with like; its posterior has what earlier fingers say, which would count "
-            "twice: calibrate it without like"
+            f"like: {name} was itself calibrated with like; its posterior has what earlier fingers say, which would "
+            "count twice: calibrate it without like"
         )
 
 

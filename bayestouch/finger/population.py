@@ -3,8 +3,8 @@
 The vector x_k of finger k is normal about ``A M`` with covariance ``Q = Σ_j τ_j² B_j``: M is the mean of the build, the
 sds τ say how much fingers, and elements of a finger, differ. The data of each earlier finger have the likelihood
 ``exp(-½ x' Λ_k x + η_k' x)``; Λ_k is singular in directions of which they say nothing. M and all x_k are integrated out
-in closed form, and emcee draws the few log τ. Coordinates are in units of the default prior of one finger about its mean,
-so that M is normal with mean 0 and sd 1, and each τ is half-normal with scale 1.
+in closed form, and emcee draws the few log τ. Coordinates are in units of the default prior of one finger about its
+mean, so that M is normal with mean 0 and sd 1, and each τ is half-normal with scale 1.
 """
 
 from __future__ import annotations
