@@ -24,6 +24,9 @@ REST_READING = "rest_reading"
 E_MAP, MODEL_MAP, IDENTIFIED_MAP = "e_map", "model", "empirical"
 #: Array (m,): 1 for elements of a pad that responded in the calibration, otherwise 0.
 USABLE = "usable"
+#: Setting: names of the earlier calibrations from which priors were learned; absent if there were none. Written by
+#: `bayestouch.calibration.like.Learned`.
+LIKE = "like"
 
 
 def effect_names(settings: Mapping[str, str | float]) -> list[str]:
