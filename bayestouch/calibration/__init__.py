@@ -44,9 +44,9 @@ def calibrate(
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
-        E map of a finger: that of the elastic model (default), or identified directly about it. With effects they are
-        fitted with the elastic model first, and the map is identified from what the body did; a correction of the model
-        is then left out, because the map holds it.
+        E map of a finger: that of the elastic model (default), or identified directly about it. Effects are first
+        fitted with the elastic model, then the map is identified from the signals before the effects. A correction is
+        then left out, because the map includes it.
     discrepancy : {"auto", "none", "touch", "place"}, optional
         What a finger's readings may miss the model by: nothing, an error of each element's own that is independent from
         touch to touch, or smooth functions of the place touched beside it (Gaussian processes: each element's E map,
@@ -62,10 +62,10 @@ def calibrate(
     model : StatedModel, optional
         Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
         the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
-        `contact`, where it is given, stands in for that of the model.
+        If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
-        Moves of emcee for a finger, as `emcee.EnsembleSampler` takes them, in place of independence chains. Ensembles
-        of walkers take much longer: minutes for sixteen elements.
+        Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
+        much longer: minutes for sixteen elements.
     draws : int
         Posterior draws to keep.
     groups : str or sequence of str

@@ -1,9 +1,9 @@
-"""Calibrations with effects that are stated, not searched for."""
+"""Calibration of a sensor with stated effects."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -11,10 +11,11 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
-from bayestouch.model.added import added_effects, moved_to
+from bayestouch.model.added import AddedEffect, added_effects, moved_to
+from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import body_of
 from bayestouch.model.candidates import score_effects
-from bayestouch.model.correction import corrected_fit
+from bayestouch.model.correction import Correction, corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
@@ -26,6 +27,31 @@ from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
 
+@dataclass(frozen=True, eq=False)
+class StatedFit:
+    """A sensor fitted with stated effects.
+
+    Attributes
+    ----------
+    evaluation : Evaluation
+        Computes the calibration.
+    fitted : Fitted
+        The fit.
+    added : tuple of AddedEffect
+        Its effects, in the order in which they are stated.
+    correction : Correction or None
+        Its correction.
+    notes : tuple of str
+        Notes for the calibration.
+    """
+
+    evaluation: Evaluation
+    fitted: Fitted
+    added: tuple[AddedEffect, ...]
+    correction: Correction | None
+    notes: tuple[str, ...]
+
+
 def calibrate_with_effects(
     dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None, **options: Any
 ) -> Calibration:
@@ -34,17 +60,26 @@ def calibrate_with_effects(
     Parameters
     ----------
     dataset, draws, seed, progress
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     model : StatedModel
-        Effects, with the values that fits start from.
+        Effects, with the starting values of fits.
     options
-        Those of the body: contact, E map and priors of a finger, kernel of a pad.
+        Options of the body: contact, E map and priors of a finger, kernel of a pad.
 
     Raises
     ------
     InputError
-        As `bayestouch.calibrate`; or an effect cannot occur, or not be seen, in the way this sensor was touched.
+        For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
     """
+    fit = fit_stated(dataset, model, draws=draws, seed=seed, progress=progress, **options)
+    calibration = fit.evaluation.calibration(fit.fitted, fit.added, fit.correction)
+    return replace(calibration, notes=(*calibration.notes, *fit.notes))
+
+
+def fit_stated(
+    dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None = None, **options: Any
+) -> StatedFit:
+    """Fit a sensor with the effects of a `StatedModel`; parameters as in `calibrate_with_effects`."""
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
     begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
@@ -65,20 +100,19 @@ def calibrate_with_effects(
     correction = None
     notes: tuple[str, ...] = ()
     if model.correction and not begun.corrects:
-        notes = ("no correction: what goes with element and location is in the identified map",)
+        notes = ("no correction is added: the identified E map includes errors that depend on element and location",)
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:
-            notes = ("a correction was asked for, but these touches show nothing to correct",)
+            notes = ("the model states a correction, but these touches show no error to correct",)
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
-    calibration = begun.evaluation.calibration(fitted, tuple(added), correction)
-    return replace(calibration, notes=(*calibration.notes, *notes))
+    return StatedFit(begun.evaluation, fitted, tuple(added), correction, notes)
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
-    """The model with one more effect, fitted from stated values where there are such."""
+    """The model fitted with one more effect, from stated starting values if there are any."""
     unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
     if unknown:
         raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
@@ -87,7 +121,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
 
 
 def _start(fitted: Fitted, effect: Effect, stated: Mapping[str, float]) -> Values:
-    """Values that the fit of an effect of the chain starts from: those that are stated, and what its score says."""
+    """Starting values of the fit of an effect of the chain: the stated ones, else those of its score test."""
     (scored,) = score_effects(fitted, (effect,))
     values = tuple(stated.get(p.name, value) for p, value in zip(effect.parameters, scored.start, strict=True))
     low, high = zip(*(p.prior.support for p in effect.parameters), strict=True)

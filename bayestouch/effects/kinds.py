@@ -1,4 +1,4 @@
-"""Effects by where their values are: in the chain, in a random function of time, or in the noise.
+"""Selection of effects by kind: effects of the chain, random functions of time, noise effects.
 
 Fits and files treat the three differently. Where a function of an effect differs too, it is a
 `functools.singledispatch` by the effect's class, as `bayestouch.model.joining` has it.

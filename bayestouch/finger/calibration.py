@@ -129,7 +129,7 @@ def finger_calibration(
     rest : (m,) array or None
         Rest reading that was subtracted.
     draws, seed, groups, progress, moves
-        As of `bayestouch.calibrate`.
+        As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     places : PlacePosterior, optional
@@ -150,7 +150,7 @@ def finger_calibration(
         counts=means.counts[used],
     )
     typical = float(np.nanmean(rows.load))
-    covariance = np.cov(linear_vectors(fit, vectors).T)
+    covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, vectors).T)
     extra = {} if rest is None else {REST_READING: rest}
     if places is not None:
         extra |= places.with_model_covariance(covariance).arrays()
@@ -188,7 +188,7 @@ def finger_calibration(
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
-    """The calibration of a fit with its E map identified directly, as a regression about the elastic one."""
+    """The calibration of a fit with its E map identified by a regression about the elastic one."""
     from bayestouch.finger.empirical.calibration import fit_empirical
     from bayestouch.finger.empirical.with_effects import identify_beside_effects
 

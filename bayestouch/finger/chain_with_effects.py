@@ -37,9 +37,9 @@ class ChainWithEffects:
     values : mapping of str to tuple of float
         Values of every effect, by its name.
     correction_table : CorrectionTable or None
-        A correction by element and relative location, without a cause.
+        Empirical correction by element and location, if there is one.
     identified : EmpiricalCalibration or None
-        The E map that was identified beside the effects, in place of that of the model.
+        E map that was identified with the effects, instead of that of the model.
     """
 
     model: FingerModel

@@ -16,10 +16,10 @@ from bayestouch.model.fitting import Fitted
 PREFIX = "placed_"
 MEAN = ("even", "wide", "loaded")
 SPREAD = ("terms", "slope", "covariance")
-#: What files had in place of `SPREAD` up to version 0.1: a standard deviation of each element for itself.
+#: Name of the array that files up to version 0.1 have instead of `SPREAD`: a standard deviation for each element.
 SD = "sd"
-# Between the locations of a table, degree: features of the strain are some 10° wide. What is uncertain is stored for
-# every second of them: the sd of a correction with a length of 5° is then off by half a percent between two.
+# Distance between the locations of a table, degree: features of the strain are about 10° wide. The uncertainty is
+# stored for every second location: the sd of a correction with a length of 5° then has an error of 0.5 % between two.
 STEP_DEG, SPREAD_EVERY = 0.5, 2
 
 
@@ -27,23 +27,21 @@ STEP_DEG, SPREAD_EVERY = 0.5, 2
 class CorrectionTable:
     """Correction over the contact location; a locations, m elements.
 
-    Its readings are load times ``even + P R wide + P loaded``, with P R in N and P in N/m. At each location these
-    coefficients are known with the parameters of the chain: given these they are normal, with a mean that is linear
-    in them.
+    The correction is ``P (even + P R wide + P loaded)``, with P R in N and P in N/m. For given parameters of the chain,
+    the coefficients at a location are normal with a mean that is linear in these parameters.
 
     Attributes
     ----------
     angle_deg : (a,) array
         Contact locations, equally spaced, degree.
     even, wide, loaded : (a, m) arrays
-        Coefficients at the most probable parameters: readings for each N/m, and those that come to them times P R and
-        times P.
+        Coefficients at the most probable parameters.
     terms : (p,) int array
-        Which of the three coefficients are uncertain; others are none.
+        Indices of the coefficients that are uncertain; the others are zero.
     slope : (b, d, p, m) array
-        Derivative of these over the d parameters of the chain, at b of the locations.
+        Derivative of these coefficients over the d parameters of the chain, at b of the locations.
     covariance : (b, p m, p m) array
-        Their covariance, given the parameters.
+        Covariance of these coefficients, for given parameters.
     """
 
     angle_deg: FloatArray
@@ -74,11 +72,11 @@ class CorrectionTable:
         return np.asarray(np.einsum("pn,npiqj,qn->nij", of_term, blocks, of_term, optimize=True))
 
     def _of_term(self, radius_mm: FloatArray, load: FloatArray) -> FloatArray:
-        """What the uncertain coefficients are multiplied by, (p, n)."""
+        """Factors of the uncertain coefficients, (p, n)."""
         return np.stack([load, load * load * radius_mm / 1000, load * load])[self.terms]
 
     def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
-        """Tables (a, ...), or of every second location, at locations (n,), each (n, ...); zero outside."""
+        """Tables (a, ...) or (b, ...) interpolated at locations (n,), each (n, ...); zero outside the table."""
         low, high = self.angle_deg[0], self.angle_deg[-1]
         inside = (angle_deg >= low) & (angle_deg <= high)
         out = []
@@ -93,7 +91,7 @@ class CorrectionTable:
         return out
 
     def arrays(self) -> dict[str, FloatArray]:
-        """By name, for a file."""
+        """Arrays by name, for a file."""
         return {PREFIX + name: getattr(self, name) for name in ("angle_deg", *MEAN, *SPREAD)}
 
     @classmethod
@@ -111,14 +109,14 @@ class CorrectionTable:
         if not any(PREFIX + name in arrays for name in ("angle_deg", *MEAN, SD, *SPREAD)):
             return None
         if missing:
-            raise InputError("a correction without it: made by another version, calibrate anew", column=missing[0])
+            raise InputError("missing in the correction: made by another version, calibrate again", column=missing[0])
         angle_deg, even, wide, loaded, *found = (np.asarray(arrays[PREFIX + name]) for name in names)
         terms, slope, covariance = _of_each_element(*found) if len(found) == 1 else found
         return cls(angle_deg, even, wide, loaded, terms.astype(np.int64), slope, covariance)
 
 
 def _of_each_element(sd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """`SPREAD` of a standard deviation (a, m) of each element for itself, whatever the parameters."""
+    """Arrays `SPREAD` from a standard deviation (a, m) of each element, independent of the parameters."""
     a, m = sd.shape
     return np.zeros(1), np.zeros((a, 1, 1, m)), sd[:, :, None] ** 2 * np.eye(m)
 
@@ -133,32 +131,32 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     coefficients = _coefficients(chosen, grid, model.finger.outer_radius_mm, model.reference_load)
     even, wide, loaded = np.tensordot(coefficients, weights.mean, axes=(1, 0))
     terms = np.flatnonzero(coefficients.any(axis=(1, 2, 3)))
-    # (b, k, p m): what each weight does to the uncertain coefficients
+    # (b, k, p m): derivative of the uncertain coefficients over each weight
     some = coefficients[terms][:, :, ::SPREAD_EVERY].transpose(2, 1, 0, 3)
     b, k, p, m = some.shape
     flat = np.ascontiguousarray(some).reshape(b, k, p * m)
     slope = weights.slope.T @ flat
     covariance = flat.swapaxes(1, 2) @ (weights.covariance @ flat)
-    # Six digits do: what is large in the slope is taken from readings that are as large.
+    # Single precision (six digits) is enough.
     return CorrectionTable(
         grid, even, wide, loaded, terms, slope.reshape(b, -1, p, m).astype(np.float32), covariance.astype(np.float32)
     )
 
 
 def _coefficients(chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float) -> FloatArray:
-    """What each weight does to the three coefficients at locations (a,), (3, k, a, m)."""
+    """Derivative of the three coefficients at locations (a,) over each weight, (3, k, a, m)."""
     one = np.ones(len(grid))
 
     def under(radius: float, load: float) -> FloatArray:
-        """Addition of each weight over the load."""
+        """Correction per unit of each weight, over the load, (k, a, m)."""
         return chosen.columns(radius * one, grid, load * one) / load
 
-    # Columns grow with the load as P and P²: two loads give both, an edge and a flat what goes with P R.
+    # Columns are a sum of terms in P and P²: two loads give both; an edge and a flat give the term with P R.
     edge = under(0.0, load)
     loaded = (under(0.0, 2 * load) - edge) / load
     wide = (under(outer_radius_mm, load) - edge) / (load * outer_radius_mm / 1000)
     coefficients = np.stack([edge - load * loaded, wide, loaded])
-    # Differences of numbers that are the same leave their last digit.
+    # Differences of equal numbers leave rounding errors, which are set to zero.
     size = np.abs(coefficients).max(axis=(1, 2, 3)) * np.array([1.0, load * outer_radius_mm / 1000, load])
     coefficients[size < 1e-9 * size.max()] = 0.0
     return coefficients

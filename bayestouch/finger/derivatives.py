@@ -44,9 +44,9 @@ def through_effects(
 
 
 def by_signal(model: SensorModel, recording: Recording, vector: FloatArray) -> FloatArray:
-    """Derivative of the readings over the signals that leave the body, (t, m, m): the last axis is of the signals.
+    """Derivative of the readings over the signals before the effects, (t, m, m); the last axis is that of the signals.
 
-    Parameters as of `through_effects`.
+    Parameters are as in `through_effects`.
     """
     t, m = recording.signal.shape
     one = np.ones((t, m))

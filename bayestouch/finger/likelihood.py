@@ -8,13 +8,13 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
-from bayestouch.data.sensor import Finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import StandardErrors
 from bayestouch.finger.place.touches import PlacedErrors, PlacedTouches
 from bayestouch.finger.series import Reach, TouchSeries
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit, least_squares_map
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
@@ -75,7 +75,8 @@ class FingerLikelihood:
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest value of each coordinate of the chain, (3 m + 2,) each."""
         low, high = (ends.copy() for ends in self.prior.bounds)
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], softest(self.model.finger, self.model.largest_load))
+        log_mu, sigma = self.layout.log_mu, self.layout.sigma
+        low[log_mu] = max(low[log_mu], softest(self.model.finger, self.model.largest_load, float(low[sigma])))
         return low, high
 
     def _reach(self, centre: FloatArray, sd: FloatArray, times: float) -> Reach:
@@ -176,11 +177,3 @@ class FingerLikelihood:
     def with_places(self, known: KnownTouches, placed: PlacedTouches) -> FingerLikelihood:
         """The same with functions of place, for touches that differ in radius and readings."""
         return FingerLikelihood(replace(self.model, evaluator=None), known, self.start, placed)
-
-
-def softest(finger: Finger, largest_load: float) -> float:
-    """Lower bound of log μ (MPa): the contact of a flat under the largest load (N/m) is a quarter of the circumference.
-
-    Linear contact is not valid there.
-    """
-    return float(np.log(largest_load / 1000 / (10 * finger.outer_radius_mm)))

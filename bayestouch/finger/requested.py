@@ -1,4 +1,4 @@
-"""Groups of the ArviZ schema that are written on request, of a finger's calibration without effects."""
+"""Groups of the ArviZ schema that are written on request, for calibrations of fingers without effects."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def requested_groups(
 ) -> Requested:
     """Groups of a calibration, among those of `bayestouch.results.schema.GROUPS`.
 
-    ``log_likelihood`` holds ``whole_touch`` (chain, draw, t), the log density of the mean readings of each touch;
-    ``log_prior`` the log prior density of each parameter, of the value that `bayestouch.calibrate` names; predictions
-    are of ``reading`` (chain, draw, t, m).
+    ``log_likelihood`` has ``whole_touch`` (chain, draw, t), the log density of the mean readings of each touch.
+    ``log_prior`` has the log prior density of each parameter, by its name in `bayestouch.calibrate`. Predictions have
+    ``reading`` (chain, draw, t, m).
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def _of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 
 
 def _log_prior(fit: FingerFit, flat: FloatArray) -> dict[str, FloatArray]:
-    """Log prior density by name, (n,) or (n, m), of values whose logarithms may be the coordinates."""
+    """Log prior density of the values (not of their logarithms) by name, (n,) or (n, m)."""
     prior, at = fit.likelihood.prior, fit.likelihood.layout
     values = np.where(prior.logarithmic, np.exp(np.where(prior.logarithmic, flat, 0.0)), flat)
     logs = np.stack([each.log_density(column) for each, column in zip(prior.priors, values.T, strict=True)], axis=-1)
@@ -92,7 +92,7 @@ def _prior_draws(prior: FlatPrior, n: int, rng: np.random.Generator) -> FloatArr
 
 
 def _within_reach(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Vectors, moved to where the readings are tabulated: four standard deviations of the prior."""
+    """Vectors limited to the range in which the readings are tabulated: four standard deviations of the prior."""
     at, reach, out = fit.likelihood.layout, fit.likelihood.series.reach, vectors.copy()
     out[:, at.sigma] = np.clip(out[:, at.sigma], *reach.sigma)
     out[:, at.log_mu] = np.clip(out[:, at.log_mu], *reach.log_mu)

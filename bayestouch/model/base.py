@@ -227,16 +227,16 @@ class SensorModel(ABC):
         return self.parted(self.through(self.rows(recording), vector))
 
     def about_value(self, vector: FloatArray, place: int) -> tuple[FloatArray, FloatArray, float]:
-        """Vectors a step above and below in one value of an effect, and half of what is between."""
+        """Vectors one step above and below in the component `place`, a value of an effect, and half the difference."""
         _, spread, low, high = (float(each) for each in self.value_priors[place - self.n_base])
         step = VALUE_STEP * min(spread, max(abs(float(vector[place])), 0.1 * spread))
-        # One-sided at a bound.
+        # The difference is one-sided at a bound.
         up, down = vector.copy(), vector.copy()
         up[place], down[place] = min(vector[place] + step, high), max(vector[place] - step, low)
         return up, down, float(0.5 * (up[place] - down[place]))
 
     def of_value(self, vector: FloatArray, place: int) -> Predicted:
-        """Derivative over one value of an effect."""
+        """Derivative of the prediction over the component `place` of the vector, a value of an effect."""
         up, down, step = self.about_value(vector, place)
         return difference(lambda sign: self.predict(up if sign > 0 else down), step)
 

@@ -10,6 +10,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.log_density import LogDensity
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.results.objects import Calibration
 
@@ -29,6 +30,10 @@ class Evaluation(Protocol):
         """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
         ...
 
+    def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
+        """Posterior density of the fit as a function."""
+        ...
+
 
 @dataclass(frozen=True, eq=False)
 class Beginning:
@@ -43,9 +48,9 @@ class Beginning:
     effects : tuple of Effect
         Effects of the catalogue that can occur and that the model does not have already.
     evaluation : Evaluation
-        Makes a calibration of a fit, and its errors on the held-out touches.
+        Computes the calibration of a fit, and its errors on the held-out touches.
     corrects : bool
-        Whether a correction can be added; not where the calibration's own map holds what goes with element and place.
+        Whether a correction can be added; not if the calibration has a map that includes it.
     """
 
     fitted: Fitted

@@ -86,17 +86,16 @@ def corrected_fit(fitted: Fitted) -> tuple[Fitted, Correction] | None:
 class CorrectionWeights:
     """Weights of the correction of a corrected fit; k weights, d parameters.
 
-    Given the parameters they are normal with a mean that is linear in these: both are fitted to the same readings,
-    so that each takes part of what the other leaves.
+    For given parameters of the model they are normal, with a mean that is linear in the parameters.
 
     Attributes
     ----------
     mean : (k,) array
-        At the most probable parameters.
+        Mean at the most probable parameters.
     slope : (k, d) array
         Derivative of the mean over the parameters.
     covariance : (k, k) array
-        Given the parameters.
+        Covariance for given parameters.
     """
 
     mean: FloatArray
@@ -105,7 +104,7 @@ class CorrectionWeights:
 
 
 def weights_of(fitted: Fitted) -> CorrectionWeights:
-    """Weights of the correction of a corrected fit."""
+    """Weights of the correction in a corrected fit."""
     linear, functions = fitted.linear, fitted.linear.functions
     assert functions is not None
     first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))

@@ -1,4 +1,4 @@
-"""Effects joined to a fitted model and removed from it, each kind in its own way."""
+"""Fits with one more effect or one effect less, by kind of effect."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Joined:
     values : tuple of float
         Values of the effect.
     noise : FoundNoise or None
-        Posterior of an effect of the noise.
+        Posterior of a noise effect; None for other effects.
     """
 
     fitted: Fitted
@@ -46,23 +46,23 @@ def fit_with(
     whitening: Whitening | None = None,
     enough: float = SETTLED,
 ) -> Joined:
-    """The model with one more effect, fitted anew.
+    """The model fitted again with one more effect.
 
     Parameters
     ----------
     effect : Effect
-        What is added. Its class says how.
+        The effect to add; its class determines the method.
     fitted : Fitted
         The model without it.
     start : callable
-        Gives the values that a fit starts from, for effects of the chain. Values of drifts and noise are searched for.
+        Returns the starting values of an effect of the chain. For drifts and noise effects they are searched.
     whitening, enough
-        As of `bayestouch.model.fitting.fit`, for effects of the chain and drifts.
+        As in `bayestouch.model.fitting.fit`, for effects of the chain and drifts.
 
     Raises
     ------
     InputError
-        An effect of the noise cannot be seen, because no touch was read twice.
+        A noise effect cannot be observed, because no touch was read twice.
     """
     model = fitted.model.with_effects((*fitted.model.effects, effect))
     vector = model.extended(fitted.vector, start())
@@ -95,14 +95,14 @@ def _(
 ) -> Joined:
     scored = score_noise(fitted, (effect,))
     if not scored:
-        raise InputError(f"{effect.name} shows in repeats only, and no touch was read twice")
+        raise InputError(f"{effect.name} can be observed only in repeats, and no touch was read twice")
     found = settled_noise(fitted, scored[0])
     return Joined(with_noise(fitted, found), found.values, found)
 
 
 @singledispatch
 def fit_without(effect: Effect, fitted: Fitted) -> Fitted:
-    """The model without one of the effects of its chain or its drifts, fitted anew with the same whitening."""
+    """The model fitted again without one effect of its chain or one drift, with the same whitening."""
     model, kept = fitted.model, np.ones(len(fitted.vector), dtype=bool)
     place = model.n_base
     for each in model.effects:

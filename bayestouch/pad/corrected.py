@@ -146,7 +146,7 @@ class PadEffects:
         return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
 
     def acting_of_pressed(self, load: FloatArray) -> FloatArray:
-        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        """Acting load (n,) from true loads: inverse of `pressing`."""
         return self._posed(load, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def as_read(self, acting: FloatArray) -> FloatArray:

@@ -24,15 +24,15 @@ def requested_groups(
 ) -> Requested:
     """Groups of touches, among those of `bayestouch.results.schema.GROUPS`.
 
-    ``log_likelihood`` holds ``reading``, the log density of each mean reading given the other readings of its touch
-    (the readings of a touch are correlated, because the error of the calibration is common to them); ``load``, that
-    of the measured load; and ``whole_touch``, that of all readings and the load of a touch together. NaN stands where
+    ``log_likelihood`` has ``reading``, the log density of each mean reading given the other readings of its touch (the
+    error of the calibration is common to the readings of a touch, so they are correlated); ``load``, that of the
+    measured load; and ``whole_touch``, that of all readings and the load of a touch together. They are NaN where
     nothing was measured. ``lp`` in ``sample_stats`` is ``whole_touch`` plus the sum of ``log_prior``.
 
     Parameters
     ----------
     model : TouchModel
-        t touches.
+        Distribution of readings and loads of t touches.
     posterior : mapping of (chain, draw, t) arrays
         Draws by public name.
     groups : sequence of str

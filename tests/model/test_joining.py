@@ -68,5 +68,5 @@ def test_each_kind_of_effect_is_joined_in_its_own_way(monkeypatch: pytest.Monkey
     found = fit_with(Hum(), whole, pytest.fail)
     assert (found.fitted, found.values, found.noise) == (("with", settled), (4.0,), settled)
     monkeypatch.setattr(joining, "score_noise", lambda fitted, effects: [])
-    with pytest.raises(InputError, match="hum shows in repeats only"):
+    with pytest.raises(InputError, match="hum can be observed only in repeats"):
         fit_with(Hum(), whole, pytest.fail)

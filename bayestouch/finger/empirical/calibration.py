@@ -132,19 +132,19 @@ def identified_map(
     strength: float | None = None,
     family: bool = True,
 ) -> EmpiricalFit:
-    """Identify E from touches whose signals are given.
+    """E identified from touches with given signals.
 
     Parameters
     ----------
     touches : MapTouches
         Known touches.
     shared : sequence of SharedParameter
-        Parameters that all elements share: σ and log μ of the contact, then values of effects. None for the mean of E
-        alone.
+        Parameters shared by all elements: σ and log μ of the contact, then values of effects; empty if only the mean
+        of E is needed.
     shared_covariance : (s, s) array
-        Their covariance.
+        Covariance of these parameters.
     n_coefficients, strength, family
-        As of `fit_empirical`.
+        As in `fit_empirical`.
     """
     elastic = touches.elastic
     n_c = modes_of(elastic) if n_coefficients is None else n_coefficients
@@ -184,16 +184,16 @@ def identified_map(
 
 
 def finger_prior(prior: FlatPrior, elastic: FingerChain, n_coefficients: int, *, family: bool = True) -> list[MapPrior]:
-    """Prior of each row of E about an elastic finger near the mode of its calibration, one per element.
+    """Prior of each row of E (one per element), about an elastic finger near the mode of its calibration.
 
     Parameters
     ----------
     prior : FlatPrior
-        Of the elastic finger's parameters.
+        Prior of the parameters of the elastic finger.
     elastic : FingerChain
-        The finger.
+        The elastic finger.
     n_coefficients, family
-        As of `fit_empirical`.
+        As in `fit_empirical`.
     """
     mean = elastic_e_matrix(elastic, n_coefficients)
     amplitudes = np.abs(elastic_amplitudes(elastic, n_coefficients))
@@ -232,7 +232,7 @@ def _diagonal(touches: MapTouches, n_coefficients: int, family: bool) -> list[Di
 
 
 def _noise(touches: MapTouches, factor2: FloatArray) -> Noise:
-    """Noise whose discrepancy is what is left beside the map; without repeats all of it is called sensor noise."""
+    """Noise with the discrepancy that remains with the map; without repeats all of it counts as sensor noise."""
     counts, noise, known = touches.counts, touches.noise, touches.repeated
     per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
     typical = noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)

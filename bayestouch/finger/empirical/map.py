@@ -20,9 +20,9 @@ STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 
 @dataclass(frozen=True, eq=False)
 class MapNeighbours:
-    """Fingers a step to either side in a parameter that all elements share, each with a factor of the radius.
+    """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
 
-    As κ = P R/μ, a step in log μ is one in the radius.
+    Since κ = P R/μ, a step in log μ is a step in the radius.
     """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
@@ -50,15 +50,15 @@ class EmpiricalCalibration:
     chain : EmpiricalFingerChain
         The finger with the posterior mean of E.
     covariance : (m, p, p) array
-        Of each row of E, at given values of the shared parameters.
+        Covariance of each row of E, at given values of the shared parameters.
     by_contact : (s, m, p) array
-        Change of E, refitted, with each shared parameter: σ and log μ of the contact, then the values of effects.
+        Derivative of the fitted E over each shared parameter: σ and log μ of the contact, then the values of effects.
     contact_covariance : (s, s) array
-        Of the shared parameters.
+        Covariance of the shared parameters.
     noise : Noise
-        What neither repeats nor the map explain is its discrepancy.
+        Noise of the readings; its discrepancy is the error that neither repeats nor the map explain.
     effect_neighbours : tuple of MapNeighbours
-        Fingers to either side in each value of the effects, s - 2 of them.
+        Fingers at one step above and below in each of the s - 2 values of the effects.
     """
 
     chain: EmpiricalFingerChain
@@ -86,12 +86,12 @@ class EmpiricalCalibration:
         return np.asarray(covariance)
 
     def own_variance(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Variance of the signal of each element (t, m) at given values of the shared parameters."""
+        """Variance of the signals (t, m) at given values of the shared parameters."""
         design = pressure_matrix(self.chain.elastic, radius_mm, angle, load, self.chain.n_coefficients)
         return np.asarray(np.einsum("etp,tp->te", design @ self.covariance, design))
 
     def by_shared(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """Derivative of the signals over the shared parameters, the map refitted, (s, t, m)."""
+        """Derivative of the signals over the shared parameters, with the map fitted again, (s, t, m)."""
         radius, angle = np.asarray(radius_mm, dtype=float), np.asarray(angle, dtype=float)
         load, e = np.asarray(load, dtype=float), self.chain.e_matrix
         shared = np.empty((len(self.by_contact), len(load), len(e)))
@@ -130,7 +130,7 @@ class EmpiricalCalibration:
         noise: Noise,
         effect_neighbours: tuple[MapNeighbours, ...] = (),
     ) -> EmpiricalCalibration:
-        """Put together again what `arrays` took apart; without `effect_neighbours` effects count as known exactly."""
+        """Posterior from the result of `arrays`; without `effect_neighbours`, effects count as known exactly."""
         shared = 2 + len(effect_neighbours)
         return cls(
             chain=EmpiricalFingerChain(elastic, np.asarray(arrays["empirical_map"])),

@@ -1,4 +1,4 @@
-"""What an E map that was identified beside effects leaves uncertain of the readings of touches."""
+"""Uncertainty of the readings of touches due to an E map that was identified with effects."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ def map_derivatives(
     vector: FloatArray,
     rows: IntArray,
 ) -> FloatArray:
-    """Derivative of the readings (d, t, m) over the d parameters of the calibration, the map refitted.
+    """Derivative of the readings (d, t, m) over the d parameters of the calibration, with the map fitted again.
 
-    Zero for responses, depths and angles of the elements: the map has taken their place.
+    It is zero for responses, depths and angles of the elements, which the map replaces.
 
     Parameters
     ----------
     identified : EmpiricalCalibration
         The map.
     model : FingerModel
-        The finger with the effects that are the same in all samples, at these touches.
+        The finger with the effects that are equal in all samples, at these touches.
     recording : Recording
-        The touches with the signals that leave the body.
+        The touches with the signals before the effects on the signal.
     vector : (q,) array
         Parameters of `model`.
     rows : (q,) int array
-        Their places among the parameters of the calibration.
+        Indices of these parameters among those of the calibration.
     """
     assert model.pose is not None
     shared = np.einsum("tij,stj->sti", by_signal(model, recording, vector), identified.by_shared(*model.pose))
@@ -48,9 +48,9 @@ def map_derivatives(
 def own_covariance(
     identified: EmpiricalCalibration, model: FingerModel, recording: Recording, vector: FloatArray, scale: FloatArray
 ) -> FloatArray:
-    """Covariance (t, m, m) of the readings that the map leaves at given parameters of the calibration.
+    """Covariance (t, m, m) of the readings due to the map, at given parameters of the calibration.
 
-    As `map_derivatives`; `scale` (t, m) is the factor of the effects that differ from sample to sample.
+    Parameters are as in `map_derivatives`; `scale` (t, m) is the factor of the effects that differ between samples.
     """
     assert model.pose is not None
     through = scale[:, :, None] * by_signal(model, recording, vector)

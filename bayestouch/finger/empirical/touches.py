@@ -1,4 +1,4 @@
-"""What an E map is identified from: known touches, and the elastic finger that the prior of the map is centred on."""
+"""Input of the identification of an E map: known touches, and the elastic finger of the prior."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from bayestouch.finger.layout import FlatPrior
 
 @dataclass(frozen=True, eq=False)
 class MapTouches:
-    """Known touches with the signals that leave the body; t touches, m elements.
+    """Known touches with the signals before the effects; t touches, m elements.
 
     Attributes
     ----------
     elastic : FingerChain
-        Finger whose contact is used, and which the prior of E is centred on.
+        Finger whose contact is used, and on which the prior of E is centred.
     prior : FlatPrior
-        Prior of its parameters.
+        Prior of the parameters of this finger.
     radius_mm, angle, load : (t,) arrays
         Composite radius R (mm), location (rad), load (N/m).
     signal : (t, m) array
-        Mean readings: without effects, signals are what is read.
+        Mean signals; without effects these are the mean readings.
     sd : (t, m) array
-        Standard deviation of their error, as repeats and the error of the load say; inf where missing.
+        Standard deviation of the errors, from repeats and the error of the load; inf where missing.
     counts : (t, m) array
-        Raw readings behind each; 0 where missing.
+        Number of raw readings in each mean; 0 where missing.
     repeated : (m,) bool array
         Elements whose noise is known from repeats.
     noise : Noise
-        That of the model calibration.
+        Noise of the model calibration.
     """
 
     elastic: FingerChain
@@ -52,7 +52,7 @@ class MapTouches:
 
     @property
     def there(self) -> NDArray[np.bool_]:
-        """Where there is a signal, (t, m)."""
+        """Whether each signal is present, (t, m)."""
         return self.counts > 0
 
     @classmethod
@@ -87,14 +87,14 @@ class MapTouches:
 
 @dataclass(frozen=True, eq=False)
 class SharedParameter:
-    """A parameter that all elements share, and what the map is identified from a step to either side of it.
+    """A parameter shared by all elements, with the input of the map at one step above and below its value.
 
     Attributes
     ----------
     near : MapNeighbours
-        The fingers there.
+        Fingers at these values.
     sides : (MapTouches, MapTouches)
-        The touches there: up, then down.
+        Touches at these values: above, then below.
     """
 
     near: MapNeighbours
@@ -102,7 +102,7 @@ class SharedParameter:
 
 
 def contact_parameters(touches: MapTouches) -> tuple[SharedParameter, ...]:
-    """σ and log μ of the contact."""
+    """Shared parameters σ and log μ of the contact."""
 
     def at(chain: FingerChain, factor: float) -> MapTouches:
         return replace(touches, elastic=chain, radius_mm=touches.radius_mm * factor)

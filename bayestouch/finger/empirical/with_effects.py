@@ -1,12 +1,12 @@
-"""Identification of an E map beside effects: touches as the body felt them, with the effects taken off.
+"""Identification of an E map for a finger with effects, from the signals before the effects.
 
-The effects are fitted with the elastic model. What they make of a signal is then known, near the signals of the
-touches, as a linear function: for each touch the readings give the signals that left the body, and their standard
-deviations, and E is identified from these. Where a reading hardly depends on its signal, as in saturation, the signal
-has a large standard deviation and counts for little. Courses of drifts are estimated anew beside the map.
+The effects are fitted with the elastic model and linearised near the signals of the touches. The readings of each touch
+then give its signals before the effects and their standard deviations, and E is identified from these. Where a reading
+hardly depends on its signal, as in saturation, the signal has a large standard deviation and a small weight. Drifts are
+estimated again with the map.
 
-How the map changes with each value of the effects, when it is refitted, is kept with it. A touch that is read then has
-the uncertainty of the effects as well, less what the map makes up for.
+The derivative of the fitted map over each value of the effects is stored with the map, so that the posteriors of
+touches include the uncertainty of the effects.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ from bayestouch.finger.empirical.touches import MapTouches, SharedParameter, con
 from bayestouch.finger.model import FingerModel, finger_model
 from bayestouch.model.fitting import Fitted
 
-# A signal that its reading does not tell has a standard deviation of so many peaks.
+# Standard deviation, over the peak, of a signal that its reading does not determine.
 UNTOLD = 100.0
 
 
 def identify_beside_effects(fitted: Fitted, noise: Noise, shared_covariance: FloatArray) -> EmpiricalFit:
-    """Identify E from the touches of a fit with effects.
+    """E identified from the touches of a fit with effects.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def identify_beside_effects(fitted: Fitted, noise: Noise, shared_covariance: Flo
     model, vector = finger_model(fitted.model), fitted.vector
     of_model = _Unmixed(fitted, noise, model.signal(vector).signal, fitted.drifted)
     first = identified_map(of_model.touches(vector), (), np.zeros((0, 0)))
-    # Effects are made linear about the signals of the map, which are nearer to the true ones than those of the model.
+    # Effects are linearised at the signals of the map, which are more accurate than those of the model.
     of_map = _Unmixed(fitted, noise, first.predicted, _course(fitted, first.predicted))
     touches = of_map.touches(vector)
     effects = [
@@ -59,12 +59,12 @@ def identify_beside_effects(fitted: Fitted, noise: Noise, shared_covariance: Flo
 
 
 def effect_neighbours(model: FingerModel, vector: FloatArray) -> tuple[MapNeighbours, ...]:
-    """Fingers a step to either side in each value of the effects of the chain."""
+    """Fingers at one step above and below in each value of the effects of the chain."""
     return tuple(near for near, _, _ in _about_values(model, vector))
 
 
 def _about_values(model: FingerModel, vector: FloatArray) -> list[tuple[MapNeighbours, FloatArray, FloatArray]]:
-    """Of each value of the effects the fingers to either side, and the vectors there."""
+    """For each value of the effects: fingers at one step above and below, and the two vectors."""
     elastic, place, out = model.chain(vector), model.n_base, []
     for effect in model.effects:
         for i in range(place, place + len(effect.parameters)):
@@ -76,7 +76,7 @@ def _about_values(model: FingerModel, vector: FloatArray) -> list[tuple[MapNeigh
 
 
 def _course(fitted: Fitted, signal: FloatArray) -> FloatArray:
-    """What drifts add to the mean readings (t, m) where the signals of the touches are these."""
+    """Contribution of drifts to the mean readings (t, m), estimated for touches with these signals."""
     functions = fitted.linear.functions
     if functions is None:
         return np.zeros_like(signal)
@@ -88,7 +88,7 @@ def _course(fitted: Fitted, signal: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Unmixed:
-    """Touches with the effects taken off, made linear about given signals.
+    """Touches with the effects removed, linearised at given signals.
 
     Attributes
     ----------
@@ -97,9 +97,9 @@ class _Unmixed:
     noise : Noise
         Of its calibration.
     about : (t, m) array
-        Signals.
+        Signals at which the effects are linearised.
     course : (t, m) array
-        What drifts add to the readings.
+        Contribution of drifts to the readings.
     """
 
     fitted: Fitted
@@ -130,7 +130,7 @@ class _Unmixed:
         return np.asarray((rows**2).sum(axis=0).reshape(self.course.shape))
 
     def touches(self, vector: FloatArray) -> MapTouches:
-        """The touches as they really were, with the signals that left the body, for effects of these values."""
+        """The touches with actual poses and with the signals before the effects, for the values in `vector`."""
         model, means = finger_model(self.fitted.model), self.fitted.model.known.means
         assert model.flat_prior is not None
         there, variance = self.fitted.whitening.present, self.variance

@@ -36,22 +36,22 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
 
 
 def spread_of(derivative: FloatArray, root: FloatArray) -> FloatArray:
-    """Changes of the readings (d, t, m) for one standard deviation each of independent causes.
+    """Changes of the readings (d, t, m) per standard deviation of d independent directions.
 
-    Their products, added up over the causes, are the covariance of the readings to first order.
+    Their products, summed over the directions, are the covariance of the readings to first order.
 
     Parameters
     ----------
     derivative : (d, t, m) array
-        Of the readings over d uncertain numbers.
+        Derivative of the readings over d uncertain parameters.
     root : (d, d) array
-        Lower Cholesky factor of the covariance of these: `root_of`.
+        Lower Cholesky factor of the covariance of these parameters, see `root_of`.
     """
     return np.asarray(np.einsum("qk,qtm->ktm", root, derivative, optimize=True))
 
 
 def root_of(covariance: FloatArray) -> FloatArray:
-    """Lower Cholesky factor of a covariance (q, q), of which an entry may be zero."""
+    """Lower Cholesky factor of a covariance (q, q), which may have zeros on its diagonal."""
     diagonal = np.diag(covariance)
     return np.asarray(np.linalg.cholesky(covariance + np.diag(1e-12 * diagonal + 1e-300)))
 

@@ -49,7 +49,7 @@ class FingerGroup:
     proposal : BlockProposal
         Proposal of the sampler.
     log_probability : (k, t) array or None
-        Of each tip, where the prior has tips; NaN where the draws are to tell.
+        Log probability of each tip, if the prior has tips; NaN if it must be estimated from the draws.
     with_whitener : bool
         Whether the `WHITENER` is among the results.
     """
@@ -90,8 +90,8 @@ class FingerSampler:
     chain, priors, table, noise
         The calibrated finger, priors of touches, reading table, noise.
     reading_covariance : callable or None
-        Covariance (t, m, m) of the readings that the calibration leaves uncertain, from R (mm), θ_c (rad) and
-        P (N/m) of the touches; None takes the calibration as exact.
+        Covariance (t, m, m) of the readings due to the calibration, from R (mm), θ_c (rad) and P (N/m) of the
+        touches; None if the calibration counts as exact.
     with_whitener : bool
         Whether the `WHITENER` of each touch is kept.
     """
@@ -111,7 +111,7 @@ class FingerSampler:
         return [piece for piece in np.array_split(rows, 2 * -(-len(rows) // (2 * largest)) or 1) if len(piece)]
 
     def shapes(self, chains: int, draws: int) -> dict[str, tuple[int, ...]]:
-        """Of `DRAWN`, of `TIPS` where the prior has tips, and of `WHITENER` where that is kept."""
+        """Shapes of the results without the axis of touches: `DRAWN`, and `TIPS` and `WHITENER` if there are any."""
         shapes: dict[str, tuple[int, ...]] = dict.fromkeys(DRAWN, (chains, draws))
         if isinstance(self.priors.radius, RadiusOfTips):
             shapes[TIPS] = (self.priors.radius.n_alternatives,)

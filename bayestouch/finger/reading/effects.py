@@ -42,9 +42,9 @@ class EffectContext:
     slopes : (q, 2, t, m) array
         Derivative of `scale` and `shift` over the values of the effects that depend on time.
     exact : bool
-        Whether the calibration is taken as exact.
+        Whether the calibration counts as exact.
     loads : TrueLoads or None
-        Measured loads as effects of the rig correct them; None where no effect does.
+        Measured loads corrected for effects of the rig; None if there is no such effect.
     """
 
     effects_chain: ChainWithEffects
@@ -82,14 +82,14 @@ class EffectContext:
         )
 
     def with_loads(self, loads: TrueLoads, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> EffectContext:
-        """With corrected loads, and what their errors say of readings at touches (mm, rad, N/m)."""
+        """The context with corrected loads, whose errors are correlated with readings at R (mm), θ_c (rad), P (N/m)."""
         if self.exact:
             return replace(self, loads=loads)
         along = loads.along(self._root, self._spread(self._signal(radius_mm, angle, load), radius_mm, angle, load))
         return replace(self, loads=loads.with_gain(along))
 
     def without_loads(self) -> EffectContext:
-        """As if errors of the corrected loads were independent of what is expected of the readings."""
+        """The context with errors of corrected loads that are independent of the predicted readings."""
         return replace(self, loads=None)
 
     def readings(
@@ -121,10 +121,10 @@ class EffectContext:
         return np.asarray(scaled, dtype=signal.dtype)
 
     def covariance(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Covariance (t, m, m) of the mean readings beyond each element's own noise, at touches (mm, rad, N/m).
+        """Covariance (t, m, m) of the mean readings without each element's own noise, at R (mm), θ_c (rad), P (N/m).
 
-        To first order in the parameters of chain, effects and correction, which are known together. Given the measured
-        load where effects correct that.
+        It is to first order in the joint posterior of the parameters of chain, effects and correction; if effects
+        correct the measured load, it is conditional on this load.
         """
         signal = self._signal(radius_mm, angle, load)
         total = self.extra + self.effects_chain.listed.noise.covariance(
@@ -145,12 +145,12 @@ class EffectContext:
         return np.asarray(total)
 
     def _signal(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Signals (t, m) after the effects that are the same in all samples."""
+        """Signals (t, m) after the effects that are equal in all samples."""
         model = self._at(radius_mm, angle, load)
         return model.readings(self._leaving(model), self._static_vector).touches
 
     def _leaving(self, model: FingerModel) -> Recording:
-        """Touches with the signals that leave the body."""
+        """Touches with the signals before the effects on the signal."""
         identified = self.effects_chain.identified
         if identified is None:
             return model.signal(self._static_vector)
@@ -158,7 +158,7 @@ class EffectContext:
         return replace(model.poses(self._static_vector), signal=identified.chain.series(*model.pose))
 
     def _spread(self, signal: FloatArray, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """What one standard deviation of each column of `_root` changes in the readings, (d, t, m)."""
+        """Change of the readings for each column of `_root`, (d, t, m)."""
         identified, model = self.effects_chain.identified, self._at(radius_mm, angle, load)
         vector, rows = self._static_vector, self._static_rows
         if identified is None:

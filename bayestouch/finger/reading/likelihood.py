@@ -1,4 +1,4 @@
-"""How readings and loads of touches on a calibrated finger are distributed, given R, θ_c and P."""
+"""Distribution of the readings and loads of touches on a calibrated finger, given R, θ_c and P."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class FingerTouchModel:
     Attributes
     ----------
     posterior : FingerPosterior
-        Density of the touches, with the whitener (t, m, m) with which they were drawn.
+        Posterior density of the touches, with the whitener (t, m, m) used for the draws.
     parameters : tuple of Parameter
         R (mm), θ_c (degree) and P (N/m).
     load_shown : (t,) array
@@ -62,11 +62,11 @@ class FingerTouchModel:
         return CorrelatedNormals(mean, self.posterior.whitener[touches])
 
     def measured_load(self, draws: Drawn) -> FloatArray:
-        """The load itself, N/m."""
+        """Expected measured load: the draws of P, N/m."""
         return draws["P"]
 
     def log_prior(self, draws: Drawn, touches: slice) -> Drawn:
-        """Log prior density of R, θ_c and P at draws (n, some), per mm, degree and N/m; of a tip its probability."""
+        """Log prior density of R (1/mm), θ_c (1/degree) and P (m/N) at draws (n, some); for a tip log probability."""
         return {each.name: each.prior.log_density(draws[each.name]) for each in self.parameters}
 
     def prior(self, uniform: FloatArray) -> Drawn:

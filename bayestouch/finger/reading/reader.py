@@ -212,9 +212,9 @@ class FingerPosterior:
     def predicted(
         self, radius: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
     ) -> NDArray[np.floating]:
-        """Predicted readings (B, W, m) under R (mm), θ_c (rad) and P (N/m), (B, W) each, of the touches `blocks` (B,).
+        """Predicted readings (B, W, m) for R (mm), θ_c (rad) and P (N/m), (B, W) each, of the touches `blocks` (B,).
 
-        In float32 by table, in float64 by the chain.
+        With a table they are float32, without a table float64.
         """
         if self.table is None:
             return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)

@@ -155,7 +155,7 @@ class FingerTouchReader:
         return FingerTouches(means, unknown)
 
     def fitted(self, block: FingerTouches) -> FingerMisfit:
-        """Fits of the touches for the check of the sensor, whatever indenters may have made them."""
+        """Fits of the touches for the check of the sensor, with the uniform prior of R."""
         sampler, readings = self.sampler, block.readings.with_independent_loads()
         covariance = self.covariance if readings.context is None else readings.context.covariance
         priors = IndenterPriors.of(sampler.chain, self.typical_load)

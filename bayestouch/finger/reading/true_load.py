@@ -1,4 +1,4 @@
-"""Loads as they act, where effects of the rig say that the force sensor reads other ones."""
+"""True loads: measured loads corrected for effects of the rig."""
 
 from __future__ import annotations
 
@@ -15,21 +15,20 @@ from bayestouch.finger.chain_with_effects import ChainWithEffects
 
 @dataclass(frozen=True, eq=False)
 class TrueLoads:
-    """Measured loads after the correction for effects of the rig; t touches, m elements, d parameters.
+    """Measured loads corrected for effects of the rig; t touches, m elements, d parameters.
 
-    The calibration learned these effects together with the responses of the elements. Where the correction of a load
-    is wrong, readings are therefore predicted wrongly too, and by how much is known: the two errors are not
-    independent.
+    The calibration estimates these effects together with the responses of the elements. The error of a corrected load
+    is therefore correlated with the errors of the predicted readings.
 
     Attributes
     ----------
     load, sd : (t,) arrays
-        Load and its standard deviation, N/m: noise of the force sensor, and uncertainty of the effects. NaN load where
-        none was measured.
+        Load and its standard deviation, N/m: noise of the force sensor, and uncertainty of the effects. The load is NaN
+        if not measured.
     slope : (d, t) array
         Derivative of the load over the parameters of the calibration.
     gain : (t, m) array
-        What the readings are expected to be higher by for each N/m that the corrected load is above the true one.
+        Expected change of the readings per N/m of the difference between corrected load and true load.
     """
 
     load: FloatArray
@@ -42,7 +41,7 @@ class TrueLoads:
         return TrueLoads(self.load[index], self.sd[index], self.slope[:, index], self.gain[index])
 
     def joined(self, parts: Sequence[TrueLoads]) -> TrueLoads:
-        """The touches of several, of which this is one."""
+        """The loads of all `parts` together; this object is one of them."""
         return TrueLoads(
             np.concatenate([part.load for part in parts]),
             np.concatenate([part.sd for part in parts]),
@@ -51,45 +50,47 @@ class TrueLoads:
         )
 
     def along(self, root: FloatArray, spread: FloatArray) -> FloatArray:
-        """Covariance of the load with the readings, over the load's standard deviation, (t, m).
+        """Covariance of the load with the readings, over the standard deviation of the load, (t, m).
 
         Parameters
         ----------
         root : (d, d) array
             Lower Cholesky factor of the covariance of the parameters.
         spread : (d, t, m) array
-            Change of the readings for one standard deviation of each column of it.
+            Change of the readings for each column of `root`.
         """
         together = np.einsum("kt,ktm->tm", root.T @ self.slope, spread)
         return np.where(np.isfinite(self.load)[:, None], together / self.sd[:, None], 0.0)
 
     def with_gain(self, along: FloatArray) -> TrueLoads:
-        """The same with the gain that belongs to the result of `along`."""
+        """The loads with the gain for the result of `along`."""
         return replace(self, gain=np.nan_to_num(-along / self.sd[:, None]))
 
     def readings(self, load: FloatArray, touch: IntArray) -> FloatArray:
-        """What to add to the readings (n, m) of some touches (n,) if their true loads are `load` (n,)."""
+        """Term to add to the readings (n, m) of the touches `touch` (n,) if their true loads are `load` (n,), N/m."""
         return np.nan_to_num(self.load[touch] - load)[:, None] * self.gain[touch]
 
 
 def changes_load(effects_chain: ChainWithEffects) -> bool:
-    """Whether the force sensor reads another load than the one that acts."""
+    """Whether an effect makes the load as read differ from the acting load."""
     return any(e.stage == "rig" and type(e).pose is not Effect.pose for e in effects_chain.model.effects)
 
 
 def true_loads(
     effects_chain: ChainWithEffects, angle_deg: FloatArray, load: FloatArray, load_sd: FloatArray, *, exact: bool
 ) -> TrueLoads:
-    """Loads as they act, from loads as read (t,) at locations (t,); with a `gain` of zero.
+    """True loads from loads as read, with a `gain` of zero.
 
     Parameters
     ----------
     effects_chain : ChainWithEffects
+        The finger with its effects.
     angle_deg : (t,) array
+        Locations of the touches, degree.
     load, load_sd : (t,) arrays
-        As read, N/m, NaN where not measured; noise of the force sensor.
+        Load as read (NaN if not measured) and its standard error, N/m.
     exact : bool
-        Whether the calibration is taken as exact.
+        Whether the calibration counts as exact.
     """
 
     def at(vector: FloatArray) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How readings and loads of touches on a calibrated pad are distributed, given location and load."""
+"""Distribution of the readings and loads of touches on a calibrated pad, given location and load."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ from bayestouch.sampling.normals import IndependentNormals
 class PadTouchModel:
     """Distribution of readings and loads of t touches. A `bayestouch.reading.requested.TouchModel`.
 
-    The prior of the load is that of a touch without a measured load. Where the load is measured, the measurement takes
-    its place: the log prior of P is zero there, and draws of the prior are loads like those of the calibration.
+    The prior of the load is that of a touch without a measured load. If the load is measured, the measurement replaces
+    this prior: the log prior of P is then zero, and draws from the prior are distributed like loads of the calibration.
 
     Attributes
     ----------
     reader : PadReader
-        What the calibration says of readings.
+        The calibrated pad.
     touches : PadTouches
-        The touches.
+        Readings and prior loads of the touches.
     parameters : tuple of Parameter
         x, y (mm) and P.
     load, load_shown : (t,) arrays
-        Measured loads, as they act and as the force sensor read them; NaN not measured or not used.
+        Acting loads and loads as read by the force sensor; NaN not measured or not used.
     effects : PadEffects or None
-        Effects that loads are corrected for.
+        Effects for which loads are corrected.
     """
 
     reader: PadReader
@@ -54,7 +54,7 @@ class PadTouchModel:
 
     @property
     def n_parameters(self) -> int:
-        """Coordinates of the location, and the load."""
+        """Number of parameters: coordinates of the location, and the load."""
         return len(self.parameters)
 
     def readings(self, draws: Drawn, touches: slice) -> IndependentNormals:
@@ -65,7 +65,7 @@ class PadTouchModel:
         return IndependentNormals(self.reader.map.offset + signal, np.where(counts > 0, variance, np.nan))
 
     def measured_load(self, draws: Drawn) -> FloatArray:
-        """Load as it acts, which measured loads are corrected to."""
+        """Acting load, to which measured loads are corrected."""
         load = draws["P"]
         return load if self.effects is None else self.effects.acting_of_pressed(load.ravel()).reshape(load.shape)
 
