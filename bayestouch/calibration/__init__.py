@@ -91,8 +91,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, a calibration in `like` is of another build, a prior contradicts the possible
-        range or the nominal geometry, or the touches cannot identify the parameters.
+        If an option does not fit the body, a calibration in `like` is of another build, a prior contradicts the
+        possible range or the nominal geometry, or the touches cannot identify the parameters.
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bayestouch.effects import Setting, catalogue
@@ -13,6 +13,8 @@ from bayestouch.finger.correction_table import table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
+from bayestouch.finger.place.fit import fit_with_places
+from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
@@ -40,8 +42,11 @@ def begin(
     e_map: str = MODEL_MAP,
     groups: Sequence[str] = (),
     moves: Any = None,
+    functions: PlaceFunctions | None = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
+
+    With `functions` of place the fit without effects has these, and no effect may be added to it.
 
     Raises
     ------
@@ -49,6 +54,8 @@ def begin(
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
+    if functions is not None:
+        start = replace(start, calibrated=fit_with_places(start.calibrated, functions)[0])
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
     evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves, tuple(groups))
@@ -90,7 +97,7 @@ class FingerEvaluation:
     groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch"."""
         data = self.data
         if not added and correction is None:
             calibration = finger_calibration(

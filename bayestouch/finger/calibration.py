@@ -18,7 +18,7 @@ from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
-from bayestouch.finger.place.fit import AUTO, NO_DISCREPANCY, OF_PLACE, fit_of_places
+from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, fit_of_places
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
@@ -91,6 +91,8 @@ def calibrate_finger(
         progress=progress,
         moves=moves,
     )
+    if discrepancy == NO_DISCREPANCY:
+        calibration = replace(calibration, settings={**calibration.settings, DISCREPANCY_SETTING: NO_DISCREPANCY})
     if places is not None:
         # That of the model says what to look for: functions of place hide it.
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
