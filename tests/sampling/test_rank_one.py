@@ -10,6 +10,7 @@ from bayestouch.sampling.rank_one import (
     DiagonalPlusRankOne,
     inverse_root,
     log_density_with_shared_error,
+    log_density_with_shared_errors,
     normal_log_density,
     shared_error,
 )
@@ -119,3 +120,19 @@ def test_log_density_of_rows_with_a_shared_error_each() -> None:
             density = stats.multivariate_normal(cov=covariance).logpdf(rows[n, t, here])
             total += density + 0.5 * here.sum() * np.log(2 * np.pi) - 0.5 * np.log(weight[n, t, here]).sum()
         assert found[n] == pytest.approx(total, rel=1e-10)
+
+
+def test_density_with_several_shared_errors_is_that_of_scipy() -> None:
+    rng = np.random.default_rng(4)
+    rows, slopes, sd = rng.normal(size=(2, 3, 5)), rng.normal(size=(2, 2, 3, 5)), rng.uniform(0.5, 2, (2, 3, 5))
+    weight = sd**-2.0
+    weight[1, 2, 4] = 0.0  # left out
+    found = log_density_with_shared_errors(rows, slopes, weight)
+    for n in range(2):
+        for t in range(3):
+            there = weight[n, t] > 0
+            directions = slopes[:, n, t, there]
+            covariance = np.diag(sd[n, t, there] ** 2) + directions.T @ directions
+            expected = stats.multivariate_normal(np.zeros(there.sum()), covariance).logpdf(rows[n, t, there])
+            own = 0.5 * np.log(weight[n, t, there] / (2 * np.pi)).sum()
+            assert found[n, t] + own == pytest.approx(expected, abs=1e-10)
