@@ -20,11 +20,13 @@ from .diagnosis import diagnose as diagnose
 from .diagnosis.result import Diagnosis as Diagnosis
 from .errors import InputError as InputError
 from .inference import infer as infer
+from .live import Reader as Reader
 from .priors.indenters import EdgeOrRound as EdgeOrRound
 from .priors.indenters import IndenterDistribution as IndenterDistribution
 from .priors.indenters import KnownTips as KnownTips
 from .priors.indenters import UniformCurvature as UniformCurvature
 from .priors.indenters import UniformRadius as UniformRadius
+from .reading.live import LiveTouch as LiveTouch
 from .reporting import Report as Report
 from .reporting import report as report
 from .reporting.comparison import Comparison as Comparison

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
@@ -40,12 +41,13 @@ def _calibrate(
     *,
     contact: str,
     e_map: str,
+    discrepancy: str,
     priors: Mapping[str, Prior] | None,
     **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -66,6 +68,12 @@ def _reader(calibration: Calibration, options: Options) -> TouchReader:
     return FingerTouchReader.from_calibration(calibration, options)
 
 
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    from bayestouch.finger.reading.live import FingerLive
+
+    return FingerLive.of(calibration, options, arrays)
+
+
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     from bayestouch.finger.lacking import lacking_to_calibrate
 
@@ -77,6 +85,7 @@ BODY = Body(
     options={
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "groups": Option(()),
         "moves": Option(),
@@ -91,6 +100,7 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
     stated=_stated,
     lacking=_lacking,
 )

@@ -69,6 +69,8 @@ class Body:
         ``(data, *, draws, seed, **options)`` to the `Beginning` of a fit with effects.
     reader : callable
         ``(calibration, options)`` to a `bayestouch.reading.touch_reader.TouchReader`.
+    live : callable
+        ``(calibration, options, arrays)`` to a `bayestouch.reading.live.LiveBody`; `arrays` from its file, or None.
     stated : callable
         From a calibration to its effects with their values, and the options of its fit, to make the fit again.
     lacking : callable
@@ -85,6 +87,7 @@ class Body:
     calibrate: Callable[..., Calibration]
     begin: Callable[..., Beginning]
     reader: Callable[..., Any]  # a package beside this one has its type
+    live: Callable[..., Any]
     stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
     most_touches: int | None = None

@@ -10,7 +10,7 @@ from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
@@ -64,6 +65,10 @@ def _reader(calibration: Calibration, options: Options) -> TouchReader:
     return PadTouchReader.from_calibration(calibration, options)
 
 
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    raise InputError("the live reader reads fingers only; use infer for a pad")
+
+
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     from bayestouch.pad.lacking import lacking_to_calibrate
 
@@ -80,6 +85,7 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
     stated=_stated,
     lacking=_lacking,
     most_touches=MOST_TOUCHES,

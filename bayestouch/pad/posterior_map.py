@@ -18,6 +18,9 @@ FARTHEST = 8.0
 # Points at which the elements' entries are solved for, for each coefficient of a polynomial through them; how much
 # wider than the normal approximation they are spread.
 POINTS, WIDER = 2.0, 1.3
+# Rounds in which these points are moved to where the posterior is, at most; share of them that count when they are
+# there; powers of the weights in between; least spread that stays.
+MOST_ROUNDS, ENOUGH, POWERS, SLIGHT = 12, 0.25, tuple(0.5 ** np.arange(12)), 1e-6
 # A gain that is so many standard deviations from zero fixes the scale of what a shift of its element does.
 FIXED_GAIN = 6.0
 
@@ -117,37 +120,37 @@ class PadPosteriorMap:
         fixed = np.flatnonzero(np.abs(mode[:m]) > FIXED_GAIN * np.sqrt(np.diag(covariance)[:m]))
         for axis in range(dimensions):
             gain[(2 + axis) * m + fixed] = fixed
-        low, high = (ends[shared] for ends in density.bounds)
-        spread = covariance[np.ix_(shared, shared)]
-        wide = BoundedNormal.of(mean[shared], WIDER**2 * spread, (low, high))
-        scale = np.linalg.inv(np.linalg.cholesky(spread)) if len(shared) else spread
-        count = _terms(np.zeros((1, len(shared)))).shape[1]
-        rng = np.random.default_rng([seed, 11])
-        found, _ = wide(rng.standard_normal((int(np.ceil(POINTS * count)) if len(shared) else 1, len(shared))))
         # A shift times its gain: what a unit of it does is what a unit of the position does, over the gain.
         unit = np.where(gain >= 0, 1 / np.where(gain >= 0, mode[gain], 1.0), 1.0)[own]
-        steps, roots = [], []
-        for each in found:
-            vector = mode.copy()
-            vector[shared] = each
-            linear = density.linearised(vector)
-            precision = linear.hessian()[np.ix_(own, own)] * np.outer(unit, unit)
-            root = np.linalg.cholesky(precision)
-            pull = solve_triangular(root, linear.gradient()[own] * unit, lower=True)
-            steps.append(solve_triangular(root.T, pull, lower=False))
-            roots.append(root)
-        terms = _terms((found - mean[shared]) @ scale.T)
-        fit = np.linalg.pinv(terms)
-        bounded = BoundedNormal.of(mean[shared], spread, (low, high))
+        low, high = (ends[shared] for ends in density.bounds)
+        centre, spread = mean[shared], covariance[np.ix_(shared, shared)]
+        rng, count = np.random.default_rng([seed, 11]), int(POINTS * _terms(np.zeros((1, len(shared)))).shape[1])
+        for _ in range(MOST_ROUNDS):
+            wide = BoundedNormal.of(centre, WIDER**2 * spread, (low, high))
+            points = rng.standard_normal((count, len(shared)))
+            found, log_derivative = wide(points)
+            solved = [_Solved.at(density, np.concatenate([mode[own], each]), own, unit) for each in found]
+            log_weight = np.array([each.log_density for each in solved])
+            log_weight += 0.5 * (points**2).sum(axis=1) + log_derivative
+            if not len(shared) or _effective(log_weight) >= ENOUGH * count:
+                break
+            # Far from normal, or from its mode: the moments of the points by weight, which none of them dominates.
+            power = next(p for p in POWERS if _effective(p * log_weight) >= ENOUGH * count or p == POWERS[-1])
+            weight = np.exp(power * (log_weight - log_weight.max()))
+            centre = weight @ found / weight.sum()
+            spread = (found - centre).T @ (weight[:, None] * (found - centre)) / weight.sum()
+            spread += np.diag(SLIGHT * np.diag(spread) + 1e-300)
+        scale = np.linalg.inv(np.linalg.cholesky(spread)) if len(shared) else spread
+        fit = np.linalg.pinv(_terms((found - centre) @ scale.T))
         return cls(
             shared,
             own,
-            bounded,
-            scale,
-            np.concatenate([mode[own], mean[shared]]),
+            BoundedNormal.of(centre, spread, (low, high)),
+            np.asarray(scale),
+            np.concatenate([mode[own], centre]),
             gain,
-            np.asarray(fit @ np.array(steps), dtype=np.float64),
-            np.asarray(np.tensordot(fit, np.array(roots), axes=1), dtype=np.float64),
+            np.asarray(fit @ np.array([each.step for each in solved]), dtype=np.float64),
+            np.asarray(np.tensordot(fit, np.array([each.root for each in solved]), axes=1), dtype=np.float64),
         )
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -171,3 +174,37 @@ def _terms(x: FloatArray) -> FloatArray:
     """Terms of a polynomial of second order in x (n, k): one, each x, and each product of two; (n, c)."""
     first, second = np.triu_indices(x.shape[1])
     return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second]], axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class _Solved:
+    """Entries of elements at one value of the shared ones; q entries.
+
+    Attributes
+    ----------
+    step : (q,) array
+        Their most probable values, less the mode.
+    root : (q, q) array
+        Lower Cholesky factor of their precision.
+    log_density : float
+        Log density of the shared entries, these integrated out, up to a constant.
+    """
+
+    step: FloatArray
+    root: FloatArray
+    log_density: float
+
+    @classmethod
+    def at(cls, density: PadDensity, vector: FloatArray, own: IntArray, unit: FloatArray) -> _Solved:
+        """Solve in units (q,) of the entries."""
+        linear = density.linearised(vector)
+        root = np.asarray(np.linalg.cholesky(linear.hessian()[np.ix_(own, own)] * np.outer(unit, unit)))
+        pull = solve_triangular(root, linear.gradient()[own] * unit, lower=True)
+        log_density = float(0.5 * pull @ pull - linear.cost() - np.log(np.diag(root)).sum())
+        return cls(np.asarray(solve_triangular(root.T, pull, lower=False)), root, log_density)
+
+
+def _effective(log_weight: FloatArray) -> float:
+    """Effective number of weights."""
+    weight = np.exp(log_weight - log_weight.max())
+    return float(weight.sum() ** 2 / (weight**2).sum())
