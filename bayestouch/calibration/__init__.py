@@ -60,8 +60,8 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
-        the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects,
+        their values are unknowns beside the other parameters; a model without is that of a call without `model`.
         If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
@@ -70,9 +70,9 @@ def calibrate(
         Posterior draws to keep.
     groups : str or sequence of str
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
-        ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. Only for calibrations that are drawn from the
-        exact posterior. Predictions take 4 bytes for each draw, touch and element: 64 MB for 1,000 touches of 16
-        elements with 1,000 draws; log likelihoods 8 bytes for each draw and touch.
+        ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. Not for calibrations with effects. Predictions
+        take 4 bytes for each draw, touch and element: 64 MB for 1,000 touches of 16 elements with 1,000 draws; log
+        likelihoods 8 bytes for each draw and touch.
     seed : int
         Seed of every random number.
     progress : callable, optional

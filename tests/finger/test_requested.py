@@ -113,7 +113,7 @@ def test_groups_change_no_draw_and_the_log_posterior_is_always_there(calibration
     np.testing.assert_array_equal(without.posterior["mu"], calibration.posterior["mu"])
 
 
-def test_a_normal_approximation_has_no_likelihood() -> None:
+def test_groups_are_refused_for_a_calibration_with_effects() -> None:
     model = StatedModel("finger", "layer", (("crosstalk", {}),))
-    with pytest.raises(InputError, match=r"groups: .*normal approximation"):
+    with pytest.raises(InputError, match=r"groups: .*with effects"):
         bayestouch.calibrate(DATA, model=model, groups="log_likelihood")

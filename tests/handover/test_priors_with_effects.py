@@ -57,8 +57,8 @@ def test_draws_with_effects_on_file_spread_as_readings_and_priors_say(with_cross
     """All twenty parameters against the normal distribution at the mode, with the noise that the draws have.
 
     4,000 draws of an effective size of about 2,000: the mean ratio of 20 variances is good to 0.7 %, each sd to 1.6 %.
-    The posterior is not quite normal: with 40 touches the sd of one depth is 8 % smaller, and that of most parameters 2 %
-    larger, as the noise is unknown, too.
+    The posterior is not quite normal: with 40 touches the sd of one depth is 8 % smaller, and that of most parameters
+    2 % larger, as the noise is unknown, too.
     """
     mode, draws = with_crosstalk.group("mode"), with_crosstalk.draws
     values = np.array([mode[f"crosstalk_{name}"] for name in ("share", "reach", "lean")])
