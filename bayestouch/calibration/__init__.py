@@ -66,8 +66,8 @@ def calibrate(
         Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response`` and
         ``noise_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors` replaces these.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
-        the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects,
+        their values are unknowns beside the other parameters; a model without is that of a call without `model`.
         If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
