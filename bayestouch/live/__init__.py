@@ -211,7 +211,7 @@ class Reader:
 
     def _now(self, time_s: float | None) -> float:
         if time_s is None:
-            if self._stream is not None and self._held is not None:
+            if self._stream is not None and self._stream.needs_time:
                 raise InputError(
                     "time_s: this calibration has effects that depend on time: give the time of each sample"
                 )

@@ -125,6 +125,11 @@ class HeldTouch:
 class LiveStream(Protocol):
     """Effects that depend on time and on earlier touches, followed along a stream. It changes with every sample."""
 
+    @property
+    def needs_time(self) -> bool:
+        """Whether the times of the samples matter."""
+        ...
+
     def begin(self, time_s: float) -> None:
         """A touch begins at this time."""
         ...
