@@ -134,8 +134,8 @@ class LiveStream(Protocol):
         """A touch begins at this time."""
         ...
 
-    def add(self, values: FloatArray, load: float, time_s: float, reads: float) -> tuple[FloatArray, float]:
-        """Use a sample of the touch: readings (m,) and load as they are to be averaged."""
+    def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
+        """The touch with one more sample: readings (m,), load, time, and number of raw reads."""
         ...
 
     def end(self) -> None:

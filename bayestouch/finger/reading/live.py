@@ -118,6 +118,7 @@ class FingerLive:
             kappa = pressed * float(one.radii(w)) * one.per_modulus
             columns = self.covariance(kappa, angle, pressed).reshape(-1, len(readings))
             columns[len(readings) :] /= pressed
+        covariance: FloatArray | None
         if stream is not None and context is not None:
             one, covariance = stream.acting(one, found, context, columns, variance)
             found = one.expansion(found.x) if one.context is not context else found

@@ -15,6 +15,7 @@ from bayestouch.finger.reading.effects import EffectContext, timed_rows
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
 from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
+from bayestouch.reading.live import HeldTouch
 
 # Number of earlier touches whose remainders are followed.
 REMEMBERED = 24
@@ -72,6 +73,13 @@ class FingerStream:
         Whether the calibration counts as exact.
     """
 
+    _weight: float
+    _times: float
+    _total: FloatArray
+    _counts: FloatArray
+    _sums: FloatArray
+    _history: History | None
+
     def __init__(self, effects_chain: ChainWithEffects, *, exact: bool) -> None:
         chain = effects_chain
         self.effects_chain, self.exact = chain, exact
@@ -96,8 +104,8 @@ class FingerStream:
             start, end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
             self._history = History(start, end, readings)
 
-    def add(self, values: FloatArray, load: float, time_s: float, reads: float) -> tuple[FloatArray, float]:
-        """Use a sample of the touch; readings and load are returned as they are."""
+    def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
+        """The touch with one more sample."""
         self._weight += reads
         self._last, self._times = time_s, self._times + reads * time_s
         here = values == values
@@ -105,7 +113,7 @@ class FingerStream:
         self._counts += reads * here
         if len(self.rows):
             self._sums += reads * self._scale_and_shift(time_s, time_s - self._began)
-        return values, load
+        return held.after(values, load, reads)
 
     def end(self) -> None:
         """The touch has ended: what it says of the drifts is used for later touches."""
@@ -220,7 +228,7 @@ class FingerStream:
         m = self.effects_chain.model.n_elements
         self._weight = self._times = 0.0
         self._began = self._last = 0.0
-        self._history: History | None = None
+        self._history = None
         self._total, self._counts = np.zeros(m), np.zeros(m)
         self._sums = np.zeros((len(self._vectors), 2, m))
 
