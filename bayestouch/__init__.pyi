@@ -1,6 +1,8 @@
 """Public names and the modules that define them, for type checkers, editors and lazy_loader alike."""
 
 from .calibration import calibrate as calibrate
+from .calibration.log_density import LogDensity as LogDensity
+from .calibration.log_density import log_density as log_density
 from .checking import DataCheck as DataCheck
 from .checking import check as check
 from .checks.ranks import RankStatistics as RankStatistics

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import fields, is_dataclass
+from typing import Any
+
 import numpy as np
 
 from bayestouch.chain.noise import Noise
-from bayestouch.data.sensor import Finger, Rubber, Sensor
+from bayestouch.data.sensor import Finger, Pad, Rubber, Sensor
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Uniform
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration, TouchPosteriors
@@ -21,6 +24,9 @@ FINGER = Sensor(
     extra={"bench": {"operator": "µ", "table": [1, 2.5]}},
     notes=("sensor.toml: bench is not known here, kept and not used",),
 )
+
+
+PAD = Sensor(name="pad", body=Pad((0.0, 4.0, 0.0), (0.0, 0.0, 4.0), 5.0, 2.0))
 
 
 PARAMETERS = (
@@ -86,3 +92,26 @@ def touches(sensor: Sensor = FINGER) -> TouchPosteriors:
         settings={"plug_in": 0.0},
         notes=(),
     )
+
+
+def same(first: Any, second: Any) -> None:
+    """Equal to the last bit, NaN included, with the same types of arrays."""
+    if isinstance(first, np.ndarray):
+        assert isinstance(second, np.ndarray) and first.dtype == second.dtype
+        np.testing.assert_array_equal(first, second)
+    elif is_dataclass(first) and not isinstance(first, type):
+        assert type(first) is type(second)
+        for field in fields(first):
+            same(getattr(first, field.name), getattr(second, field.name))
+    elif isinstance(first, dict):
+        assert set(first) == set(second)
+        for key in first:
+            same(first[key], second[key])
+    elif isinstance(first, tuple | list):
+        assert len(first) == len(second)
+        for one, other in zip(first, second, strict=True):
+            same(one, other)
+    elif isinstance(first, float) and np.isnan(first):
+        assert np.isnan(second)
+    else:
+        assert first == second

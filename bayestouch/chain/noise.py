@@ -37,7 +37,11 @@ class Noise(Summarised):
         return np.asarray(self.force_sd / np.sqrt(np.asarray(reads)))
 
     def mean_sd(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
-        """Standard deviation of a mean of `counts` readings with the expected signal `signal`.
+        """Standard deviation of a mean of `counts` readings with the expected signal `signal`: see `mean_variance`."""
+        return np.asarray(np.sqrt(self.mean_variance(counts, signal)))
+
+    def mean_variance(self, counts: ArrayLike, signal: ArrayLike) -> FloatArray:
+        """Variance of a mean of `counts` readings with the expected signal `signal`.
 
         Parameters
         ----------
@@ -48,4 +52,8 @@ class Noise(Summarised):
         """
         counts = np.asarray(counts, dtype=float)
         averaged = np.divide(self.tactile_sd**2, counts, out=np.full(counts.shape, np.inf), where=counts > 0)
-        return np.asarray(np.sqrt(averaged + self.discrepancy_sd**2 + (self.signal_share * np.asarray(signal)) ** 2))
+        return np.asarray(averaged + self.lasting_variance(signal))
+
+    def lasting_variance(self, signal: ArrayLike) -> FloatArray:
+        """Part of `mean_variance` that averaging does not reduce, shape of `signal` (..., n_elements)."""
+        return np.asarray(self.discrepancy_sd**2 + (self.signal_share * np.asarray(signal)) ** 2)

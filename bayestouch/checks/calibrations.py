@@ -26,8 +26,9 @@ from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit, fit_finger
-from bayestouch.finger.likelihood import LOAD_REACH, softest
+from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FIELDS, FingerPriors
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.parallel.cluster import on_cluster
 from bayestouch.priors.parameters import LogNormal, Prior
 from bayestouch.progress import Progress
@@ -254,7 +255,8 @@ def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Gene
     """
     finger, m = design.finger, design.finger.n_elements
     shapes = {name: () if name in ("sigma", "mu", "force_noise_sd") else (m,) for name in FIELDS}
-    lowest = np.exp(softest(finger, LOAD_REACH * float(design.touches.averaged().load.max())))
+    largest_load = LOAD_REACH * float(design.touches.averaged().load.max())
+    lowest = np.exp(softest(finger, largest_load, float(design.drawn_from["sigma"].support[0])))
     while True:
         drawn = {name: design.drawn_from[name].quantile(rng.random(shape)) for name, shape in shapes.items()}
         if drawn["mu"] > lowest:

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
@@ -40,18 +41,25 @@ def _calibrate(
     *,
     contact: str,
     e_map: str,
+    discrepancy: str,
     priors: Mapping[str, Prior] | None,
     **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
     from bayestouch.finger.beginning import begin
 
     return begin(data, **options)
+
+
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    from bayestouch.finger.stated import stated_of
+
+    return stated_of(calibration)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
@@ -77,6 +85,7 @@ BODY = Body(
     options={
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "groups": Option(()),
         "moves": Option(),
@@ -92,5 +101,6 @@ BODY = Body(
     begin=_begin,
     reader=_reader,
     live=_live,
+    stated=_stated,
     lacking=_lacking,
 )

@@ -3,11 +3,14 @@
 For m elements: log |response| (reading per N/m), depths r_s (mm), angles θ_s (rad), σ, log μ (MPa), log noise
 (reading), log discrepancy (multiple of the noise of a touch's mean; only if repeats distinguish it from noise), log
 noise of the force sensor (N/m). The chain depends on the first ``3 m + 2`` coordinates.
+
+With effects, the values of those in the chain follow log μ, and the values of drifts and noise effects are last.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,20 +30,31 @@ class FlatLayout:
         Number of elements m.
     discrepancy : bool
         Whether the vector has discrepancies.
+    n_values : int
+        Number of values of effects in the chain.
+    n_further : int
+        Number of values of drifts and noise effects.
     """
 
     n_elements: int
     discrepancy: bool
+    n_values: int = 0
+    n_further: int = 0
+
+    @property
+    def n_base(self) -> int:
+        """Number of coordinates of the chain without effects."""
+        return 3 * self.n_elements + 2
 
     @property
     def n_chain(self) -> int:
         """Number of coordinates on which the chain depends."""
-        return 3 * self.n_elements + 2
+        return self.n_base + self.n_values
 
     @property
     def size(self) -> int:
         """Number of all coordinates."""
-        return self.n_chain + self.n_elements * (2 if self.discrepancy else 1) + 1
+        return self.force_noise + 1 + self.n_further
 
     @property
     def response(self) -> slice:
@@ -74,7 +88,17 @@ class FlatLayout:
 
     @property
     def force_noise(self) -> int:
-        return self.size - 1
+        return self.n_chain + self.n_elements * (2 if self.discrepancy else 1)
+
+    @property
+    def values(self) -> slice:
+        """Values of effects in the chain."""
+        return slice(self.n_base, self.n_chain)
+
+    @property
+    def further(self) -> slice:
+        """Values of drifts and noise effects."""
+        return slice(self.force_noise + 1, self.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +131,18 @@ class FlatPrior:
         assert len(priors) == layout.size
         logarithmic = np.ones(layout.size, dtype=bool)
         logarithmic[n_elements : layout.log_mu] = False
+        return cls._of(layout, priors, logarithmic)
+
+    def with_values(self, values: Sequence[tuple[Prior, bool]], further: Sequence[tuple[Prior, bool]]) -> FlatPrior:
+        """The same with values of effects: a prior for each, and whether the coordinate is a logarithm."""
+        at = self.layout
+        layout = replace(at, n_values=len(values), n_further=len(further))
+        own = list(zip(self.priors, self.logarithmic.tolist(), strict=True))
+        every = [*own[: at.n_base], *values, *own[at.n_base :], *further]
+        return self._of(layout, tuple(prior for prior, _ in every), np.array([log for _, log in every]))
+
+    @classmethod
+    def _of(cls, layout: FlatLayout, priors: tuple[Prior, ...], logarithmic: NDArray[np.bool_]) -> FlatPrior:
         pairs = [_normal(prior, bool(log)) for prior, log in zip(priors, logarithmic, strict=True)]
         mean, spread = np.array(pairs).T
         return cls(layout, priors, logarithmic, mean, spread)

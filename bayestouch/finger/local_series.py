@@ -33,7 +33,7 @@ LARGEST_ERROR, LEFT_OUT = 0.02, 3e-4
 
 @dataclass(frozen=True, eq=False)
 class Polynomials:
-    """Polynomials in four variables, one for each touch and element.
+    """Polynomials in some variables, one for each touch and element.
 
     Attributes
     ----------
@@ -52,8 +52,8 @@ class Polynomials:
 
     @classmethod
     def of(cls, nodes: FloatArray, values: FloatArray, degree: int, noise: FloatArray) -> Polynomials:
-        """Least-squares fit to values (n, t, m) at nodes (n, 4); terms far below `noise` (t, m) are left out."""
-        found = np.linalg.lstsq(_monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
+        """Least-squares fit to values (n, t, m) at nodes (n, v); terms far below `noise` (t, m) are left out."""
+        found = np.linalg.lstsq(monomials(nodes.T, degree).T, values.reshape(len(values), -1), rcond=None)[0]
         found = found.reshape(len(found), *values.shape[1:])
         squares = ((found / noise) ** 2).sum(axis=(1, 2))
         order = np.argsort(squares)
@@ -83,10 +83,10 @@ class LocalSeries:
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected readings (n, t, m) at the measured loads, and their derivative over the load (n, t, m)."""
-        place = (_coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
+        place = (coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
         beyond = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.series.sign * np.exp(vectors[:, self.series.layout.response])
-        terms = (_monomials(place, DEGREE) * response).transpose(2, 0, 1)
+        terms = (monomials(place, DEGREE) * response).transpose(2, 0, 1)
         readings, slopes = self.readings(terms), self.slopes(terms)
         if beyond.any():
             readings[beyond], slopes[beyond] = self.series(vectors[beyond])
@@ -114,7 +114,7 @@ def local_series(
     for place, ends in ((at.sigma, reach.sigma), (at.log_mu, reach.log_mu)):
         low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
-    count = int(NODES * len(_powers(DEGREE))) + COMPARED
+    count = int(NODES * len(powers(DEGREE, 4))) + COMPARED
     # Random nodes, denser at the ends like Chebyshev nodes.
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, 4)))
     vectors = np.repeat(centre[None], count, axis=0)
@@ -127,8 +127,8 @@ def local_series(
     noise = noise_sd / np.abs(response)
     local = LocalSeries(
         series,
-        _coordinates(at, middle),
-        _coordinates(at, half),
+        coordinates(at, middle),
+        coordinates(at, half),
         Polynomials.of(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE, noise),
         Polynomials.of(
             nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE, noise / series.known.load[:, None]
@@ -138,34 +138,34 @@ def local_series(
     return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
 
 
-def _coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
+def coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
     """Depth, angle, σ and log μ of each element, (4, ..., m), of vectors (..., d)."""
     depth = vectors[..., at.depth]
     shared = (np.broadcast_to(vectors[..., place, None], depth.shape) for place in (at.sigma, at.log_mu))
     return np.stack([depth, vectors[..., at.angle], *shared])
 
 
-def _monomials(place: FloatArray, degree: int) -> FloatArray:
-    """Products of powers up to a total degree, (k, ...), of places (4, ...); low degrees first."""
-    out = np.empty((len(_powers(degree)), *place.shape[1:]))
+def monomials(place: FloatArray, degree: int) -> FloatArray:
+    """Products of powers up to a total degree, (k, ...), of places (v, ...); low degrees first."""
+    out = np.empty((len(powers(degree, len(place))), *place.shape[1:]))
     out[0] = 1.0
-    for i, (less, factor) in enumerate(_factors(degree), start=1):
+    for i, (less, factor) in enumerate(_factors(degree, len(place)), start=1):
         np.multiply(out[less], place[factor], out=out[i])
     return out
 
 
-@lru_cache(maxsize=4)
-def _powers(degree: int) -> tuple[tuple[int, ...], ...]:
-    """Powers of four variables up to a total degree, in order of the degree."""
-    return tuple(sorted((p for p in product(range(degree + 1), repeat=4) if sum(p) <= degree), key=sum))
+@lru_cache(maxsize=8)
+def powers(degree: int, variables: int) -> tuple[tuple[int, ...], ...]:
+    """Powers of some variables up to a total degree, in order of the degree."""
+    return tuple(sorted((p for p in product(range(degree + 1), repeat=variables) if sum(p) <= degree), key=sum))
 
 
-@lru_cache(maxsize=4)
-def _factors(degree: int) -> tuple[tuple[int, int], ...]:
+@lru_cache(maxsize=8)
+def _factors(degree: int, variables: int) -> tuple[tuple[int, int], ...]:
     """For each product except the first: index of the product with one factor less, and this factor."""
-    powers, out = _powers(degree), []
-    for one in powers[1:]:
+    every, out = powers(degree, variables), []
+    for one in every[1:]:
         factor = next(i for i, power in enumerate(one) if power)
         less = tuple(power - (i == factor) for i, power in enumerate(one))
-        out.append((powers.index(less), factor))
+        out.append((every.index(less), factor))
     return tuple(out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,6 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.chain.recording import Recording
 from bayestouch.contact import composite_radius
-from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 from bayestouch.effects.effect import Effect
 from bayestouch.finger.correction_basis import FingerCorrectionBasis
@@ -21,13 +20,12 @@ from bayestouch.finger.derivatives import through_effects
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.possible_touches import possible_touches
 from bayestouch.finger.series import TouchSeries
+from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.base import FAR_FROM_PRIOR, LOAD_STEP, PossibleTouches, Rows, SensorModel
 from bayestouch.model.observations import Observations
 
 # Smallest distance of an element from the surface in a fit, over the thickness of the rubber; at most half the nominal.
 NEAREST = 0.05
-# Largest contact in a fit, over the end of the table of contacts; the table ends later for a higher Poisson's ratio.
-SHORT_OF_THE_END = 0.95
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -80,10 +78,8 @@ class FingerModel(SensorModel):
         base = slice(0, self.n_base)
         mean, spread = self.flat_prior.mean[base], self.flat_prior.spread[base]
         low, high = (ends[base].copy() for ends in self.flat_prior.bounds)
-        # On softer rubber the contact of a flat exceeds a quarter of the circumference: linear contact is not valid.
-        radii = (self.finger.core_radius_mm, self.finger.outer_radius_mm)
-        softest = self.largest_load / 1000 * radii[1] / _widest_kappa(radii, float(low[self.layout.sigma]))
-        low[self.layout.log_mu] = max(low[self.layout.log_mu], np.log(softest))
+        log_mu, sigma = self.layout.log_mu, self.layout.sigma
+        low[log_mu] = max(low[log_mu], softest(self.finger, self.largest_load, float(low[sigma])))
         # Close to the surface the number of Fourier modes diverges, and with it the size of the table (gigabytes at the
         # bound of the prior, which a step of a fit may try).
         depth, outer = self.layout.depth, self.finger.outer_radius_mm
@@ -281,14 +277,6 @@ class FingerModel(SensorModel):
         """The other model, with the cache of this one."""
         other.__dict__["_last"] = self._last
         return other
-
-
-@lru_cache(maxsize=8)
-def _widest_kappa(radii_mm: tuple[float, float], poisson_ratio: float) -> float:
-    """κ (mm²) of the widest contact in a fit, for a body with this Poisson's ratio or a higher one."""
-    return SHORT_OF_THE_END * float(
-        min(LayerContact.for_body(*radii_mm, poisson_ratio).kappas[-1], 10 * radii_mm[1] ** 2)
-    )
 
 
 def finger_model(model: SensorModel) -> FingerModel:

@@ -184,7 +184,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
             masses.append(own)
             z = ndtri(np.clip(np.cumsum(own) - 0.5 * own, 1e-9, 1 - 1e-9))
             _, covariance[np.ix_(rows, rows)] = _moments([axes[0], z], mass)
-    last = layout.size - 1 - layout.n_chain
+    last = layout.force_noise - layout.n_chain
     mean[last], covariance[last, last] = _force_noise(known, prior, residuals, weight)
     centre = mean.copy()
     centre[layout.missed.start - layout.n_chain : layout.missed.stop - layout.n_chain] = 0.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,12 +12,16 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.quantiles import QuantileMaps
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, Demands, StudentT, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
+from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
+from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.laplace import solve_lower
 
-CHAINS = 4
 # Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
 # Steps per draw that is kept, by attempt: 75 % of proposals are accepted on a finger of 16 elements (83 unknowns). With
@@ -35,53 +40,122 @@ class PosteriorMap:
     chain are ``x = x(noise) + R(noise)^-T u``; x(noise) and ``R Rᵀ`` are mode and precision of the least-squares fit
     with the readings weighted by this noise. The proposal is thus wider for an element with larger noise.
 
+    Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
+    first, from the last to the first; each is cut off at its bounds, given those drawn before it.
+
     Attributes
     ----------
-    fit : FingerFit
-        The fit.
+    known : KnownTouches
+        Touches.
+    layout : FlatLayout
+        Positions in the flat vector.
+    prior_spread : (n,) array
+        Prior standard deviations of the coordinates of the chain.
+    vector : (d,) array
+        Flat vector at which the chain is linearised.
+    quantiles : QuantileMaps or None
+        Log discrepancies from normal variables.
     precision, gradient : (m, n, n), (m, n) arrays
-        Contributions of the readings of each element at the mode, with the noise of the fit.
+        Contribution of the readings of each element, with the noise of `vector`.
+    constant : (n, n) array or None
+        Contribution to the precision that does not depend on the noise.
+    pull : (n,) array or None
+        Gradient of the log posterior at `vector`; None for zero.
+    ends : pair of (d,) arrays or None
+        Bounds of all coordinates, used for the values of effects.
+    further_sd : (k,) array or None
+        Standard deviations of the values of drifts and noise effects.
     """
 
-    fit: FingerFit
+    known: KnownTouches
+    layout: FlatLayout
+    prior_spread: FloatArray
+    vector: FloatArray
+    quantiles: QuantileMaps | None
     precision: FloatArray
     gradient: FloatArray
+    constant: FloatArray | None = None
+    pull: FloatArray | None = None
+    ends: tuple[FloatArray, FloatArray] | None = None
+    further_sd: FloatArray | None = None
 
     @classmethod
     def of(cls, fit: FingerFit) -> PosteriorMap:
-        """Map for a fit, with the chain linearised at the mode."""
+        """Linearise the chain at the mode of a fit without effects."""
         likelihood, mode = fit.likelihood, fit.laplace.mode
         predicted, slope = likelihood.predicted(mode)
         spread = likelihood.standard_errors(fit.vector)
         rows = likelihood.whiten(likelihood.derivatives(mode), slope, spread)
         left = likelihood.whiten(likelihood.known.readings - predicted, slope, spread)
-        return cls(fit, np.einsum("itm,jtm->mij", rows, rows, optimize=True), np.einsum("itm,tm->mi", rows, left))
+        return cls(
+            likelihood.known,
+            likelihood.layout,
+            likelihood.prior.spread[: likelihood.layout.n_chain],
+            fit.vector,
+            fit.noise_shape.quantiles,
+            np.einsum("itm,jtm->mij", rows, rows, optimize=True),
+            np.einsum("itm,tm->mi", rows, left),
+        )
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Flat vectors (..., d) from points (..., d), and the log of the Jacobian determinant (...)."""
+        """Flat vectors (..., d) from points (..., d), and the log of the derivative (...)."""
         flat = points.reshape(-1, points.shape[-1])
         parts = [self._map(flat[first : first + POINTS_HELD]) for first in range(0, len(flat), POINTS_HELD)]
         vectors, log_derivative = (np.concatenate(each) for each in zip(*parts, strict=True))
         return vectors.reshape(points.shape), log_derivative.reshape(points.shape[:-1])
 
     def _map(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        at, mode, quantiles = self.fit.likelihood.layout, self.fit.laplace.mode, self.fit.noise_shape.quantiles
+        at, n = self.layout, self.layout.n_chain
         vectors, log_derivative = points.copy(), np.zeros(len(points))
-        if quantiles is not None:
-            vectors[:, at.missed], log_derivative = quantiles(points[:, at.missed])
-        weight = self._variance(self.fit.vector[None]) / self._variance(vectors)
+        if self.quantiles is not None:
+            vectors[:, at.missed], log_derivative = self.quantiles(points[:, at.missed])
+        if self.further_sd is not None:
+            log_derivative = log_derivative + self._place_further(points, vectors)
+        weight = self._variance(self.vector[None]) / self._variance(vectors)
         precision = np.tensordot(weight, self.precision, axes=1)
-        index = np.arange(at.n_chain)
-        precision[:, index, index] += self.fit.likelihood.prior.spread[: at.n_chain] ** -2.0
+        if self.constant is not None:
+            precision += self.constant
+        index = np.arange(n)
+        precision[:, index, index] += self.prior_spread**-2.0
         root = np.asarray(np.linalg.cholesky(precision), dtype=np.float64)
-        # R⁻ᵀ (u + R⁻¹ pull) is the sum of the random step and the shift of the mode.
-        inner = points[:, : at.n_chain] + solve_lower(root, np.asarray((weight - 1) @ self.gradient))
-        vectors[:, : at.n_chain] = mode + solve_lower(root, inner, transposed=True)
+        # R⁻ᵀ (u + R⁻¹ pull) is the sum of the random step and of the shift of the mode.
+        pull = (weight - 1) @ self.gradient
+        shift = solve_lower(root, np.asarray(pull if self.pull is None else pull + self.pull))
+        standard = points[:, :n]
+        if self.ends is not None and at.n_values:
+            standard, more = self._cut_off(standard, shift, root)
+            log_derivative = log_derivative + more
+        vectors[:, :n] = self.vector[:n] + solve_lower(root, standard + shift, transposed=True)
         return vectors, log_derivative - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
 
+    def _cut_off(self, standard: FloatArray, shift: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Standard variables that keep the values of effects inside their bounds, and the log of the derivative."""
+        assert self.ends is not None
+        at, n = self.layout, self.layout.n_chain
+        out, total = standard.copy(), np.zeros(len(standard))
+        step = np.zeros(standard.shape)
+        for k in reversed(range(at.n_base, n)):
+            rest = np.einsum("nj,nj->n", root[:, k + 1 :, k], step[:, k + 1 :]) - shift[:, k]
+            low, high = (root[:, k, k] * (ends[k] - self.vector[k]) + rest for ends in self.ends)
+            out[:, k], more = normal_between(standard[:, k], low, high)
+            step[:, k] = (out[:, k] - rest) / root[:, k, k]
+            total += more
+        return out, total
+
+    def _place_further(self, points: FloatArray, vectors: FloatArray) -> FloatArray:
+        """Put values of drifts and noise effects into the vectors; the log of the derivative."""
+        assert self.ends is not None and self.further_sd is not None
+        at, total = self.layout, np.zeros(len(points))
+        for k, sd in zip(range(at.further.start, at.size), self.further_sd, strict=True):
+            low, high = ((ends[k] - self.vector[k]) / sd for ends in self.ends)
+            z, more = normal_between(points[:, k], np.full(len(points), low), np.full(len(points), high))
+            vectors[:, k] = self.vector[k] + sd * z
+            total += more + np.log(sd)
+        return total
+
     def _variance(self, vectors: FloatArray) -> FloatArray:
-        """Variance (n, m) of a mean reading of each element with its typical number of reads."""
-        known, at = self.fit.likelihood.known, self.fit.likelihood.layout
+        """Variance (n, m) of the mean reading of each element, of a typical number of readings."""
+        known, at = self.known, self.layout
         share = np.full(at.n_elements, 1 / known.typical_reads)
         if at.discrepancy:
             share = share + np.exp(2 * vectors[:, at.missed]) / known.typical_reads
@@ -102,6 +176,21 @@ def sample_fit(
     covariance = np.eye(layout.size)
     covariance[n:, n:] = shape.covariance
 
+    return draw_points(density, to_vectors, centre, covariance, draws, seed, progress, moves)
+
+
+def draw_points(
+    density: Callable[[FloatArray], FloatArray],
+    to_vectors: PosteriorMap,
+    centre: FloatArray,
+    covariance: FloatArray,
+    draws: int,
+    seed: int,
+    progress: Progress | None,
+    moves: Any,
+) -> BlockDraws:
+    """Draw flat vectors with proposals that are normal, with this centre and covariance, in the map `to_vectors`."""
+
     def log_density(points: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
         vectors, log_derivative = to_vectors(points)
         return density(vectors) + log_derivative
@@ -118,29 +207,14 @@ def sample_fit(
             # One round: in so many dimensions an adapted proposal is not better than the first one.
             rounds=1,
             moves=moves,
-            progress=_part(progress, attempt),
+            progress=part_of(progress, attempt),
         )
         kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
         ess, rhat = bulk_statistics(kept)
-        if _good(ess, rhat, draws):
+        if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
     return replace(
         drawn, draws=kept, log_density=drawn.log_density[:, ::thin] - log_derivative, ess_bulk=ess, rhat=rhat
     )
-
-
-def _good(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
-    """Whether chains are long enough; the limit of R-hat allows for its scatter with few draws."""
-    demands = Demands()
-    enough = bool(ess.min() >= min(demands.ess_bulk, 0.4 * draws))
-    return enough and bool(rhat.max() <= max(demands.rhat, 1 + 8 * CHAINS / draws))
-
-
-def _part(progress: Progress | None, attempt: int) -> Progress | None:
-    """Progress of one attempt: the first covers one half, each later one a half of the rest."""
-    if progress is None:
-        return None
-    left = 0.5**attempt
-    return lambda done: progress(1 - left + 0.5 * left * done)

@@ -6,6 +6,7 @@ columns are full, but products with them are computed from the sparse columns an
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,6 +54,17 @@ class WhiteColumns:
         several = np.flatnonzero(~alone)
         full = np.einsum("tij,ctj->tic", root, raw[several], optimize=True).reshape(t * m, len(several))
         return cls(count, np.ascontiguousarray(full), several, own, index, root)
+
+    @classmethod
+    def of_elements(cls, columns: Sequence[FloatArray], root: FloatArray) -> WhiteColumns:
+        """From columns as they are that move one element each, (c_e, t) for every element, and the whitening."""
+        t, m = root.shape[:2]
+        counts = [len(each) for each in columns]
+        count, most = sum(counts), max(counts, default=0)
+        own, index = np.zeros((m, most, t)), np.full((m, most), count)
+        for e, (each, first) in enumerate(zip(columns, np.cumsum([0, *counts]), strict=False)):
+            own[e, : len(each)], index[e, : len(each)] = each, first + np.arange(len(each))
+        return cls(count, np.zeros((t * m, 0)), np.zeros(0, dtype=np.int64), own, index, root)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -117,9 +117,12 @@ def functions_of(
     vector: FloatArray,
     whitening: Whitening,
     drifts: tuple[Drift, ...],
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
 ) -> Functions | None:
     """Random functions of the drifts and `further` ones (k, t, m), whitened; None if there are none."""
+    if isinstance(further, Functions):
+        assert not drifts, "functions that are whitened already cannot be combined with drifts"
+        return further
     if not drifts and further is None:
         return None
     raw = drift_columns(model, vector, drifts)
@@ -146,7 +149,7 @@ def _compared(model: SensorModel, vector: FloatArray, whitening: Whitening, func
     )
 
 
-def _linearised(
+def linearised(
     model: SensorModel, vector: FloatArray, whitening: Whitening, functions: Functions | None = None
 ) -> Linearised:
     """The model linearised at a vector."""
@@ -166,7 +169,7 @@ def fit(
     drifts: tuple[Drift, ...] = (),
     *,
     whitening: Whitening | None = None,
-    further: FloatArray | None = None,
+    further: FloatArray | Functions | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
     """Maximum a posteriori by damped Gauss-Newton steps.
@@ -183,8 +186,9 @@ def fit(
         Random functions of time.
     whitening : Whitening, optional
         Fixed whitening, for fits that are compared with each other; by default that at `start`.
-    further : (k, t, m) array, optional
-        Further random functions: mean readings per unit of each of their standard normal weights.
+    further : (k, t, m) array or Functions, optional
+        Further random functions: mean readings per unit of each of their standard normal weights. `Functions` belong to
+        `whitening`, and cannot be combined with drifts.
     enough : float
         The fit ends when the gain of a step (half sum of squares) is below this.
     """
@@ -197,9 +201,11 @@ def fit(
     functions = functions_of(model, vector, whitening, drifts, further)
     for _ in range(FOLLOWED):
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
+        if functions is None or not drifts:
+            break
         # The functions of a gain drift are proportional to the signal: update them if it has changed much.
         now = functions_of(model, vector, whitening, drifts, further)
-        if now is None or functions is None or _nearly_equal(now.raw, functions.raw):
+        if now is None or _nearly_equal(now.raw, functions.raw):
             break
         functions = now
     # A parameter at a bound whose step points outside is fixed and absorbs no part of the residual.
@@ -223,7 +229,7 @@ def _descended(
     enough: float,
 ) -> tuple[FloatArray, Linearised]:
     """Vector of minimum cost between the bounds, by damped Gauss-Newton steps, and the model linearised there."""
-    linear = _linearised(model, vector, whitening, functions)
+    linear = linearised(model, vector, whitening, functions)
     for _ in range(MAX_ITERATIONS):
         step, _ = _step(linear, vector, low + margin, high - margin)
         cost, share = linear.cost(), 1.0
@@ -235,7 +241,7 @@ def _descended(
             share *= 0.3
         else:
             break
-        vector, linear = moved, _linearised(model, moved, whitening, functions)
+        vector, linear = moved, linearised(model, moved, whitening, functions)
         if cost - linear.cost() < enough:
             break
     return vector, linear

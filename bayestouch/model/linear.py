@@ -31,7 +31,7 @@ class Functions:
     Attributes
     ----------
     raw : (k, t, m) array
-        Columns in the unit of the readings.
+        Columns in the unit of the readings; (0, t, m) for functions of which only the whitened columns are needed.
     white : WhiteColumns
         The columns whitened.
     root : (k, k) array
@@ -45,7 +45,12 @@ class Functions:
     @classmethod
     def of(cls, raw: FloatArray, white: WhiteColumns) -> Functions:
         """Functions from their columns before whitening (k, t, m) and whitened."""
-        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(len(raw)))))
+        return cls(raw, white, np.asarray(np.linalg.cholesky(white.gram() + np.eye(white.count))))
+
+    @classmethod
+    def whitened(cls, white: WhiteColumns) -> Functions:
+        """Functions of which only the whitened columns are needed."""
+        return cls.of(np.zeros((0, *white.shape)), white)
 
     def without(self, rows: FloatArray) -> FloatArray:
         """Whitened rows (t m, q) times the precision of the data with the weights integrated out."""

@@ -8,8 +8,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
+
+# Noise of a reading, over the peak, of a sensor whose noise is not known from repeats: none, but not zero.
+LEAST_SD = 1e-6
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,8 @@ class NoiseModel:
         Noise added by the noise effects.
     effects : tuple of (NoiseEffect, values)
         Noise effects of the model.
+    lasting : Noise or None
+        Discrepancy and share of the signal of a sensor, which averaging does not reduce; None for a model without.
     """
 
     sd: FloatArray
@@ -82,6 +88,12 @@ class NoiseModel:
     peak: FloatArray
     added: AddedNoise = field(default_factory=AddedNoise)
     effects: tuple[tuple[NoiseEffect, Values], ...] = ()
+    lasting: Noise | None = None
+
+    @classmethod
+    def of(cls, noise: Noise, load_sd: FloatArray, peak: FloatArray) -> NoiseModel:
+        """The noise of a sensor for touches whose loads have standard errors (t,)."""
+        return cls(np.maximum(noise.tactile_sd, LEAST_SD * peak), load_sd, peak, lasting=noise)
 
     def variance(self, signal: FloatArray, reads: ArrayLike) -> FloatArray:
         """Variance of means over `reads` samples, with the noise effects; shape of `signal` (..., m)."""
@@ -91,6 +103,12 @@ class NoiseModel:
     def own_variance(self, signal: FloatArray) -> FloatArray:
         """Variance of each element's own noise in one sample, shape of `signal` (..., m)."""
         return np.asarray(self.sd**2 + self.added.variance(signal, self.peak))
+
+    def mean_variance(self, signal: FloatArray, counts: ArrayLike) -> FloatArray:
+        """Variance of each element's own error in means of `counts` samples, shape of `signal` (..., m)."""
+        averaged = self.own_variance(signal) / np.asarray(counts)
+        lasting = 0.0 if self.lasting is None else self.lasting.lasting_variance(signal)
+        return np.asarray(averaged + lasting)
 
     def shared_sd(self, reads: FloatArray) -> FloatArray:
         """Change of means over `reads` samples (t,) by one sd of the shared error, (t, m)."""

@@ -33,12 +33,12 @@ class Whitening:
 
     @classmethod
     def of(cls, observed: Observations, noise: NoiseModel, signal: FloatArray, by_load: FloatArray) -> Whitening:
-        """Whitening for touches with predicted readings (t, m) and their derivative over the load (t, m)."""
+        """Whitening for touches with predicted signal (t, m) and derivative of the readings over the load (t, m)."""
         means = observed.means
         counts = np.where(np.isnan(means.readings), 0, means.counts)
         present = counts > 0
         one = noise.own_variance(signal)
-        variance = np.where(present, one / np.maximum(counts, 1), 1.0)
+        variance = np.where(present, noise.mean_variance(signal, np.maximum(counts, 1)), 1.0)
         reads = np.maximum(counts.max(axis=1), 1)
         root = inverse_root(variance, (by_load * noise.load_sd[:, None], noise.shared_sd(reads)), present)
         row_sd = np.sqrt(one[observed.row_touch] / observed.weight[:, None])

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.reading.live import LiveBody
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
+#: What is said where the density of a calibration is asked for.
+NO_DENSITY = "log_density: the posterior density is available for fingers, this sensor is a pad"
 # A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
 MOST_TOUCHES = 1000
 # Smallest range of the loads, over their median, at which an error of the load can be observed.
@@ -49,6 +52,10 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     from bayestouch.pad.beginning import begin
 
     return begin(data, **options)
+
+
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    raise InputError(NO_DENSITY)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
@@ -80,6 +87,7 @@ BODY = Body(
     begin=_begin,
     reader=_reader,
     live=_live,
+    stated=_stated,
     lacking=_lacking,
     most_touches=MOST_TOUCHES,
     instead={

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from bayestouch.chain.kernel_choice import kernel_for, kernel_names
+from bayestouch.chain.kernel_choice import kernel_names
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import pad_of
+from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
-from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
+from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.choice import choose_model
+from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import SAMPLES
-from bayestouch.pad.priors import check_identifiable
+from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
+from bayestouch.pad.start import fit_without_effects
+from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 
-# Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
-_WORTH_A_MAP = 3.0
+# Share of the time after which the model is chosen.
+CHOSEN = 0.7
 
 
 def calibrate_pad(
@@ -29,13 +33,14 @@ def calibrate_pad(
     samples: str = "auto",
     draws: int = 1000,
     seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    progress: Progress | None = None,
 ) -> Calibration:
     """Calibrate a pad: gains, offsets, positions, kernel, empirical map and noise.
 
     Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
     this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
-    is chosen. The posterior is the normal (Laplace) approximation at the mode, with the map integrated out.
+    is chosen. emcee draws its parameters from the exact posterior, with the map integrated out, and with proposals from
+    the normal approximation at the mode.
 
     Parameters
     ----------
@@ -64,6 +69,55 @@ def calibrate_pad(
     InputError
         The touches cannot identify the parameters, or an option has an unknown value.
     """
+    chosen = choose_pad(
+        dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=_part(progress, 0.0, CHOSEN)
+    )
+    fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
+    density = PadDensity.of(fitted)
+    posterior = PadPosterior.of(density, draws, seed, progress=_part(progress, CHOSEN, 1.0))
+    model = chosen.model.at(density.values(density.mode), posterior.covariance)
+    return replace(chosen, model=model).calibration(dataset.sensor, posterior)
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenPad:
+    """Known touches of a pad, the model that predicts them best, and all that were tried by name.
+
+    Attributes
+    ----------
+    problem : PadProblem
+        The touches.
+    name : str
+        Name of the chosen model.
+    model : PadCandidate
+        The chosen model.
+    rivals : dict of str to PadCandidate
+        All of them.
+    notes : list of str
+        What was handled or assumed.
+    """
+
+    problem: PadProblem
+    name: str
+    model: PadCandidate
+    rivals: dict[str, PadCandidate]
+    notes: list[str]
+
+    def calibration(self, sensor: Sensor, posterior: PadPosterior) -> Calibration:
+        """The calibration with a posterior."""
+        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes)
+
+
+def choose_pad(
+    dataset: DataSet,
+    *,
+    kernel: str,
+    empirical: bool | Literal["auto"] = "auto",
+    samples: str = "auto",
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> ChosenPad:
+    """Choose the model of a pad; parameters and errors as of `calibrate_pad`."""
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"expected samples among {', '.join(SAMPLES)}, got {samples!r}")
@@ -74,51 +128,10 @@ def calibrate_pad(
     assert dataset.calibration is not None
     problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
-    notes = [*dataset.notes, *dataset.calibration.notes, *notes]
-    result = pad_calibration_of(dataset.sensor, problem, model, rivals, notes, draws=draws)
-    if progress is not None:
-        progress(1.0)
-    return result
+    name = next(name for name, rival in rivals.items() if rival is model)
+    return ChosenPad(problem, name, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
 
 
-def choose_model(
-    problem: PadProblem,
-    dataset: DataSet,
-    kernel: str,
-    empirical: bool | Literal["auto"],
-    progress: Callable[[float], None] | None = None,
-) -> tuple[PadCandidate, dict[str, PadCandidate]]:
-    """The chosen model, and all fitted models by name."""
-    dimensions = problem.known.location.shape[1]
-    names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
-    kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
-    for each in kernels:
-        check_identifiable(problem.known, each, problem.usable)
-
-    def told(share: float) -> None:
-        if progress is not None:
-            progress(share)
-
-    models: dict[str, PadCandidate] = {}
-    for i, each in enumerate(kernels):
-        models[each.name] = fit_kernel(problem, each)
-        told(0.3 * (i + 1) / len(kernels))
-    best = max(models.values(), key=lambda model: model.score)
-    rivals = [] if empirical is True else [best]
-    if empirical is not False:
-        mapped = add_map(problem, best)
-        models[f"{best.kernel.name} with map"] = mapped
-        rivals.append(mapped)
-        told(0.6)
-        if kernel == "auto":
-            constant = kernel_for("constant", dataset.sensor, problem.pitch_mm)
-            alone = add_map(problem, fit_kernel(problem, constant))
-            models["map alone"] = alone
-            rivals.append(alone)
-        told(0.8)
-    # The simplest model is first; a later one must be clearly better.
-    chosen = rivals[0]
-    for rival in rivals[1:]:
-        if rival.score > chosen.score + _WORTH_A_MAP:
-            chosen = rival
-    return chosen, models
+def _part(progress: Progress | None, first: float, last: float) -> Progress | None:
+    """Progress of a part of the work."""
+    return None if progress is None else lambda share: progress(first + (last - first) * share)

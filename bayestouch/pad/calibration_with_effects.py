@@ -8,10 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
@@ -19,10 +16,12 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
-from bayestouch.pad.calibration import calibrate_pad
+from bayestouch.pad.calibration import calibrate_pad, choose_pad
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import choose_samples
 from bayestouch.pad.model import PadModel
+from bayestouch.pad.posterior import PadPosterior
 from bayestouch.results.objects import Calibration
 
 
@@ -33,7 +32,7 @@ def pad_calibration(
     dataset: DataSet,
     table: Touches,
     clock: Timing,
-    training: NDArray[np.bool_],
+    training: BoolArray,
     rest: FloatArray | None,
     setting: Setting,
     kernel: str,
@@ -67,7 +66,7 @@ def pad_calibration(
         Notes for the calibration.
     """
     effects = pad_effects(fitted, added, setting)
-    sensor = dataset.sensor
+    sensor = as_built = dataset.sensor
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
     if added:
@@ -75,26 +74,19 @@ def pad_calibration(
         if sensor.force_noise_sd is not None:
             sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
-    made = calibrate_pad(
-        replace(dataset, sensor=sensor, calibration=known), kernel=kernel, samples=samples, draws=draws, seed=seed
-    )
+    dataset = replace(dataset, sensor=sensor, calibration=known)
+    if not added:
+        made = calibrate_pad(dataset, kernel=kernel, samples=samples, draws=draws, seed=seed)
+    else:
+        chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
+        made = chosen.calibration(sensor, PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added))
     # The rest reading is already subtracted from the table; touches read later need it.
-    made = made.with_rest_reading(rest)
-    made = replace(made, sensor=dataset.sensor, notes=tuple(dict.fromkeys((*notes, *made.notes))))
+    made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
-    posterior, mode = dict(made.posterior), dict(made.mode)
-    shape = next(iter(posterior.values())).shape[:2]
-    rng = np.random.default_rng([seed, 3])
-    for each in added:
-        for i, parameter in enumerate(each.effect.public_parameters()):
-            mode[parameter.name] = np.asarray(each.values[i])
-            posterior[parameter.name] = each.draws(i, rng.standard_normal(shape))
     return replace(
         made,
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
-        mode=mode,
-        posterior=posterior,
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},
         notes=(*made.notes, *_notes(effects)),

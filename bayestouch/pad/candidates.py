@@ -12,7 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad import PadChain
 from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
-from bayestouch.pad.misfit_fit import MapNoise, fit_misfit
+from bayestouch.pad.misfit_fit import fit_misfit
 from bayestouch.pad.noise import LeftOut, fit_noise, log_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
@@ -54,6 +54,12 @@ class PadCandidate:
     noise: Noise
     load_spread: float
     score: float
+
+    def at(self, flat: FloatArray, covariance: FloatArray) -> PadCandidate:
+        """The same model with other parameters (d,) of the pad, and their covariance (d, d)."""
+        fit = self.fit
+        laplace = replace(fit.laplace, mode=flat, covariance=covariance)
+        return replace(self, fit=replace(fit, chain=fit.chain.with_flat(flat), laplace=laplace))
 
     @property
     def kernel(self) -> Kernel:
@@ -123,17 +129,22 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
 def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
     """Add an empirical map to a kernel that was fitted without one."""
     known = problem.known
-    tactile2 = np.where(np.isfinite(known.pure_error_variance), known.pure_error_variance, 0.0)
-    averaged = np.divide(tactile2, known.counts, out=np.full(known.counts.shape, np.inf), where=problem.present)
     fit = model.fit
     # A constant kernel has no shape that a second round could improve.
     for again in range(_MAP_ROUNDS if model.kernel.parameters else 1):
         chain = fit.chain
         base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
         # In the second round the signal is that of kernel and map together.
-        noise = MapNoise(averaged, fit.predicted() - chain.offset)
-        spacing = location_spacing(known.location)
-        misfit = fit_misfit(base, fit.residual, noise, spacing_mm=spacing, seed=problem.seed, warm=again > 0)
+        misfit = fit_misfit(
+            base,
+            fit.residual,
+            fit.predicted() - chain.offset,
+            known.counts,
+            model.noise,
+            spacing_mm=location_spacing(known.location),
+            seed=problem.seed,
+            warm=again > 0,
+        )
         fit = fit_chain(chain, problem.priors.of(chain.kernel), known, misfit)
     return _judged(problem, fit, chain)
 

@@ -18,6 +18,11 @@ SAMPLES = ("auto", "mean", "first", "last")
 _CREEP_SIGNIFICANCE = 4.0
 
 
+def counted_samples(touches: Touches, samples: str) -> Touches:
+    """The samples of each touch that count: all for ``"mean"``, or only the ``"first"`` or ``"last"`` in contact."""
+    return touches if samples == "mean" else touches.select(_one_row_each(touches, samples))
+
+
 def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
     """Mean of each touch over the samples that are used; coordinates of the location are NaN where unknown.
 
@@ -28,15 +33,14 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
     dimensions : int
         Number of coordinates of the location, 1 or 2.
     samples : {"mean", "first", "last"}
-        All samples of a touch in contact, or only the first or the last one.
+        As of `counted_samples`.
 
     Raises
     ------
     InputError
         No touch is in contact.
     """
-    chosen = touches if samples == "mean" else touches.select(_one_row_each(touches, samples))
-    means = chosen.averaged()
+    means = counted_samples(touches, samples).averaged()
     if means.n_touches == 0:
         raise InputError("no touch is in contact")
     unknown = np.full(means.n_touches, np.nan)

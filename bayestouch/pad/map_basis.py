@@ -7,6 +7,7 @@ The map of an element is a random function of location with the correlation leng
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -84,3 +85,39 @@ class MapBasis:
         shape = kernel_shape(self.shape, place)
         size = self.amplitude * np.sqrt(self.everywhere**2 + (self.of_kernel * shape) ** 2)
         return [basis(place) * size[:, e, None] for e, basis in enumerate(self.bases)]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldMap:
+    """A map whose weights are held, so that none of them is a parameter of the model.
+
+    Attributes
+    ----------
+    basis : MapBasis
+        Its functions.
+    weights : (k,) array
+        Where they are held.
+    place : (t, D) array
+        Places at which its sensitivity is known already, mm.
+    known : (t, m) array
+        Sensitivity there.
+    """
+
+    basis: MapBasis
+    weights: FloatArray
+    place: FloatArray
+    known: FloatArray
+    n_weights: ClassVar[int] = 0
+
+    @classmethod
+    def of(cls, basis: MapBasis, weights: FloatArray, place: FloatArray) -> HeldMap:
+        """The map with these weights, worked out at these places."""
+        return cls(basis, weights, place, basis.sensitivity(place, weights))
+
+    def columns(self, place: FloatArray) -> FloatArray:
+        """No column, (0, t, m)."""
+        return np.zeros((0, len(place), len(self.basis.bases)))
+
+    def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
+        """Sensitivity (t, m) that the map adds at places (t, D); `weights` is empty."""
+        return self.known if np.array_equal(place, self.place) else self.basis.sensitivity(place, self.weights)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.noise import Noise
 from bayestouch.pad.residual_map import MapDiscrepancy, distances, matern_5_2, matern_5_2_by_length
 
 # Largest number of touches for the hyper-parameters: they are shared by all elements, and a part of the touches
@@ -21,32 +21,16 @@ _LARGEST_SHARE = 0.1
 _FLOOR_SPREAD = 0.5
 
 
-@dataclass(frozen=True, eq=False)
-class MapNoise:
-    """Variance of the noise of each reading, ``averaged + floor_e² + (share signal)²``; n touches, m elements.
-
-    Attributes
-    ----------
-    averaged : (n, m) array
-        Known part of the variance, from repeated samples; inf where missing.
-    signal : (n, m) array
-        Expected reading minus offset.
-    """
-
-    averaged: FloatArray
-    signal: FloatArray
-
-    def variance(self, floor: FloatArray, share: float) -> FloatArray:
-        """Variance of each reading, (n, m), for floors (m,)."""
-        return np.asarray(self.averaged + floor**2 + (share * self.signal) ** 2)
-
-    def select(self, index: NDArray[np.int64]) -> MapNoise:
-        """The noise of some of the touches."""
-        return MapNoise(self.averaged[index], self.signal[index])
-
-
 def fit_misfit(
-    base: MapDiscrepancy, residual: FloatArray, shape: MapNoise, *, spacing_mm: float, seed: int, warm: bool = False
+    base: MapDiscrepancy,
+    residual: FloatArray,
+    signal: FloatArray,
+    counts: IntArray,
+    noise: Noise,
+    *,
+    spacing_mm: float,
+    seed: int,
+    warm: bool = False,
 ) -> MapDiscrepancy:
     """Discrepancy with the length, sizes and noise of the largest marginal likelihood.
 
@@ -56,8 +40,13 @@ def fit_misfit(
         Locations, loads, amplitudes and shapes; also the starting hyper-parameters if `warm`.
     residual : (n, m) array
         Reading minus kernel, in the unit of the readings.
-    shape : MapNoise
-        Form of the noise; floors and share are fitted too.
+    signal : (n, m) array
+        Expected reading minus offset.
+    counts : (n, m) int array
+        Number of raw readings of each mean; 0 where missing.
+    noise : Noise
+        Noise of the readings. Its tactile noise is known from repeats; discrepancy and share of the signal are fitted
+        too.
     spacing_mm : float
         Distance between neighbouring touches; the length is between half of it and the extent of the pad.
     seed : int
@@ -77,26 +66,29 @@ def fit_misfit(
     if n > _MOST_TOUCHES:
         chosen = np.sort(np.random.default_rng(seed).choice(n, _MOST_TOUCHES, replace=False))
     part = base.select(chosen)
-    noise, residual = shape.select(chosen), residual[chosen]
+    residual, seen, some = residual[chosen], signal[chosen], counts[chosen]
     m = residual.shape[1]
     extent = float(np.ptp(base.location, axis=0).max())
     # Length, A, B, share of the signal, common floor (over the amplitude), floor of each element over the common one.
     low = np.log(np.r_[0.5 * spacing_mm, 1e-5, 1e-5, 1e-5, 1e-6, np.full(m, 0.1)])
     high = np.log(np.r_[max(extent, spacing_mm), 10.0, 10.0, _LARGEST_SHARE, 1.0, np.full(m, 10.0)])
 
-    def at(vector: FloatArray, which: MapDiscrepancy, noise: MapNoise) -> MapDiscrepancy:
-        length, misfit, relative, share = np.exp(vector[:4])
+    def noise_at(vector: FloatArray) -> Noise:
         floor = np.exp(vector[4] + vector[5:]) * base.amplitude * float(np.median(base.load))
+        return replace(noise, discrepancy_sd=floor, signal_share=float(np.exp(vector[3])))
+
+    def at(vector: FloatArray, which: MapDiscrepancy, counts: IntArray, signal: FloatArray) -> MapDiscrepancy:
+        length, misfit, relative = np.exp(vector[:3])
         return replace(
             which,
             length_mm=float(length),
             misfit=float(misfit),
             relative=float(relative),
-            variance=noise.variance(floor, float(share)),
+            variance=noise_at(vector).mean_variance(counts, signal),
         )
 
     def cost(vector: FloatArray) -> tuple[float, FloatArray]:
-        value, gradient = _evidence(at(vector, part, noise), residual, noise, vector)
+        value, gradient = _evidence(at(vector, part, some, seen), residual, seen, noise_at(vector))
         departure = vector[5:] / _FLOOR_SPREAD
         gradient[5:] -= departure / _FLOOR_SPREAD
         return 0.5 * float(departure @ departure) - value, -gradient
@@ -113,7 +105,7 @@ def fit_misfit(
         for start in _starts(base, spacing_mm, warm)
     ]
     best = min(solutions, key=lambda each: float(each.fun))
-    return at(np.asarray(best.x), base, shape)
+    return at(np.asarray(best.x), base, counts, signal)
 
 
 def _starts(base: MapDiscrepancy, spacing_mm: float, warm: bool) -> tuple[tuple[float, ...], ...]:
@@ -129,16 +121,16 @@ def _starts(base: MapDiscrepancy, spacing_mm: float, warm: bool) -> tuple[tuple[
 
 
 def _evidence(
-    misfit: MapDiscrepancy, residual: FloatArray, noise: MapNoise, vector: FloatArray
+    misfit: MapDiscrepancy, residual: FloatArray, signal: FloatArray, noise: Noise
 ) -> tuple[float, FloatArray]:
     """Log marginal likelihood, up to a constant, and its gradient over the logarithms used in `fit_misfit`."""
     r = distances(misfit.location, misfit.location) / misfit.length_mm
     rho, by_length = matern_5_2(r), matern_5_2_by_length(r)
     loads = misfit.load[:, None] * misfit.load
     rho, by_length = rho * loads, by_length * loads
-    share = float(np.exp(vector[3]))
-    value, gradient = 0.0, np.zeros(len(vector))
-    for e in range(len(misfit.amplitude)):
+    m = len(misfit.amplitude)
+    value, gradient = 0.0, np.zeros(5 + m)
+    for e in range(m):
         here = misfit.present[:, e]
         inside = np.ix_(here, here)
         even = (misfit.misfit * misfit.amplitude[e]) ** 2
@@ -151,11 +143,11 @@ def _evidence(
         value -= 0.5 * float(residual[here, e] @ weights) + float(np.log(np.diag(root)).sum())
         slope = 0.5 * (np.outer(weights, weights) - precision)
         diagonal = np.diag(slope)
-        floor = variance - noise.averaged[here, e] - (share * noise.signal[here, e]) ** 2
         gradient[0] += float((slope * by_length[inside] * (even + own)).sum())
         gradient[1] += 2 * float((slope * rho[inside]).sum()) * even
         gradient[2] += 2 * float((slope * rho[inside] * own).sum())
-        gradient[3] += 2 * float(diagonal @ (share * noise.signal[here, e]) ** 2)
-        gradient[4] += 2 * float(diagonal @ floor)
-        gradient[5 + e] += 2 * float(diagonal @ floor)
+        of_floor = 2 * float(diagonal.sum() * noise.discrepancy_sd[e] ** 2)
+        gradient[3] += 2 * float(diagonal @ (noise.signal_share * signal[here, e]) ** 2)
+        gradient[4] += of_floor
+        gradient[5 + e] += of_floor
     return value, gradient

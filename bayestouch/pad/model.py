@@ -21,7 +21,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.model.base import Predicted, SensorModel
 from bayestouch.model.observations import Observations
 from bayestouch.pad.correction_basis import PadCorrectionBasis
-from bayestouch.pad.map_basis import MapBasis
+from bayestouch.pad.map_basis import HeldMap, MapBasis
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 
 # Step of the central difference of a reading over the signal, over the peak.
@@ -44,14 +44,14 @@ class PadModel(SensorModel):
         Prior of each entry of `PadChain.flat`.
     element_place : tuple of (m,) arrays
         Nominal locations of the elements, mm.
-    map : MapBasis or None
-        Empirical map; None for a kernel without a map.
+    map : MapBasis, HeldMap or None
+        Empirical map, `HeldMap` if its weights are not parameters; None for a kernel without a map.
     """
 
     pad: PadChain
     priors: tuple[Prior, ...]
     element_place: tuple[FloatArray, ...]
-    map: MapBasis | None = None
+    map: MapBasis | HeldMap | None = None
 
     # Pads are scanned.
     time_is_place: ClassVar[bool] = True

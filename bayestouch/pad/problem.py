@@ -13,7 +13,9 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
-from bayestouch.pad.known_touches import choose_samples, pad_readings
+from bayestouch.model.observations import Observations, history_of
+from bayestouch.model.timing import Timing
+from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
 
 # Assumed noise of a force sensor whose noise is not stated, over the mean load.
@@ -31,6 +33,8 @@ class PadProblem:
     ----------
     known : TouchMeans
         Touches with location and load in N; all loads are 1 if none was measured.
+    observed : Observations
+        The same touches with their samples; NaN for elements that do not respond.
     priors : PadPriors
         Priors of the parameters.
     pitch_mm : float
@@ -50,6 +54,7 @@ class PadProblem:
     """
 
     known: TouchMeans
+    observed: Observations
     priors: PadPriors
     pitch_mm: float
     load_share: FloatArray
@@ -105,6 +110,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     reads = np.maximum(known.counts.max(axis=1), 1)
     problem = PadProblem(
         known=known,
+        observed=_observed(counted_samples(corrected, samples), known, usable),
         priors=priors,
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
         load_share=force_sd / np.sqrt(reads) / known.load,
@@ -115,6 +121,17 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
         seed=seed,
     )
     return problem, [*notes, *odd]
+
+
+def _observed(table: Touches, known: TouchMeans, usable: NDArray[np.bool_]) -> Observations:
+    """Known touches with their samples, on the clock of the table."""
+    table = table.select(np.isin(table.touch, known.touch))
+    table = table.with_(readings=np.where(usable, table.readings, np.nan))
+    clock = Timing.of(table)
+    span = (float(clock.time_s.min()), float(clock.time_s.max()))
+    history = history_of(table, clock.time_s)
+    observed = Observations.of(table, clock.time_s, clock.held_s, clock.unit, history, span)
+    return replace(observed, means=replace(known, readings=np.where(known.counts > 0, known.readings, np.nan)))
 
 
 def _with_loads(known: TouchMeans, sensor: Sensor) -> tuple[TouchMeans, float, list[str]]:

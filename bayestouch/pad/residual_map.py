@@ -22,6 +22,9 @@ from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray
 
+# Variance of the correction that functions may leave out, over the noise of the reading where it is most.
+_LEFT_OUT = 0.03
+
 
 def matern_5_2(r: FloatArray) -> FloatArray:
     """Matérn correlation of smoothness 5/2 (twice differentiable); `r` is the distance over the correlation length."""
@@ -145,6 +148,37 @@ class MapDiscrepancy:
     def prior_variance(self, element: int, shape: FloatArray) -> FloatArray:
         """Prior variance of the correction of an element where its kernel is `shape`."""
         return np.asarray(self.amplitude[element] ** 2 * (self.misfit**2 + (self.relative * shape) ** 2))
+
+    def functions(self, variance: FloatArray, most: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
+        """The correction as a sum of functions with standard normal weights, element by element, and what is left out.
+
+        A Cholesky factor with pivots, which ends where what is left is far below the noise of every reading.
+
+        Parameters
+        ----------
+        variance : (n, m) array
+            Noise of the readings.
+        most : int
+            Largest number of functions of one element.
+
+        Returns
+        -------
+        tuple of (k_e, n) arrays, (n, m) array
+            What each function adds to the readings, and the variance of the rest of the correction.
+        """
+        from scipy.linalg.lapack import dpstrf
+
+        functions, left = [], np.empty(self.shape.shape)
+        for e in range(len(self.amplitude)):
+            sd = np.sqrt(variance[:, e])
+            covariance = self._modulated(e, self._correlations, self.shape[:, e]) / np.outer(sd, sd)
+            total = np.diag(covariance).copy()
+            factor, pivot, rank, _ = dpstrf(covariance, tol=_LEFT_OUT, lower=1)
+            rows = np.zeros((len(sd), min(rank, most)))
+            rows[pivot - 1] = np.tril(factor)[:, : rows.shape[1]]
+            functions.append(np.ascontiguousarray((sd[:, None] * rows).T))
+            left[:, e] = sd**2 * np.maximum(total - (rows**2).sum(axis=1), 0.0)
+        return tuple(functions), left
 
     def _modulated(self, element: int, correlation: FloatArray, shape: FloatArray) -> FloatArray:
         own = (self.relative * self.amplitude[element]) ** 2 * np.outer(shape, self.shape[:, element])

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
-from bayestouch.chain.pad import COORDINATES, PadChain
+from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.sensor import Sensor
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.load import load_statistics
+from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
@@ -16,35 +16,29 @@ from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.version import __version__
 
-CHAINS = 4
-
-# Draws outside the priors' supports are drawn again, at most so often; then they are moved onto the bound.
-_ROUNDS = 50
-
 
 def pad_calibration_of(
     sensor: Sensor,
     problem: PadProblem,
+    name: str,
     model: PadCandidate,
     rivals: dict[str, PadCandidate],
+    posterior: PadPosterior,
     notes: list[str],
-    *,
-    draws: int,
 ) -> Calibration:
-    """Calibration from the chosen model; `rivals` are all fitted models by name."""
-    known, chain = problem.known, model.fit.chain
+    """Calibration from the chosen model (and its name) and its posterior; `rivals` are all fitted models by name."""
+    known = problem.known
     load_unit = "N" if problem.load_measured else "1"
     mean_load = float(known.load.mean()) if problem.load_measured else 1.0
     load_sd = float(known.load.std()) if problem.load_measured else model.load_spread
-    names = {id(rival): name for name, rival in rivals.items()}
-    notes = [*notes, *_model_notes(problem, model, names[id(model)], rivals)]
+    notes = [*notes, *_model_notes(problem, model, name, rivals)]
     return Calibration(
         sensor=sensor,
         parameters=problem.priors.parameters(model.kernel, sensor.reading_unit, load_unit),
-        mode=_by_name(chain, chain.flat[None], scalar=True),
-        posterior=_draws(problem, model, draws),
-        covariance=model.fit.laplace.covariance,
-        layout=chain.layout,
+        mode=posterior.mode,
+        posterior=posterior.draws,
+        covariance=posterior.covariance,
+        layout=posterior.layout,
         noise=model.noise,
         rows=_rows(problem, model),
         settings={
@@ -58,45 +52,13 @@ def pad_calibration_of(
             "load_unit": load_unit,
             "seed": float(problem.seed),
             "version": __version__,
-            "posterior": "normal approximation at the mode",
         },
-        statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals),
+        statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals) | posterior.grades,
         extra=tabulate(model).arrays()
         | {USABLE: problem.usable.astype(float)}
         | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),
     )
-
-
-def _by_name(chain: PadChain, flat: FloatArray, *, scalar: bool = False) -> dict[str, FloatArray]:
-    """Parameters (n, d) by name, (n,) or (n, m) arrays; without the first axis if `scalar`."""
-    m, dimensions = chain.position.shape
-    own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
-    out = {name: flat[:, i * m : (i + 1) * m] for i, name in enumerate(own)}
-    shared = (parameter.name for parameter in chain.kernel.parameters)
-    out |= {name: flat[:, (2 + dimensions) * m + k] for k, name in enumerate(shared)}
-    return {name: np.asarray(values[0] if scalar else values) for name, values in out.items()}
-
-
-def _draws(problem: PadProblem, model: PadCandidate, draws: int) -> dict[str, FloatArray]:
-    """Draws of the normal approximation inside the supports of the priors, by name, (chain, draw[, m])."""
-    rng = np.random.default_rng(problem.seed)
-    chain, covariance = model.fit.chain, model.fit.laplace.covariance
-    scale = np.sqrt(np.diag(covariance))
-    root = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(len(scale)))
-    low, high = (np.array([prior.support[side] for prior in problem.priors.of(chain.kernel)]) for side in (0, 1))
-
-    def some(n: int) -> FloatArray:
-        return chain.flat + scale * (rng.standard_normal((n, len(scale))) @ root.T)
-
-    flat = some(CHAINS * -(-draws // CHAINS))
-    for _ in range(_ROUNDS):
-        outside = ((flat < low) | (flat > high)).any(axis=1)
-        if not outside.any():
-            break
-        flat[outside] = some(int(outside.sum()))
-    values = _by_name(chain, np.clip(flat, low, high))
-    return {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in values.items()}
 
 
 def _rows(problem: PadProblem, model: PadCandidate) -> TouchRows:

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import pad_of
+from bayestouch.data.sensor import Pad, pad_of
 from bayestouch.data.touches import Touches
+from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.fitting import Fitted, fit
+from bayestouch.model.linear import Functions
 from bayestouch.model.noise import NoiseModel
 from bayestouch.model.observations import Observations
-from bayestouch.pad.calibration import choose_model
+from bayestouch.model.whitening import Whitening
+from bayestouch.pad.candidates import PadCandidate
+from bayestouch.pad.choice import choose_model
 from bayestouch.pad.map_basis import MapBasis
 from bayestouch.pad.model import PadModel
-from bayestouch.pad.problem import pad_problem
+from bayestouch.pad.problem import PadProblem, pad_problem
+from bayestouch.sampling.rank_one import inverse_root
 
 # Readings predicted below this share of the peak count as far from the touch, ...
 FAR = 0.03
@@ -24,6 +30,10 @@ FAR = 0.03
 ENOUGH_FAR = 30
 # Median absolute deviation of a normal variable over its standard deviation.
 MAD = 0.6745
+# Functions of the empirical map of all elements together, and of each at least: their covariance takes 50 MB.
+MOST_FUNCTIONS, LEAST_FUNCTIONS = 2500, 40
+# Gain of a step, in half sums of squares, after which no other is taken: a hundredth of a standard deviation.
+SETTLED = 1e-4
 
 
 def pad_fit(
@@ -56,25 +66,55 @@ def pad_fit(
     pad = pad_of(dataset.sensor)
     problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed)
     chosen, _ = choose_model(problem, dataset, kernel, empirical)
-    chain = chosen.fit.chain
-    sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / problem.known.load[:, None]
-    reference = float(np.median(problem.known.load))
-    model = PadModel(
-        observed=observed,
-        peak=np.maximum(sensitivity.max(axis=0), 1e-300) * reference,
-        reference_load=reference,
-        pad=chain,
-        priors=problem.priors.of(chain.kernel),
-        element_place=tuple(np.asarray(axis, dtype=float) for axis in pad.places_mm.values()),
-        map=MapBasis.of(chosen) if chosen.has_map else None,
-    )
-    vector = model.start(chain)
+    model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
+    vector = model.start(chosen.fit.chain)
     reads = np.maximum(observed.means.counts.max(axis=1), 1)
     share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.force_sd / np.sqrt(reads) / model.load
     load_sd = np.broadcast_to(share * model.load, model.load.shape).copy()
     noise = NoiseModel(pad_noise(model, vector), load_sd, model.peak)
     first = fit(model, vector, noise)
     return fit(model, first.vector, noise.with_(sd=pad_noise(model, first.vector)))
+
+
+def pad_model(
+    problem: PadProblem, chosen: PadCandidate, observed: Observations, pad: Pad, map_: MapBasis | None
+) -> PadModel:
+    """A pad without effects, with the kernel that was chosen and a map or none, for some touches."""
+    chain, load = chosen.fit.chain, problem.known.load
+    sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / load[:, None]
+    reference = float(np.median(load))
+    return PadModel(
+        observed=observed,
+        peak=np.maximum(sensitivity.max(axis=0), 1e-300) * reference,
+        reference_load=reference,
+        pad=chain,
+        priors=problem.priors.of(chain.kernel),
+        element_place=tuple(np.asarray(axis, dtype=float) for axis in pad.places_mm.values()),
+        map=map_,
+    )
+
+
+def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> Fitted:
+    """Fit a pad without effects, its kernel and its noise chosen, with its map and the loads' errors integrated out.
+
+    The noise, and the size and the length of the map, stay as they were found when the model was chosen.
+    """
+    known, observed = problem.known, problem.observed
+    model = pad_model(problem, chosen, observed, pad, None)
+    signal = chosen.left_out.signal
+    share = chosen.load_spread if np.isfinite(chosen.load_spread) else problem.load_share
+    noise = NoiseModel.of(chosen.noise, np.broadcast_to(share * known.load, known.load.shape), model.peak)
+    whitening = Whitening.of(observed, noise, signal, signal / known.load[:, None])
+    further = None
+    if chosen.has_map:
+        most = max(MOST_FUNCTIONS // known.n_elements, LEAST_FUNCTIONS)
+        variance = noise.mean_variance(signal, np.maximum(known.counts, 1))
+        columns, left = chosen.fit.misfit.functions(variance, most)
+        by_load = signal * (noise.load_sd / known.load)[:, None]
+        present = known.counts > 0
+        whitening = replace(whitening, root=inverse_root(variance + left, (by_load,), present))
+        further = Functions.whitened(WhiteColumns.of_elements(columns, whitening.root))
+    return fit(model, model.start(chosen.fit.chain), noise, whitening=whitening, further=further, enough=SETTLED)
 
 
 def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:

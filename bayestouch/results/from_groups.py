@@ -102,7 +102,9 @@ def grades_of(groups: Groups) -> dict[str, FloatArray]:
 
 def _requested(groups: Groups) -> dict[str, dict[str, FloatArray]]:
     """Groups that were asked for: arrays (chain, draw, ...) by group and variable."""
-    found = {name: arrays_of(groups[name], "chain", "draw") for name in GROUPS if name in groups}
+    found = {
+        name: arrays_of(groups[name], "chain", "draw") for name in GROUPS if name in groups and groups[name].data_vars
+    }
     if LOG_DENSITY in groups.get("sample_stats", {}):
         found["sample_stats"] = arrays_of(groups["sample_stats"][[LOG_DENSITY]], "chain", "draw")
     return found

@@ -47,21 +47,10 @@ class DiagonalPlusRankOne:
         factor = 1 / (root * (1 + root))
         return np.asarray(z - factor * u * (u * z).sum(axis=-1, keepdims=True))
 
-    def solve(self, rows: FloatArray) -> FloatArray:
-        """Return ``Σ^-1`` times rows (..., m); zero for excluded entries."""
-        z, u = rows / self.sd, self.scaled
-        along = (u * z).sum(axis=-1, keepdims=True) / (1 + self.length2[..., None])
-        return np.asarray((z - along * u) / self.sd)
-
     def squared_distance(self, rows: FloatArray) -> FloatArray:
         """Return ``xᵀ Σ^-1 x`` for rows x (..., m), shape (...)."""
         z, u = rows / self.sd, self.scaled
         return np.asarray((z * z).sum(axis=-1) - (u * z).sum(axis=-1) ** 2 / (1 + self.length2))
-
-    @property
-    def shared_log_determinant(self) -> FloatArray:
-        """``log det Σ - log det diag(sd²)``, (...): contribution of the shared error to the log determinant."""
-        return np.asarray(np.log1p(self.length2))
 
 
 def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present: NDArray[np.bool_]) -> FloatArray:
@@ -133,3 +122,27 @@ def log_density_with_shared_error(
     along = (shared_sd * np.einsum("ntm,ntm->nt", pulled, rows)) ** 2 / (1 + length2)
     squares = np.einsum("ntm,ntm,ntm->n", weight, rows, rows)
     return np.asarray(-0.5 * (squares - along.sum(axis=1) + np.log1p(length2).sum(axis=1)))
+
+
+def log_density_with_shared_errors(rows: FloatArray, slopes: FloatArray, weight: FloatArray) -> FloatArray:
+    """Log density (n, t) of rows (n, t, m), each row of m with several shared errors of its own.
+
+    As `log_density_with_shared_error`, for each row and for k shared errors of standard deviation one.
+
+    Parameters
+    ----------
+    rows : (n, t, m) array
+        Errors of the entries; finite everywhere.
+    slopes : (k, n, t, m) array
+        Change of the entries by a shared error of 1; finite everywhere.
+    weight : (n, t, m) array
+        Inverse variance of the independent errors; zero leaves an entry out.
+    """
+    pulled = weight * slopes
+    gram = np.einsum("kntm,lntm->ntkl", pulled, slopes) + np.eye(len(slopes))
+    along = np.einsum("kntm,ntm->ntk", pulled, rows)
+    root = np.linalg.cholesky(gram)
+    white = np.linalg.solve(root, along[..., None])[..., 0]
+    volume = np.log(np.diagonal(root, axis1=2, axis2=3)).sum(axis=2)
+    squares = np.einsum("ntm,ntm,ntm->nt", weight, rows, rows)
+    return np.asarray(-0.5 * (squares - (white**2).sum(axis=2)) - volume)

@@ -1,9 +1,11 @@
 """Time and memory of `bayestouch infer` on 10³ ... 10⁶ touches: both beside what a linear cost would be.
 
-Each table of single samples is written as Parquet and read by the command in a process of its own, whose processor
-time (of all its processes) and peak memory (of the largest) the system tells. Summaries of 512 weighted draws are kept.
+Each table of single samples is written as Parquet or CSV and read by the command in a process of its own, whose
+processor time (of all its processes) and peak memory (of the largest) the system tells. Summaries of 512 draws are
+kept. On a finger every touch is another one; on a pad they are those of a simulated data set with new noise.
 
-    python studies/benchmarks/scaling.py [--largest 1000000] [--method importance|emcee] [--draws 512] [--folder DIR]
+    python studies/benchmarks/scaling.py [--largest 1000000] [--body finger|pad] [--table parquet|csv]
+                                         [--method importance|emcee] [--draws 512] [--folder DIR]
 """
 
 from __future__ import annotations
@@ -14,16 +16,18 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 import bayestouch
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touch_table import write_touches
 from bayestouch.data.touches import touches_from
 from bayestouch.finger.calibration import finger_chain
-from bayestouch.simulation import FingerDesign
+from bayestouch.simulation import FingerDesign, PadDesign
 
 # A table so small that what it costs is starting the program, solving contacts and opening files.
 SMALLEST = 64
@@ -76,10 +80,28 @@ def write_table(path: Path, calibration: bayestouch.Calibration, n: int) -> None
     write_touches(touches_from(np.arange(n), readings, load=read, angle_deg=angle), path, calibration.sensor)
 
 
-def run(folder: Path, calibration: Path, n: int, method: str, draws: int) -> Cost:
+def calibrated_pad(folder: Path) -> tuple[Path, bayestouch.Calibration, TouchMeans]:
+    """A simulated pad, calibrated, and the touches of its data set."""
+    path, dataset = folder / "calibration.nc", bayestouch.simulate(PadDesign(), seed=1).dataset
+    calibration = bayestouch.calibrate(dataset, kernel="half-space", draws=40)
+    calibration.save(path)
+    return path, calibration, dataset.touches.baseline_corrected().averaged()
+
+
+def write_pad_table(path: Path, calibration: bayestouch.Calibration, means: TouchMeans, n: int) -> None:
+    """Single samples of n touches, each one of the data set with new noise."""
+    rng = np.random.default_rng(n)
+    rows = rng.integers(0, means.n_touches, n)
+    readings = means.readings[rows] + calibration.noise.tactile_sd * rng.standard_normal((n, means.n_elements))
+    load = means.load[rows] + calibration.noise.force_sd * rng.standard_normal(n)
+    location = {name: values[rows] for name in ("x_mm", "y_mm") if (values := getattr(means, name)) is not None}
+    write_touches(touches_from(np.arange(n), readings, load=load, **location), path, calibration.sensor)
+
+
+def run(table: Path, calibration: Path, n: int, method: str, draws: int) -> Cost:
     """Run the command on the table of n touches."""
-    output = folder / "posterior.nc"
-    command = [sys.executable, "-m", "bayestouch", "infer", str(folder / f"{n}.parquet"), "--quiet"]
+    output = table.with_name("posterior.nc")
+    command = [sys.executable, "-m", "bayestouch", "infer", str(table), "--quiet"]
     command += ["--calibration", str(calibration), "-o", str(output)]
     command += ["--method", method, "--draws", str(draws), "--summary-only"]
     begun = time.perf_counter()
@@ -98,13 +120,21 @@ def main(
     method: str = "importance",
     draws: int = 512,
     folder: Path | None = None,
+    body: str = "finger",
+    ending: str = "parquet",
 ) -> dict[str, float]:
     """Print the table as it comes; returns exponents of time and memory, and bytes a touch."""
     with tempfile.TemporaryDirectory(dir=folder) as temporary:
         place = Path(temporary)
-        calibration_path, calibration = calibrated(place)
+        write: Callable[[Path, int], None]
+        if body == "pad":
+            calibration_path, calibration, means = calibrated_pad(place)
+            write = lambda path, n: write_pad_table(path, calibration, means, n)  # noqa: E731
+        else:
+            calibration_path, calibration = calibrated(place)
+            write = lambda path, n: write_table(path, calibration, n)  # noqa: E731
         costs = []
-        print(f"{method}, {draws} draws a touch, summaries kept, {os.cpu_count()} cores")
+        print(f"{body}, {ending}, {method}, {draws} draws a touch, summaries kept, {os.cpu_count()} cores")
         heads = {
             "touches": 9,
             "s": 8,
@@ -116,10 +146,10 @@ def main(
         }
         print(" ".join(f"{head:>{width}s}" for head, width in heads.items()))
         for n in (SMALLEST, *sizes):
-            write_table(place / f"{n}.parquet", calibration, n)
-            cost = run(place, calibration_path, n, method, draws)
-            table = (place / f"{n}.parquet").stat().st_size
-            (place / f"{n}.parquet").unlink()
+            path = place / f"{n}.{ending}"
+            write(path, n)
+            cost, table = run(path, calibration_path, n, method, draws), path.stat().st_size
+            path.unlink()
             costs.append(cost)
             each = (cost.processor - costs[0].processor) / n
             print(
@@ -143,9 +173,13 @@ def main(
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--largest", type=int, default=1_000_000, help="largest table")
+    parser.add_argument("--body", choices=["finger", "pad"], default="finger")
+    parser.add_argument("--table", choices=["parquet", "csv"], default="parquet")
     parser.add_argument("--method", choices=["importance", "emcee"], default="importance")
     parser.add_argument("--draws", type=int, default=512)
     parser.add_argument("--folder", type=Path, default=None, help="where tables and posteriors are written for a while")
     chosen = parser.parse_args()
     decades = [10**k for k in range(3, 10) if 10**k < chosen.largest]
-    main((*decades, chosen.largest), chosen.method, chosen.draws, chosen.folder)
+    if chosen.body == "pad" and chosen.method != "emcee":
+        parser.error("touches on a pad are drawn by emcee alone: --method emcee")
+    main((*decades, chosen.largest), chosen.method, chosen.draws, chosen.folder, chosen.body, chosen.table)

@@ -2,7 +2,8 @@
 
 Each verb runs in a process of its own, in one checkout and then in the other, so many times; medians are compared.
 The data are a simulated finger without an effect and one with cross-talk, written once by this checkout. Loading the
-data is not counted, but where reading is the case; importing what a verb needs is.
+data is not counted, but where reading is the case; importing what a verb needs is. The calibration that `infer` uses is
+made by each checkout and not counted: an older version cannot load the files of a newer one.
 
     git worktree add ../before COMMIT
     python studies/benchmarks/versions.py ../before
@@ -44,7 +45,7 @@ import bayestouch
 data = None if "load_dataset" in sys.argv[2] else bayestouch.load_dataset(sys.argv[1])
 infer = None
 if "infer" in sys.argv[2]:
-    calibration = bayestouch.load(sys.argv[3])
+    calibration = bayestouch.calibrate(bayestouch.load_dataset(sys.argv[3]))
     infer = lambda method: bayestouch.infer(data.touches, calibration, method=method, workers=1, draws=1024)
 began = time.process_time()
 eval(sys.argv[2])
@@ -53,14 +54,13 @@ print(time.process_time() - began)
 
 
 def prepare(folder: Path) -> None:
-    """Write the data sets, and a calibration that both checkouts read."""
+    """Write the data sets."""
     design = bayestouch.FingerDesign()
     dataset = bayestouch.simulate(design, seed=3).dataset
     bayestouch.save_dataset(dataset, folder / "finger")
     bayestouch.save_dataset(
         bayestouch.simulate(design, effects={"crosstalk": 0.04}, seed=3).dataset, folder / "crosstalk"
     )
-    bayestouch.calibrate(dataset).save(folder / "calibration.nc")
     step = int(np.ptp(dataset.touches.touch)) + 1
     long = joined_touches([dataset.touches.with_(touch=dataset.touches.touch + k * step) for k in range(COPIES)])
     bayestouch.save_dataset(bayestouch.DataSet(dataset.sensor, None, long), folder / "long")
@@ -76,7 +76,7 @@ def seconds(checkout: Path, folder: Path, case: str) -> float:
     """Processor time of a verb in a checkout."""
     data, call = CASES[case]
     environment = os.environ | {"PYTHONPATH": str(checkout), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    command = [sys.executable, "-c", PROGRAM, str(folder / data), call, str(folder / "calibration.nc")]
+    command = [sys.executable, "-c", PROGRAM, str(folder / data), call, str(folder / "finger")]
     with tempfile.TemporaryDirectory() as work:
         done = subprocess.run(command, env=environment, cwd=work, capture_output=True, text=True, check=False)
     if done.returncode:

@@ -79,7 +79,10 @@ def test_draws_of_touches_are_those_of_that_density(pad: OnFile) -> None:
 
 
 def test_covariance_on_file_is_that_of_the_touches(pad: OnFile) -> None:
-    """Information of the readings, written out; the fit's noise is that of the round before, 3 % of a variance."""
+    """Information of the readings, written out, with the error of a load in common to the elements.
+
+    The noise is that at the signal of the fit before the posterior: 1 % of a variance.
+    """
     flat, settings = pad.flat("mode"), pad.calibration().settings
     slope = Kernel(flat).slopes(pad.place, pad.load)
     noise, signal = pad.group("noise"), Kernel(flat).readings(pad.place, pad.load) - pad.group("mode")["offset"]
@@ -87,8 +90,9 @@ def test_covariance_on_file_is_that_of_the_touches(pad: OnFile) -> None:
     variance = variance + (float(noise["signal_share"]) * signal) ** 2
     force = float(noise["force_sd"]) / np.sqrt(SAMPLES) / pad.load
     spread = force if settings["load_measured"] else np.full(len(pad.load), float(settings["load_sd"]))
-    variance = variance + (spread[:, None] * signal) ** 2
-    total = np.einsum("dnm,nm,enm->de", slope, 1 / variance, slope)
+    by_load = spread[:, None] * signal
+    whole = variance[:, :, None] * np.eye(M) + by_load[:, :, None] * by_load[:, None, :]
+    total = np.einsum("dnm,nmk,enk->de", slope, np.linalg.inv(whole), slope)
     size = np.abs(pad.readings - np.median(pad.readings, axis=0))
     amplitude = pad.readings.std(axis=0) if settings["load_measured"] else np.quantile(size, 0.995, axis=0)
     wide = np.concatenate([10 * amplitude, 3 * amplitude, np.full(M, 3.0)])
@@ -98,7 +102,8 @@ def test_covariance_on_file_is_that_of_the_touches(pad: OnFile) -> None:
     ratio = np.trace(np.linalg.solve(expected, found)) / len(found)
     assert ratio == pytest.approx(1, abs=0.04)
     draws = pad.flat("posterior").reshape(-1, len(flat))
-    # 8,000 independent draws of 13 numbers: 0.4 %; and each sd to 0.8 %
-    assert np.trace(np.linalg.solve(found, np.cov(draws.T))) / len(found) == pytest.approx(1, abs=0.02)
-    np.testing.assert_allclose(draws.std(axis=0) / np.sqrt(np.diag(found)), 1, atol=0.035)
-    assert np.abs((draws.mean(axis=0) - flat) / draws.std(axis=0)).max() < 4.5 / np.sqrt(8000)
+    # 8,000 draws, of which at least 3,000 are effective: each sd to 1.3 %. The posterior is normal but for terms of
+    # second order in the uncertainty of the width, which is 2 %.
+    assert pad.calibration().statistics["ess_bulk"] > 3000
+    np.testing.assert_allclose(draws.std(axis=0) / np.sqrt(np.diag(found)), 1, atol=0.05)
+    assert np.abs((draws.mean(axis=0) - flat) / draws.std(axis=0)).max() < 4.5 / np.sqrt(3000) + 0.05

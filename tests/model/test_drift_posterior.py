@@ -12,7 +12,8 @@ from pad_cases import CASES, recovered
 from scipy import stats
 
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.drift_likelihood import DriftLikelihood, _gaps
+from bayestouch.model.drift_filter import gaps
+from bayestouch.model.drift_likelihood import DriftLikelihood
 from bayestouch.model.drift_posterior import drift_posterior, moments
 from bayestouch.model.fitting import Fitted
 
@@ -82,7 +83,7 @@ def test_touches_are_taken_in_the_order_of_time() -> None:
     observed = SimpleNamespace(
         touch_time_s=np.array([50.0, 10.0, 120.0, 13.0, 100.0]), sessions=((0.0, 60.0), (90.0, 130.0))
     )
-    order, gap = _gaps(observed)  # type: ignore[arg-type]
+    order, gap = gaps(observed)  # type: ignore[arg-type]
     np.testing.assert_array_equal(order, [1, 3, 0, 4, 2])
     np.testing.assert_array_equal(gap, [np.inf, 3.0, 37.0, np.inf, 20.0])
 

@@ -19,7 +19,7 @@ from bayestouch.pad.candidates import add_map, fit_kernel
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.load import load_statistics
-from bayestouch.pad.misfit_fit import MapNoise, _evidence
+from bayestouch.pad.misfit_fit import _evidence
 from bayestouch.pad.noise import LeftOut, fit_noise, log_density
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.residual_map import MapDiscrepancy
@@ -137,20 +137,22 @@ def test_log_evidence_and_its_gradient() -> None:
         length_mm=4.0,
     )
     signal, residual = rng.normal(size=(n, m)), rng.normal(size=(n, m))
-    averaged = np.full((n, m), 0.01)
-    averaged[3, 1] = np.inf
-    noise = MapNoise(averaged, signal)
+    counts = np.full((n, m), 4)
+    counts[3, 1] = 0
+
+    def noise(vector: np.ndarray) -> Noise:
+        return Noise(np.full(m, 0.2), np.exp(vector[4] + vector[5:]) * misfit.amplitude, np.exp(vector[3]))
 
     def at(vector: np.ndarray) -> MapDiscrepancy:
-        length, size, relative, share = np.exp(vector[:4])
-        floor = np.exp(vector[4] + vector[5:]) * misfit.amplitude
-        return replace(misfit, length_mm=length, misfit=size, relative=relative, variance=noise.variance(floor, share))
+        length, size, relative = np.exp(vector[:3])
+        variance = noise(vector).mean_variance(counts, signal)
+        return replace(misfit, length_mm=length, misfit=size, relative=relative, variance=variance)
 
     vector = np.log([4.0, 0.3, 0.5, 0.2, 0.1, 1.0, 1.0])
-    value, gradient = _evidence(at(vector), residual, noise, vector)
+    value, gradient = _evidence(at(vector), residual, signal, noise(vector))
     whole = 0.0
     for e in range(m):
-        here = np.isfinite(averaged[:, e])
+        here = counts[:, e] > 0
         now = at(vector)
         covariance = now.factors[e] @ now.factors[e].T
         normal = multivariate_normal(np.zeros(here.sum()), covariance[np.ix_(here, here)])
@@ -159,7 +161,7 @@ def test_log_evidence_and_its_gradient() -> None:
     for k in range(len(vector)):
         step = np.zeros(len(vector))
         step[k] = 1e-5
-        up, down = (_evidence(at(vector + s * step), residual, noise, vector + s * step)[0] for s in (1, -1))
+        up, down = (_evidence(at(vector + s * step), residual, signal, noise(vector + s * step))[0] for s in (1, -1))
         assert gradient[k] == pytest.approx((up - down) / 2e-5, rel=1e-5, abs=1e-5)
 
 

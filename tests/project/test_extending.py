@@ -30,6 +30,16 @@ def test_an_effect_is_one_file_of_forty_lines() -> None:
     assert lines_of(block("add_an_effect.md", "class BendingArm(Effect)")) <= 40
 
 
+def test_no_code_asks_which_kind_an_effect_is() -> None:
+    """Effects of others are drifts or noise effects by their base class; what follows from it is chosen by that."""
+    package = ROOT / "bayestouch"
+    asked = re.compile(r"isinstance\([^)]*(RandomEffect|NoiseEffect)")
+    found = {
+        path.relative_to(package).as_posix() for path in package.rglob("*.py") if asked.search(path.read_text("utf-8"))
+    }
+    assert found == {"effects/kinds.py"}
+
+
 def test_a_prior_is_twenty_lines_and_shapes_the_posterior() -> None:
     """Draws keep to the support; where the prior is far narrower than the likelihood, their sd is its own."""
     code = block("statistics.md", "class Triangle").partition("\n\ndataset = ")[0]

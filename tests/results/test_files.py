@@ -6,48 +6,22 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import fields, is_dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import arviz as az
 import numpy as np
 import pytest
 import xarray as xr
-from posterior_cases import FINGER, PARAMETERS, calibration, touches
+from posterior_cases import FINGER, PAD, PARAMETERS, calibration, same, touches
 
-from bayestouch.data.sensor import Pad, Sensor
+from bayestouch.data.sensor import Sensor
 from bayestouch.errors import InputError
 from bayestouch.priors.parameter_text import PriorOfOtherCode, parameters_from_json, parameters_to_json
 from bayestouch.priors.parameters import Normal
 from bayestouch.results.files import save_calibration, save_touches, to_arviz, to_dataframe
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.reading import load, load_calibration, load_touches
-
-PAD = Sensor(name="pad", body=Pad((0.0, 4.0, 0.0), (0.0, 0.0, 4.0), 5.0, 2.0))
-
-
-def same(first: Any, second: Any) -> None:
-    """Equal to the last bit, NaN included, with the same types of arrays."""
-    if isinstance(first, np.ndarray):
-        assert isinstance(second, np.ndarray) and first.dtype == second.dtype
-        np.testing.assert_array_equal(first, second)
-    elif is_dataclass(first) and not isinstance(first, type):
-        assert type(first) is type(second)
-        for field in fields(first):
-            same(getattr(first, field.name), getattr(second, field.name))
-    elif isinstance(first, dict):
-        assert set(first) == set(second)
-        for key in first:
-            same(first[key], second[key])
-    elif isinstance(first, tuple | list):
-        assert len(first) == len(second)
-        for one, other in zip(first, second, strict=True):
-            same(one, other)
-    elif isinstance(first, float) and np.isnan(first):
-        assert np.isnan(second)
-    else:
-        assert first == second
 
 
 @pytest.fixture

@@ -31,7 +31,12 @@ from bayestouch.model.split_data import SplitData
 DESIGN = replace(SMALL, noise_sd=6.0, edge_step=3.0, tip_step=3.0)
 #: An answer to touches 45° away, three times the noise of a touch: no elastic finger has it, and a map can take it up.
 LOBE = (EFFECTS["far_lobe: "], 3.0)
-FORMS = {"gain_nonlinearity": "tanh", "crosstalk": "unequal, second neighbours"}
+FORMS = {
+    "gain_nonlinearity": "tanh",
+    "crosstalk": "unequal, second neighbours",
+    "creep": "logarithmic",
+    "baseline_drift": "random walk",
+}
 
 
 @cache
@@ -55,6 +60,14 @@ def error_mm(read: bayestouch.TouchPosteriors) -> float:
     return float(np.sqrt(np.mean((read.mean("R") - read.reference["R"]) ** 2)))
 
 
+def covered(read: bayestouch.TouchPosteriors) -> bool:
+    """Whether intervals of 90 % cover R: of forty touches of round tips 0.9 ± 0.05 are inside; three of these."""
+    low, high = read.interval("R", 0.9)
+    round_tip = (read.reference["r_c"] > 0) & np.isfinite(read.reference["r_c"])
+    inside = ((low <= read.reference["R"]) & (read.reference["R"] <= high))[round_tip]
+    return bool(0.75 < inside.mean() <= 1)
+
+
 def identified(dataset: bayestouch.DataSet, **options: object) -> bayestouch.Calibration:
     return bayestouch.calibrate(dataset, e_map="empirical", draws=64, seed=1, **options)
 
@@ -74,18 +87,23 @@ def test_touches_are_read_as_without_the_effect(effect: str, worse: float, tmp_p
     assert error_mm(read(identified(dataset), dataset)) > worse * error_mm(found)
     of_model = bayestouch.calibrate(dataset, model=model_of(effect), draws=64, seed=1)
     assert error_mm(read(of_model, dataset)) > 1.3 * error_mm(found)
-    low, high = found.interval("R", 0.9)
-    round_tip = (found.reference["r_c"] > 0) & np.isfinite(found.reference["r_c"])
-    inside = ((low <= found.reference["R"]) & (found.reference["R"] <= high))[round_tip]
-    # of some forty touches of round tips 0.9 ± 0.05; three of these
-    assert 0.75 < inside.mean() <= 1
+    assert covered(found)
     assert calibration.statistics["lack_of_fit_empirical"] < 1.5 < of_model.statistics["lack_of_fit"]
+
+
+@pytest.mark.parametrize(("effect", "better"), [("creep", 0.95), ("baseline_drift", 0.9)])
+def test_effects_of_time_go_with_a_map(effect: str, better: float) -> None:
+    """What changes while a touch is held, and what drifts: the map alone takes them for properties of the place."""
+    dataset = finger(effect)
+    found = read(identified(dataset, model=model_of(effect)), dataset)
+    assert error_mm(found) < better * error_mm(read(identified(dataset), dataset))
+    assert covered(found)
 
 
 def test_a_correction_is_left_to_the_map() -> None:
     found = identified(finger("crosstalk"), model=model_of("crosstalk", correction=True))
     assert not any(name.startswith("placed_") for name in found.extra)
-    assert any("is in the identified map" in note for note in found.notes)
+    assert any("the identified E map includes" in note for note in found.notes)
     only = identified(finger(), model=StatedModel("finger", "layer", (), True))
     np.testing.assert_array_equal(only.extra["empirical_map"], identified(finger()).extra["empirical_map"])
 

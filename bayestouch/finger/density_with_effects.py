@@ -1,0 +1,253 @@
+"""Exact posterior density of the calibration of a finger with effects."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.effects import NoiseEffect, RandomEffect, Values
+from bayestouch.finger.density import NUMBERS_HELD
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.model import FingerModel, finger_model
+from bayestouch.finger.noise import Precisions
+from bayestouch.finger.noise_with_effects import EffectNoise, joint_effects, noise_with_effects
+from bayestouch.finger.prediction_with_effects import EffectPrediction, EffectReadings
+from bayestouch.finger.priors import FingerPriors
+from bayestouch.model.drift_filter import filtered, gaps
+from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.observations import Observations
+from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
+
+# Vectors at once where drifts or a correction tie the touches together.
+TOGETHER = 32
+
+
+@dataclass(frozen=True, eq=False)
+class EffectPosterior:
+    """Data and priors of a finger with effects; t touches, m elements.
+
+    Attributes
+    ----------
+    model : FingerModel
+        The finger with its effects.
+    known : KnownTouches
+        Touches.
+    prior : FlatPrior
+        Priors of all coordinates (see `FlatLayout`).
+    noise : EffectNoise
+        Noise of the samples.
+    drifts : tuple of (RandomEffect, values)
+        Drifts; their sd and correlation time are unknown, further values are held.
+    columns : (k, t, m) array or None
+        Change of the mean readings by each of k further weights with standard normal priors, which are integrated out:
+        a correction, or any other discrepancy with a normal prior.
+    """
+
+    model: FingerModel
+    known: KnownTouches
+    prior: FlatPrior
+    noise: EffectNoise
+    drifts: tuple[tuple[RandomEffect, Values], ...] = ()
+    columns: FloatArray | None = None
+
+    @classmethod
+    def of(cls, fitted: Fitted, priors: FingerPriors, raw: Observations) -> EffectPosterior:
+        """Posterior of a fit.
+
+        Parameters
+        ----------
+        fitted : Fitted
+            The fit.
+        priors : FingerPriors
+            Priors of the finger without effects.
+        raw : Observations
+            Its touches with all readings, also those that an effect found wrong.
+        """
+        model = finger_model(fitted.model)
+        known, used = KnownTouches.of(model.known.means, model.finger)
+        assert used.all()
+        known = replace(known, load=model.load)
+        effects = joint_effects(tuple(effect for effect, _ in fitted.noise.effects))
+        prior = priors.flat(model.finger, known).with_values(
+            [(p.prior, p.logarithmic) for effect in model.effects for p in effect.parameters],
+            [
+                *((p.prior, True) for drift, _ in fitted.drifts for p in drift.parameters[:2]),
+                *((p.prior, p.logarithmic) for effect in effects for p in effect.parameters),
+            ],
+        )
+        functions, columns = fitted.linear.functions, None
+        if functions is not None:
+            raw_columns = functions.raw[len(drift_columns(model, fitted.vector, fitted.drifts)) :]
+            columns = raw_columns if len(raw_columns) else None
+        noise = noise_with_effects(fitted, known, prior.layout, effects, raw)
+        return cls(model, known, prior, noise, fitted.drifts, columns)
+
+    @property
+    def layout(self) -> FlatLayout:
+        """Positions in the flat vector."""
+        return self.prior.layout
+
+    @property
+    def effects(self) -> tuple[NoiseEffect, ...]:
+        """Noise effects whose values are in the vector."""
+        return tuple(effect for effect, _ in self.noise.effects)
+
+    @property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest value of each coordinate."""
+        low, high = (ends.copy() for ends in self.prior.bounds)
+        _, _, model_low, model_high = self.model.prior()
+        n = self.layout.n_chain
+        low[:n], high[:n] = np.maximum(low[:n], model_low), np.minimum(high[:n], model_high)
+        return low, high
+
+
+@dataclass(frozen=True, eq=False)
+class EffectDensity:
+    """Log posterior of the flat vector of a finger with effects (see `FlatLayout`).
+
+    Given the vector, readings are normal: noise of each element, the error of each load, errors that elements share,
+    drifts (Matérn functions, exactly, by a Kalman filter) and the weights of `EffectPosterior.columns` are integrated
+    out.
+
+    Attributes
+    ----------
+    posterior : EffectPosterior
+        Data and priors.
+    predict : EffectPrediction
+        Readings of many vectors.
+    """
+
+    posterior: EffectPosterior
+    predict: EffectPrediction
+
+    def __call__(self, vectors: FloatArray) -> FloatArray:
+        """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""
+        flat = vectors.reshape(-1, vectors.shape[-1])
+        low, high = self.posterior.bounds
+        out = np.full(len(flat), -np.inf)
+        inside = np.flatnonzero(((flat > low) & (flat < high)).all(axis=1))
+        inside = inside[self.predict.within(flat[inside])]
+        held = TOGETHER if self.tied else max(1, NUMBERS_HELD // self.posterior.known.missing.size)
+        for first in range(0, len(inside), held):
+            part = inside[first : first + held]
+            out[part] = self._inside(flat[part])
+        return out.reshape(vectors.shape[:-1])
+
+    @property
+    def tied(self) -> bool:
+        """Whether touches depend on each other given the vector."""
+        return bool(self.posterior.drifts) or self.posterior.columns is not None
+
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d), see `FingerDensity`."""
+        assert not self.tied
+        held = max(1, NUMBERS_HELD // self.posterior.known.missing.size)
+        parts = [vectors[first : first + held] for first in range(0, len(vectors), held)]
+        return np.concatenate([self._of_touches(*self._errors(part, self.predict(part))) for part in parts])
+
+    def _inside(self, vectors: FloatArray) -> FloatArray:
+        posterior = self.posterior
+        readings = self.predict(vectors)
+        data = self._of_means(vectors, readings)
+        samples = posterior.noise.log_likelihood(vectors, readings.touches, readings.samples)
+        return np.asarray(data + samples + posterior.prior.log_density(vectors))
+
+    def _of_means(self, vectors: FloatArray, readings: EffectReadings) -> FloatArray:
+        """Log likelihood (n,) of the mean readings."""
+        left, weight, slopes = self._errors(vectors, readings)
+        if self.tied:
+            return self._tied(vectors, readings, left, weight, slopes)
+        return np.asarray(self._of_touches(left, weight, slopes).sum(axis=1))
+
+    @staticmethod
+    def _of_touches(left: FloatArray, weight: FloatArray, slopes: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch."""
+        volume = np.log(np.where(weight > 0, weight, 2 * np.pi) / (2 * np.pi)).sum(axis=2)
+        return np.asarray(log_density_with_shared_errors(left, slopes, weight) + 0.5 * volume)
+
+    def _errors(self, vectors: FloatArray, readings: EffectReadings) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Errors of the mean readings (n, t, m), their inverse variances, and shared errors (k, n, t, m)."""
+        posterior, known = self.posterior, self.posterior.known
+        left = np.where(known.missing, 0.0, known.readings) - readings.touches
+        spread = Precisions.of(known, posterior.layout, vectors)
+        slopes = (readings.by_load * spread.load_sd[..., None])[None]
+        if posterior.noise.effects or posterior.noise.shared:
+            return left, *self._with_added(vectors, readings, spread.weight, slopes)
+        return left, spread.weight, slopes
+
+    def _with_added(
+        self, vectors: FloatArray, readings: EffectReadings, weight: FloatArray, slopes: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Inverse variances and shared errors with what noise effects add."""
+        known, noise = self.posterior.known, self.posterior.noise
+        counts = np.maximum(known.counts, 1)
+        reads = np.maximum(known.counts.max(axis=1), 1)
+        variance, shared = np.zeros(weight.shape), np.zeros(weight.shape)
+        for i, vector in enumerate(vectors):
+            added = noise.added(vector)
+            variance[i] = added.variance(readings.touches[i], noise.peak) / counts
+            shared[i] = np.sqrt(added.shared_variance(reads))[:, None] * added.together(noise.peak)
+        weight = weight / (1 + weight * variance)
+        return weight, np.concatenate([slopes, shared[None]]) if noise.shared else slopes
+
+    def _tied(
+        self, vectors: FloatArray, readings: EffectReadings, left: FloatArray, weight: FloatArray, slopes: FloatArray
+    ) -> FloatArray:
+        """Log likelihood with drifts and further weights integrated out."""
+        posterior = self.posterior
+        n, t, m = left.shape
+        present = np.broadcast_to(weight > 0, left.shape).reshape(-1, m)
+        variance = 1 / np.where(weight > 0, weight, 1.0)
+        root = inverse_root(variance.reshape(-1, m), [each.reshape(-1, m) for each in slopes], present)
+        root = root.reshape(n, t, m, m)
+        diagonal = np.einsum("ntii->nti", root)
+        volume = np.log(np.where(diagonal > 0, diagonal, 1.0)).sum(axis=(1, 2))
+        columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
+        rows = np.concatenate(
+            [left[..., None], np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))], axis=3
+        )
+        rows = root @ rows
+        if posterior.drifts:
+            gram, log_determinant = self._filtered(vectors, readings, rows, root)
+        else:
+            flat = rows.reshape(n, t * m, -1)
+            gram, log_determinant = flat.swapaxes(1, 2) @ flat, np.zeros(n)
+        inner = np.linalg.cholesky(gram[:, 1:, 1:] + np.eye(len(columns)))
+        along = np.linalg.solve(inner, gram[:, 1:, :1])[:, :, 0]
+        log_determinant = log_determinant + 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
+        return np.asarray(volume - 0.5 * (gram[:, 0, 0] - (along**2).sum(axis=1) + log_determinant))
+
+    def _filtered(
+        self, vectors: FloatArray, readings: EffectReadings, rows: FloatArray, root: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Gram matrix of whitened rows with the drifts integrated out, and the log determinant."""
+        posterior, model = self.posterior, self.posterior.model
+        first = posterior.layout.further.start
+        m = root.shape[-1]
+        seen, time = [], []
+        for k, (drift, values) in enumerate(posterior.drifts):
+            size, length = np.exp(vectors[:, first + 2 * k : first + 2 * k + 2]).T
+            scale = np.stack(
+                [_scale(model, drift, vector, y) for vector, y in zip(vectors, readings.touches, strict=True)]
+            )
+            scale = size[:, None, None] * scale
+            own = drift.own(values)
+            seen.append(root * scale[:, :, None] if own else np.einsum("ntij,ntj->nti", root, scale)[..., None])
+            time.append(np.repeat(length[:, None], m if own else 1, axis=1))
+        courses = np.concatenate(seen, axis=3)
+        order, gap = gaps(model.known)
+        touches = ((rows[:, i], courses[:, i]) for i in _ints(order))
+        return filtered(touches, gap, np.concatenate(time, axis=1))
+
+
+def _scale(model: FingerModel, drift: RandomEffect, vector: FloatArray, touches: FloatArray) -> FloatArray:
+    """What a drift is multiplied by in each mean reading, (t, m)."""
+    return drift.scale(replace(model.poses(vector), signal=touches - model.zero(vector)))
+
+
+def _ints(order: IntArray) -> list[int]:
+    return [int(i) for i in order]

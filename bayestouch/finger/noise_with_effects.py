@@ -1,0 +1,211 @@
+"""Noise of the calibration touches of a finger with noise effects, for many parameter vectors at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.effects.effect import Values
+from bayestouch.effects.noise import NoiseEffect
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout
+from bayestouch.finger.noise import log_likelihood_of_scatter
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.noise import AddedNoise
+from bayestouch.model.noise_posterior import Terms, terms_of
+from bayestouch.model.noise_search import TouchScatter
+from bayestouch.model.observations import Observations
+from bayestouch.model.whitening import Whitening
+
+
+@dataclass(frozen=True, eq=False)
+class TouchSquares:
+    """Samples about the mean of their touch, in the order of the touches; t touches, N samples, m elements.
+
+    Attributes
+    ----------
+    order : (N,) int array
+        Samples in the order of the touches.
+    first : (t,) int array
+        First sample of each touch in this order.
+    deviation, weight : (N, m), (N, 1) arrays
+        Deviations in this order, NaN where missing; raw readings of each sample.
+    products : (t, m, m) array
+        Sums over samples of the products of the deviations of two elements.
+    freedom : (t, m) array
+        Number of samples less one.
+    """
+
+    order: IntArray
+    first: IntArray
+    deviation: FloatArray
+    weight: FloatArray
+    products: FloatArray
+    freedom: FloatArray
+
+    @classmethod
+    def of(cls, observed: Observations) -> TouchSquares:
+        """Samples of touches."""
+        order = np.argsort(observed.row_touch, kind="stable")
+        first = np.searchsorted(observed.row_touch[order], np.arange(observed.n_touches))
+        deviation, weight = observed.deviation[order], observed.weight[order, None]
+        count = np.add.reduceat((~np.isnan(deviation)).astype(float), first, axis=0)
+        rows = np.nan_to_num(deviation) * np.sqrt(weight)
+        products = np.add.reduceat(rows[:, :, None] * rows[:, None, :], first, axis=0)
+        return cls(order, first, deviation, weight, products, np.maximum(count - 1, 0))
+
+    def about(self, predicted: FloatArray) -> FloatArray:
+        """Deviations (N, m) from predicted ones (N, m), in the order of the touches, each over its standard share."""
+        return np.asarray(np.nan_to_num(self.deviation - predicted[self.order]) * np.sqrt(self.weight))
+
+
+@dataclass(frozen=True, eq=False)
+class EffectNoise:
+    """Likelihood of the samples about the mean of their touch, and what noise effects add to the means.
+
+    Deviations of k samples from their mean, and the mean, are independent if the noise is normal. So the deviations
+    contribute a factor of their own: with noise effects that add to the noise, the normal density of k - 1 independent
+    samples of each touch; with outliers, that of `bayestouch.model.outlier_likelihood`.
+
+    Attributes
+    ----------
+    known : KnownTouches
+        Means, and sums of squares of each element.
+    layout : FlatLayout
+        Positions in the flat vector.
+    effects : tuple of (NoiseEffect, first position of its values)
+        Noise effects whose values are in the vector.
+    peak : (m,) array
+        Peak readings, the unit of shares.
+    held : AddedNoise
+        Added noise that is not in the vector.
+    squares : TouchSquares
+        Sums over samples.
+    scale : (m,) array or None
+        With outliers: sd of all noise of a reading.
+    terms : callable or None
+        With outliers: their likelihood.
+    """
+
+    known: KnownTouches
+    layout: FlatLayout
+    effects: tuple[tuple[NoiseEffect, int], ...]
+    peak: FloatArray
+    held: AddedNoise
+    squares: TouchSquares
+    scale: FloatArray | None = None
+    terms: Terms | None = None
+
+    @property
+    def shared(self) -> bool:
+        """Whether elements have a shared error."""
+        return bool(self.held.common_touch) or any("common" in e.added(e.probes[0]) for e, _ in self.effects)
+
+    def values(self, vector: FloatArray) -> list[Values]:
+        """Values of each noise effect in a vector (d,)."""
+        return [
+            tuple(p.from_unconstrained(float(c)) for p, c in zip(effect.parameters, vector[first:], strict=False))
+            for effect, first in self.effects
+        ]
+
+    def added(self, vector: FloatArray) -> AddedNoise:
+        """What the effects add, at a vector (d,)."""
+        out = self.held
+        for (effect, _), values in zip(self.effects, self.values(vector), strict=True):
+            out = replace(out, **effect.added(values))
+        return out
+
+    def log_likelihood(self, vectors: FloatArray, touches: FloatArray, samples: FloatArray | None) -> FloatArray:
+        """Log likelihood (n,) of the deviations of samples and repeated loads, given the predicted readings.
+
+        Parameters
+        ----------
+        vectors : (n, d) array
+        touches : (n, t, m) array
+            Predicted mean readings.
+        samples : (n, N, m) array or None
+            Predicted deviations of the samples from them.
+        """
+        at, known = self.layout, self.known
+        total = log_likelihood_of_scatter(known, at, vectors)
+        if not self.effects and samples is None:
+            return total
+        # The part of the tactile noise is replaced.
+        log_noise = vectors[:, at.noise]
+        total = total + log_noise @ known.scatter_dof + 0.5 * (np.exp(-2 * log_noise) @ known.scatter)
+        for i, vector in enumerate(vectors):
+            own = np.exp(2 * vector[at.noise])
+            if self.terms is not None:
+                assert self.scale is not None
+                total[i] += float(np.sum(self.terms(self.values(vector)[0], own / self.scale**2)))
+            else:
+                predicted = None if samples is None else samples[i]
+                total[i] += self._normal(own, self.added(vector), touches[i], predicted)
+        return np.asarray(total)
+
+    def _normal(self, own: FloatArray, added: AddedNoise, touches: FloatArray, samples: FloatArray | None) -> float:
+        """Normal log density of the samples about the mean of their touch."""
+        squares, freedom = self.squares, np.where(self.known.scatter_dof > 0, self.squares.freedom, 0.0)
+        weight = np.where(freedom > 0, 1 / (own + added.variance(touches, self.peak)), 0.0)
+        rows = None if samples is None else squares.about(samples)
+        if rows is None:
+            own_squares = float(np.einsum("tm,tmm->", weight, squares.products))
+        else:
+            own_squares = float((weight * np.add.reduceat(rows**2, squares.first, axis=0)).sum())
+        volume = float((freedom * np.log(np.where(weight > 0, weight, 1.0))).sum())
+        if added.common == 0:
+            return 0.5 * (volume - own_squares)
+        size = added.common * added.together(self.peak)
+        pulled = weight * size
+        if rows is None:
+            along = np.einsum("tm,tml,tl->t", pulled, squares.products, pulled, optimize=True)
+        else:
+            per_sample = (np.repeat(pulled, np.diff(squares.first, append=len(rows)), axis=0) * rows).sum(axis=1)
+            along = np.add.reduceat(per_sample**2, squares.first)
+        length2 = pulled @ size
+        shared = float(freedom.max(axis=1) @ np.log1p(length2) - (along / (1 + length2)).sum())
+        return 0.5 * (volume - own_squares - shared)
+
+
+def noise_with_effects(
+    fitted: Fitted, known: KnownTouches, layout: FlatLayout, effects: tuple[NoiseEffect, ...], raw: Observations
+) -> EffectNoise:
+    """Noise of a fit.
+
+    Parameters
+    ----------
+    fitted : Fitted
+        The fit.
+    known : KnownTouches
+        Its touches.
+    layout : FlatLayout
+        Positions in the flat vector; the values of `effects` are the last ones.
+    effects : tuple of NoiseEffect
+        Noise effects whose values are unknown, see `joint_effects`.
+    raw : Observations
+        The touches with all readings, outliers too.
+    """
+    firsts, place = [], layout.size - sum(len(effect.parameters) for effect in effects)
+    for effect in effects:
+        firsts.append((effect, place))
+        place += len(effect.parameters)
+    model = fitted.model
+    none = AddedNoise(common_touch=fitted.noise.added.common_touch, common_shared=fitted.noise.added.common_shared)
+    held = none if any(e.added(e.probes[0]) for e in effects) else fitted.noise.added
+    out = EffectNoise(known, layout, tuple(firsts), fitted.noise.peak, held, TouchSquares.of(model.known))
+    if not effects or effects[0].added(effects[0].probes[0]):
+        return out
+    observing = model.observing(raw)
+    predicted, by_load = observing.predict(fitted.vector).touches, observing.by_load(fitted.vector)
+    whitening = Whitening.of(raw, fitted.noise, predicted, by_load)
+    scatter = TouchScatter.of(replace(fitted, model=observing, whitening=whitening))
+    assert scatter is not None
+    return replace(out, scale=scatter.sd * model.peak, terms=terms_of(scatter, effects[0]))
+
+
+def joint_effects(effects: tuple[NoiseEffect, ...]) -> tuple[NoiseEffect, ...]:
+    """Noise effects whose values are drawn with all parameters: those that add noise, else the first one."""
+    adding = tuple(effect for effect in effects if effect.added(effect.probes[0]))
+    return adding or effects[:1]

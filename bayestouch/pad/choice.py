@@ -1,0 +1,58 @@
+"""Choice of the model of a pad: a kernel, a kernel with an empirical map, or an empirical map about a constant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from bayestouch.chain.kernel_choice import kernel_for, kernel_names
+from bayestouch.data.dataset import DataSet
+from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
+from bayestouch.pad.priors import check_identifiable
+from bayestouch.pad.problem import PadProblem
+
+# Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
+_WORTH_A_MAP = 3.0
+
+
+def choose_model(
+    problem: PadProblem,
+    dataset: DataSet,
+    kernel: str,
+    empirical: bool | Literal["auto"],
+    progress: Callable[[float], None] | None = None,
+) -> tuple[PadCandidate, dict[str, PadCandidate]]:
+    """The chosen model, and all fitted models by name."""
+    dimensions = problem.known.location.shape[1]
+    names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
+    kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
+    for each in kernels:
+        check_identifiable(problem.known, each, problem.usable)
+
+    def told(share: float) -> None:
+        if progress is not None:
+            progress(share)
+
+    models: dict[str, PadCandidate] = {}
+    for i, each in enumerate(kernels):
+        models[each.name] = fit_kernel(problem, each)
+        told(0.4 * (i + 1) / len(kernels))
+    best = max(models.values(), key=lambda model: model.score)
+    rivals = [] if empirical is True else [best]
+    if empirical is not False:
+        mapped = add_map(problem, best)
+        models[f"{best.kernel.name} with map"] = mapped
+        rivals.append(mapped)
+        told(0.7)
+        if kernel == "auto":
+            constant = kernel_for("constant", dataset.sensor, problem.pitch_mm)
+            alone = add_map(problem, fit_kernel(problem, constant))
+            models["map alone"] = alone
+            rivals.append(alone)
+        told(1.0)
+    # The simplest model is first; a later one must be clearly better.
+    chosen = rivals[0]
+    for rival in rivals[1:]:
+        if rival.score > chosen.score + _WORTH_A_MAP:
+            chosen = rival
+    return chosen, models

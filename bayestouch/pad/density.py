@@ -1,0 +1,223 @@
+"""Exact posterior density of a pad's calibration: kernel, gains, offsets, positions and effects.
+
+The empirical map, the errors of the loads and drifts are random functions that act linearly on the readings: they are
+integrated out. The noise, and the size and the length of the map, are those of the fit: they were chosen by how well
+readings are predicted that are left out, and touches are read with the same. An effect that is not linear is taken
+as linear in the weights of the map, about their most probable values: they are known far better than an effect bends.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.model.fitting import Fitted, linearised
+from bayestouch.model.linear import Functions, Linearised
+from bayestouch.pad.map_basis import HeldMap
+from bayestouch.pad.model import PadModel
+from bayestouch.priors.parameters import LogNormal, Prior
+
+# Numbers of readings that are held together: 8 MB.
+NUMBERS_HELD = 1 << 20
+
+
+@dataclass(frozen=True, eq=False)
+class PadDensity:
+    """Log posterior of the flat vector of a pad: entries of `PadChain.flat`, then the values of the effects.
+
+    Entries with a log-normal prior are logarithms. t touches, m elements, d entries.
+
+    Attributes
+    ----------
+    fitted : Fitted
+        Touches, model and noise. Its vector is the mode.
+    model : PadModel
+        The model with its map held at its most probable values, and the touches. What the held map does is added to
+        their mean readings, since the prior of a weight is about zero and not about where it is held.
+    functions : Functions or None
+        What is integrated out beside the errors of the loads: map and drifts.
+    """
+
+    fitted: Fitted
+    model: PadModel
+    functions: Functions | None
+
+    @classmethod
+    def of(cls, fitted: Fitted) -> PadDensity:
+        """The posterior of a fit."""
+        model = fitted.model
+        assert isinstance(model, PadModel)
+        functions, observed = fitted.linear.functions, model.known
+        if model.map is None or isinstance(model.map, HeldMap):
+            return cls(fitted, model, functions)
+        weights = fitted.vector[model.n_chain : model.n_base]
+        columns = model.derivatives(fitted.vector)[0][model.n_chain : model.n_base]
+        raw = columns if functions is None else np.concatenate([columns, functions.raw])
+        place = np.stack(model.poses(fitted.vector).place, axis=1)
+        moved = observed.means.readings + np.tensordot(weights, columns, axes=1)
+        observed = replace(observed, means=replace(observed.means, readings=moved))
+        held = replace(model, map=HeldMap.of(model.map, weights, place), observed=observed)
+        return cls(fitted, held, Functions.of(raw, fitted.whitening.columns(raw)))
+
+    @property
+    def mode(self) -> FloatArray:
+        """Mode of the fit, (d,)."""
+        return self.fitted.vector[self._entries]
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Covariance of the normal approximation about it, (d, d)."""
+        return np.asarray(self.fitted.linear.covariance()[np.ix_(self._entries, self._entries)])
+
+    def approximation(self, farthest: float) -> tuple[FloatArray, FloatArray]:
+        """Mean (d,) and covariance (d, d) of the normal density that the posterior is near to between its bounds.
+
+        A mode at a bound has the mean of this density beyond it: by `farthest` standard deviations at most.
+        """
+        linear = self.fitted.linear
+        covariance, slope = linear.free.covariance(), linear.free.gradient()
+        held = np.zeros(len(slope), dtype=bool) if linear.held is None else linear.held
+        most = farthest / np.sqrt(np.diag(covariance))
+        beyond = covariance @ np.where(held, np.clip(slope, -most, most), 0.0)
+        at = self._entries
+        return self.mode + beyond[at], covariance[np.ix_(at, at)]
+
+    @property
+    def _entries(self) -> IntArray:
+        """Entries of the fit's vector that are not weights of a map."""
+        fitted = self.fitted
+        weights = fitted.model.n_base - self.model.n_base
+        return np.delete(np.arange(len(fitted.vector)), np.arange(weights) + self.model.n_base)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Name of each entry: ``gain[0]``, ``sigma`` …, and ``creep_share`` … of effects."""
+        own = (each.name for effect in self.model.effects for each in effect.public_parameters())
+        return (*self.model.pad.layout, *own)
+
+    @cached_property
+    def priors(self) -> tuple[Prior, ...]:
+        """Prior of the value of each entry."""
+        return (*self.model.priors, *(each.prior for effect in self.model.effects for each in effect.parameters))
+
+    @cached_property
+    def logarithmic(self) -> NDArray[np.bool_]:
+        """Whether an entry is the logarithm of its value, (d,)."""
+        return np.array([isinstance(prior, LogNormal) for prior in self.priors])
+
+    @cached_property
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest and highest value of each entry."""
+        low, high = np.array([prior.support for prior in self.priors]).T
+        return np.where(self.logarithmic, -np.inf, low), high
+
+    def values(self, vectors: FloatArray) -> FloatArray:
+        """Values of the entries of vectors, (..., d)."""
+        return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, vectors, 0.0)), vectors)
+
+    def __call__(self, vectors: FloatArray) -> FloatArray:
+        """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""
+        flat = vectors.reshape(-1, vectors.shape[-1])
+        out = self.log_prior(flat)
+        inside = np.isfinite(out)
+        out[inside] += self.log_likelihood(flat[inside])
+        return out.reshape(vectors.shape[:-1])
+
+    def log_prior(self, vectors: FloatArray) -> FloatArray:
+        """Log prior density of vectors (n, d), (n,); ``-inf`` outside the bounds."""
+        values = self.values(vectors)
+        total = np.where(self.logarithmic, vectors, 0.0).sum(axis=1)
+        for prior, column in zip(self.priors, values.T, strict=True):
+            total = total + prior.log_density(column)
+        return np.asarray(total)
+
+    def log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log likelihood of vectors (n, d) inside the bounds, (n,): density of all readings together."""
+        out = np.empty(len(vectors))
+        for part in self._parts(len(vectors)):
+            white, samples = self._whitened(vectors[part])
+            squares = (white**2).sum(axis=0)
+            if self.functions is not None:
+                onto = solve_triangular(self.functions.root, self.functions.white.transposed(white), lower=True)
+                squares -= (onto**2).sum(axis=0)
+            out[part] = -0.5 * squares + samples.sum(axis=1)
+        return np.asarray(out + self._log_volume)
+
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log density of each touch's readings given those of all others, of vectors (n, d) inside the bounds, (n, t).
+
+        Without a map touches are independent, and the sum over them is `log_likelihood`. With one this is what
+        leave-one-out cross-validation weighs (P.-C. Bürkner, J. Gabry and A. Vehtari, Computational Statistics 36
+        (2021) 1243).
+        """
+        t, m = self._readings.shape
+        out = np.empty((len(vectors), t))
+        for part in self._parts(len(vectors)):
+            white, samples = self._whitened(vectors[part])
+            if self.functions is not None:
+                # With P the white precision of all readings, P_tt that of a touch: the density needs (P z)_t and P_tt.
+                white = self.functions.without(white)
+                spread = np.linalg.solve(self._left_out, white.reshape(t, m, -1))
+            else:
+                spread = white.reshape(t, m, -1)
+            out[part] = -0.5 * (spread**2).sum(axis=1).T + samples
+        volume = np.where(self.fitted.whitening.present, self._log_scale, 0.0).sum(axis=1)
+        if self.functions is not None:
+            volume = volume + np.log(np.diagonal(self._left_out, axis1=1, axis2=2)).sum(axis=1)
+        return np.asarray(out + volume)
+
+    @property
+    def _readings(self) -> FloatArray:
+        return self.model.known.means.readings
+
+    def linearised(self, vector: FloatArray) -> Linearised:
+        """The model made linear around a vector (d,); a flat prior is taken as a normal one as wide as its support."""
+        return linearised(self.model, vector, self.fitted.whitening, self.functions)
+
+    def _parts(self, n: int) -> list[slice]:
+        held = max(1, NUMBERS_HELD // self._readings.size)
+        return [slice(first, first + held) for first in range(0, n, held)]
+
+    def _whitened(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Whitened residuals (t m, n) of mean readings, and log densities (n, t) of samples about their means."""
+        observed, whitening = self.model.known, self.fitted.whitening
+        (t, m), n = self._readings.shape, len(vectors)
+        left, samples = np.empty((t, m, n)), np.zeros((n, t))
+        for i, vector in enumerate(vectors):
+            predicted = self.model.predict(vector)
+            left[:, :, i] = self._readings - predicted.touches
+            if predicted.samples is not None:
+                squares = (whitening.samples(observed.deviation - predicted.samples) ** 2).sum(axis=1)
+                samples[i] = -0.5 * np.bincount(observed.row_touch, weights=squares, minlength=t)
+        left[np.isnan(self._readings)] = 0.0
+        return np.asarray(whitening.root @ left).reshape(t * m, n), samples
+
+    @cached_property
+    def _log_scale(self) -> FloatArray:
+        """Logarithm of each reading's factor in the density of its touch, (t, m)."""
+        diagonal = np.einsum("tii->ti", self.fitted.whitening.root)
+        return np.asarray(np.log(np.where(diagonal > 0, diagonal, 1.0)) - 0.5 * np.log(2 * np.pi))
+
+    @cached_property
+    def _log_volume(self) -> float:
+        volume = float(self._log_scale[self.fitted.whitening.present].sum())
+        return volume if self.functions is None else volume - float(np.log(np.diag(self.functions.root)).sum())
+
+    @cached_property
+    def _left_out(self) -> FloatArray:
+        """Lower Cholesky factor (t, m, m) of what all other touches leave open of the white precision of a touch."""
+        assert self.functions is not None
+        white, root = self.functions.white, self.functions.root
+        t, m = white.shape
+        out, some = np.empty((t, m, m)), max(1, NUMBERS_HELD // (m * white.count))
+        for first in range(0, t, some):
+            which = np.arange(first, min(first + some, t))
+            columns = solve_triangular(root, white.of_touches(which).dense().T, lower=True)
+            onto = columns.reshape(white.count, len(which), m)
+            out[which] = np.eye(m) - np.einsum("kti,ktj->tij", onto, onto, optimize=True)
+        return np.asarray(np.linalg.cholesky(out))

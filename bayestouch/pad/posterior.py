@@ -1,0 +1,97 @@
+"""The posterior of a pad's calibration by name, as files hold it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
+from bayestouch.model.added import AddedEffect
+from bayestouch.pad.density import PadDensity
+from bayestouch.pad.sampling import sample_density
+from bayestouch.progress import Progress
+
+
+@dataclass(frozen=True, eq=False)
+class PadPosterior:
+    """Mode and draws of the parameters of a pad, in public units.
+
+    Attributes
+    ----------
+    mode : dict of () or (m,) arrays
+        Most probable values.
+    draws : dict of (chain, draw) or (chain, draw, m) arrays
+        Draws with emcee.
+    covariance : (d, d) array
+        Of the normal approximation.
+    layout : tuple of str
+        Name of each of its rows.
+    grades : dict of str to float
+        ``ess_bulk`` and ``rhat`` of the worst parameter, and ``acceptance``.
+    """
+
+    mode: dict[str, FloatArray]
+    draws: dict[str, FloatArray]
+    covariance: FloatArray
+    layout: tuple[str, ...]
+    grades: dict[str, float]
+
+    @classmethod
+    def of(
+        cls,
+        density: PadDensity,
+        draws: int,
+        seed: int,
+        *,
+        added: Sequence[AddedEffect] = (),
+        progress: Progress | None = None,
+    ) -> PadPosterior:
+        """Draw from a density.
+
+        Parameters
+        ----------
+        density : PadDensity
+            Posterior density of pad and effects.
+        draws, seed : int
+            How many draws in all, and their seed.
+        added : sequence of AddedEffect
+            Effects with their posterior: drifts and effects of the noise, which are no entries of the density, are
+            drawn from it. They have a likelihood of their own, the course of the drift or the scatter of the samples,
+            which depends on the other parameters to second order only.
+        progress : callable, optional
+            Called with the fraction done.
+        """
+        drawn = sample_density(density, draws, seed, progress)
+        values, mode = density.values(drawn.draws[:, :, 0]), density.values(density.mode)
+        scale = np.where(density.logarithmic, mode, 1.0)
+        named = _by_name(density, values)
+        at_mode = {name: value[0, 0] for name, value in _by_name(density, mode[None, None]).items()}
+        rng = np.random.default_rng([seed, 3])
+        for each in added:
+            for i, parameter in enumerate(each.effect.public_parameters()):
+                if parameter.name not in named:
+                    at_mode[parameter.name] = np.asarray(each.values[i])
+                    named[parameter.name] = each.draws(i, rng.standard_normal(values.shape[:2]))
+        return cls(
+            mode=at_mode,
+            draws=named,
+            covariance=density.covariance * np.outer(scale, scale),
+            layout=density.names,
+            grades={
+                "ess_bulk": float(drawn.ess_bulk.min()),
+                "rhat": float(drawn.rhat.max()),
+                "acceptance": float(drawn.acceptance.min()),
+            },
+        )
+
+
+def _by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
+    """Values (chain, draw, d) by name, (chain, draw) or (chain, draw, m) arrays."""
+    m, dimensions = density.model.pad.position.shape
+    own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
+    out = {name: values[..., i * m : (i + 1) * m] for i, name in enumerate(own)}
+    first = len(own) * m
+    return out | {name: values[..., first + k] for k, name in enumerate(density.names[first:])}

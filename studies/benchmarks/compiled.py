@@ -1,0 +1,199 @@
+"""Would a compiled kernel make batches quicker? The density of a touch compiled by numba, beside numpy's.
+
+The kernel looks a touch up in the reading table, subtracts the reading, whitens and sums the squares in one pass, in
+float32 as numpy does it. It takes the place of `FingerPosterior.log_density`, and a second one that of `residual`,
+which the search for modes and the proposals call. Printed are the time of one log density, the processor time of both
+methods on 4,800 touches, and how much of it is left when all densities are free: no such kernel can save more.
+
+    pip install numba                                    # in an environment of its own
+    python studies/benchmarks/compiled.py [touches]
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import math
+import statistics
+import sys
+import time
+import timeit
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import log_likelihood
+import many_touches
+import numba
+import numpy as np
+
+from bayestouch.finger.reading.reader import FingerPosterior
+from bayestouch.reading.draws import DrawPlan, draw
+
+REPEATS = 3
+USUAL = FingerPosterior.residual, FingerPosterior.log_density
+
+
+def kernel(squared: bool) -> Callable[..., None]:
+    """Compile the whitened residuals of all elements, or the sum of their squares."""
+
+    @numba.njit(fastmath=True, error_model="numpy")
+    def compute(rows, shape, grid, modulus, radius, angle, load, readings, columns, out):  # type: ignore[no-untyped-def]
+        n_kappa, n_angles = shape
+        m = rows.shape[1]
+        scale, kappa_first, kappa_step, angle_first, angle_step = grid
+        miss, white = np.empty(m, np.float32), np.empty(m, np.float32)
+        for b in range(load.shape[0]):
+            for w in range(load.shape[1]):
+                kappa = max(load[b, w] * radius[b, w] / (1000 * modulus), 0.0)
+                across = (math.log1p(kappa / scale) - kappa_first) / kappa_step
+                along = (angle[b, w] - angle_first) / angle_step
+                across, along = min(max(across, 0.0), n_kappa - 1.001), min(max(along, 0.0), n_angles - 1.001)
+                row, column = int(across), int(along)
+                s, t, force = np.float32(across - row), np.float32(along - column), np.float32(load[b, w])
+                low = row * n_angles + column
+                high = low + n_angles
+                for e in range(m):
+                    lower = rows[low, e] + t * (rows[low + 1, e] - rows[low, e])
+                    upper = rows[high, e] + t * (rows[high + 1, e] - rows[high, e])
+                    miss[e] = (lower + s * (upper - lower)) * force - readings[b, e]
+                    white[e] = np.float32(0)
+                for f in range(m):
+                    for e in range(m):
+                        white[e] += columns[b, f, e] * miss[f]
+                if squared:
+                    total = np.float32(0)
+                    for e in range(m):
+                        total += white[e] * white[e]
+                    out[b, w, 0] = total
+                else:
+                    for e in range(m):
+                        out[b, w, e] = white[e]
+
+    return compute  # type: ignore[no-any-return]
+
+
+def arguments(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> tuple[Any, ...]:
+    """Arguments of a kernel for points x (B, W, 3) of the touches `blocks` (B,)."""
+    table, whitener = posterior.table, posterior.whitener[blocks]
+    assert table is not None
+    full = whitener if whitener.ndim == 3 else whitener[:, :, None] * np.eye(whitener.shape[1])
+    w, angle, load = (np.ascontiguousarray(x[..., k]) for k in range(3))
+    grid = (table.kappa_scale, table.kappa_first, table.kappa_step, table.angle_first, table.angle_step)
+    readings = np.nan_to_num(posterior.touches.readings[blocks]).astype(np.float32)
+    columns = np.ascontiguousarray(full.swapaxes(1, 2)).astype(np.float32)
+    modulus, radius = posterior.chain.shear_modulus_MPa, posterior.radius(w)
+    return table.rows, table.shape, grid, modulus, radius, angle, load, readings, columns
+
+
+@contextmanager
+def replaced(residual: Callable[..., Any], log_density: Callable[..., Any]) -> Iterator[None]:
+    """Take other functions for residuals and log densities for a while."""
+    FingerPosterior.residual, FingerPosterior.log_density = residual, log_density  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        FingerPosterior.residual, FingerPosterior.log_density = USUAL  # type: ignore[method-assign]
+
+
+def compiled(m: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """`residual` and `log_density` by the kernels."""
+    rows, squares = kernel(False), kernel(True)
+
+    def residual(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        out = np.empty((*x.shape[:2], m), np.float32)
+        rows(*arguments(posterior, x, blocks), out)
+        return out
+
+    def log_density(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+        prior, out = posterior.log_prior(x, blocks), np.empty((*x.shape[:2], 1), np.float32)
+        squares(*arguments(posterior, x, blocks), out)
+        return np.where(np.isfinite(prior), prior - 0.5 * out[..., 0].astype(np.float64), -np.inf)
+
+    return residual, log_density
+
+
+def timed(spent: list[float]) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """numpy's `residual` and `log_density`, whose processor time is added to `spent`."""
+    inside = [False]
+
+    def noted(usual: Callable[..., Any]) -> Callable[..., Any]:
+        def call(*arguments: Any) -> Any:
+            if inside[0]:
+                return usual(*arguments)
+            inside[0], begun = True, time.process_time()
+            try:
+                return usual(*arguments)
+            finally:
+                inside[0] = False
+                spent.append(time.process_time() - begun)
+
+        return call
+
+    return noted(USUAL[0]), noted(USUAL[1])
+
+
+def processor(call: Callable[[], object]) -> float:
+    """Processor time of a call, s."""
+    begun = time.process_time()
+    call()
+    return time.process_time() - begun
+
+
+def one_density(functions: tuple[Callable[..., Any], Callable[..., Any]]) -> dict[str, float]:
+    """Nanoseconds of one log density with the calibration propagated, and the largest difference in it."""
+    posterior, rng = log_likelihood.posterior(True), np.random.default_rng(1)
+    blocks, walkers = np.arange(log_likelihood.TOUCHES), log_likelihood.WALKERS
+    shape = (len(blocks), walkers)
+    x = np.stack([rng.normal(0, 1.5, shape), rng.uniform(-0.7, 0.7, shape), np.full(shape, 200.0)], axis=-1)
+    mine, theirs = functions[1](posterior, x, blocks), posterior.log_density(x, blocks)
+
+    def best(call: Callable[[], object]) -> float:
+        return 1e9 * min(timeit.repeat(call, number=3, repeat=7)) / 3 / mine.size
+
+    return {
+        "numpy": best(lambda: posterior.log_density(x, blocks)),
+        "compiled": best(lambda: functions[1](posterior, x, blocks)),
+        "prior alone, in both": best(lambda: posterior.log_prior(x, blocks)),
+        "difference": float(np.max(np.abs(mine - theirs) / np.abs(theirs))),
+    }
+
+
+def main(n: int = 4800) -> dict[str, dict[str, float]]:
+    """Print both comparisons; returns processor times by method."""
+    sampler, touches = many_touches.design(n)
+    functions = compiled(many_touches.ELEMENTS)
+    found = one_density(functions)
+    print(f"one log density, {many_touches.ELEMENTS} elements, calibration propagated")
+    for name in ("numpy", "compiled", "prior alone, in both"):
+        print(f"  {name:24s}{found[name]:6.0f} ns")
+    print(f"  largest difference {found['difference']:.0e} of its value")
+    print(f"{n} touches on one core, seconds of processor, medians of {REPEATS}")
+    plans: dict[str, DrawPlan] = {"importance": many_touches.BY_WEIGHTS, "emcee": many_touches.BY_CHAINS}
+    times = {}
+    for method, plan in plans.items():
+        runs: dict[str, list[float]] = {"numpy": [], "compiled": [], "densities free": []}
+
+        def run(plan: DrawPlan = plan) -> float:
+            return processor(lambda: draw(sampler, touches, plan, workers=1))
+
+        with replaced(*functions):
+            run()  # compiles
+        for _ in range(REPEATS):
+            runs["numpy"].append(run())
+            with replaced(*functions):
+                runs["compiled"].append(run())
+            spent: list[float] = []
+            with replaced(*timed(spent)):
+                runs["densities free"].append(run() - sum(spent))
+        times[method] = {name: statistics.median(values) for name, values in runs.items()}
+        print(
+            f"  {method:12s}" + "".join(f"{name} {value:5.2f}   " for name, value in times[method].items()), flush=True
+        )
+    return times
+
+
+if __name__ == "__main__":
+    main(*(int(argument) for argument in sys.argv[1:]))

@@ -1,0 +1,119 @@
+"""Groups of a finger's calibration that are written on request: against the likelihood, written out with scipy."""
+
+from __future__ import annotations
+
+import known_fingers as k
+import numpy as np
+import pytest
+from scipy.stats import kstest, multivariate_normal
+
+import bayestouch
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.effects.stated import StatedModel
+from bayestouch.errors import InputError
+
+KNOWN = k.known_touches(1, step=6.0)
+DATA = k.dataset(KNOWN)
+
+
+@pytest.fixture(scope="module")
+def calibration() -> bayestouch.Calibration:
+    return bayestouch.calibrate(DATA, draws=400, groups="all", seed=1)
+
+
+def draw_of(calibration: bayestouch.Calibration, n: int) -> dict[str, np.ndarray]:
+    return {name: draws.reshape(-1, *draws.shape[2:])[n] for name, draws in calibration.posterior.items()}
+
+
+def predicted(draw: dict[str, np.ndarray], rows: bayestouch.TouchPosteriors, load: np.ndarray) -> np.ndarray:
+    chain = FingerChain(
+        core_radius_mm=9.4,
+        outer_radius_mm=12.7,
+        response=draw["response"],
+        sensing_radius_mm=draw["r_s"],
+        angle=np.radians(draw["theta_s"]),
+        offset=np.zeros(len(k.ANGLES)),
+        poisson_ratio=float(draw["sigma"]),
+        shear_modulus_MPa=float(draw["mu"]),
+        largest_load=300.0,
+    )
+    return chain.predict(composite_radius(rows.radius_mm, 12.7), np.radians(rows.location["theta_c"]), load)
+
+
+def distribution(calibration: bayestouch.Calibration, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Mean (t, m) and covariance (t, m, m) of the touches' mean readings at one draw."""
+    draw, rows = draw_of(calibration, n), calibration.rows
+    mean = predicted(draw, rows, rows.load)
+    slope = (predicted(draw, rows, 1.01 * rows.load) - predicted(draw, rows, 0.99 * rows.load)) / (
+        0.02 * rows.load[:, None]
+    )
+    own = np.diag(draw["noise_sd"] ** 2 / k.SAMPLES + draw["discrepancy_sd"] ** 2)
+    force = draw["force_noise_sd"] ** 2 / k.SAMPLES
+    return mean, own + force * slope[:, :, None] * slope[:, None, :]
+
+
+def test_likelihood_of_each_touch_written_out(calibration: bayestouch.Calibration) -> None:
+    log = calibration.groups["log_likelihood"]["whole_touch"].reshape(400, -1)
+    observed = calibration.rows.observed
+    for n in (0, 137, 399):
+        mean, covariance = distribution(calibration, n)
+        expected = [multivariate_normal(*each).logpdf(y) for *each, y in zip(mean, covariance, observed, strict=True)]
+        # the series of the fit errs by 1.5e-3, and the load adds 0.1 to the log determinant
+        np.testing.assert_allclose(log[n], expected, atol=0.004)
+
+
+def test_log_posterior_is_likelihood_scatter_and_prior(calibration: bayestouch.Calibration) -> None:
+    """Up to a constant, in the coordinates that are drawn, where some are logarithms."""
+    posterior, groups, means = calibration.posterior, calibration.groups, KNOWN.averaged()
+    dof = means.pure_error_dof
+    noise, force = posterior["noise_sd"], posterior["force_noise_sd"]
+    scatter = -(dof * np.log(noise) + dof * means.pure_error_variance / (2 * noise**2)).sum(axis=-1)
+    load_dof = means.load_error_dof
+    scatter -= load_dof * np.log(force) + load_dof * means.load_error_variance / (2 * force**2)
+    prior = sum(a.sum(axis=-1) if a.ndim == 3 else a for a in groups["log_prior"].values())
+    share = posterior["discrepancy_sd"] / (noise / np.sqrt(k.SAMPLES))
+    size = np.abs(posterior["response"])
+    logs = [np.log(each).sum(axis=-1) for each in (noise, share, size)]
+    jacobian = sum(logs) + np.log(force) + np.log(posterior["mu"])
+    total = groups["log_likelihood"]["whole_touch"].sum(axis=-1) + scatter + prior + jacobian
+    difference = groups["sample_stats"]["lp"] - total
+    assert np.std(total) > 3
+    assert np.ptp(difference) < 1e-6 * np.abs(groups["sample_stats"]["lp"]).max()
+
+
+def test_replicated_readings_have_the_covariance(calibration: bayestouch.Calibration) -> None:
+    again = calibration.groups["posterior_predictive"]["reading"].reshape(400, -1, len(k.ANGLES))
+    white = []
+    for n in range(0, 400, 8):
+        mean, covariance = distribution(calibration, n)
+        root = np.linalg.cholesky(covariance)
+        white.append(np.linalg.solve(root, (again[n] - mean)[..., None])[..., 0])
+    z = np.concatenate(white)
+    # some thousand numbers: 1.5 % of the sd
+    assert np.std(z) == pytest.approx(1, abs=0.05) and np.mean(z) == pytest.approx(0, abs=0.07)
+    assert np.abs(np.corrcoef(z.T) - np.eye(len(k.ANGLES))).max() < 0.15
+
+
+def test_draws_of_the_prior(calibration: bayestouch.Calibration) -> None:
+    prior = calibration.groups["prior"]
+    assert set(prior) == set(calibration.posterior)
+    by_name = {parameter.name: parameter.prior for parameter in calibration.parameters}
+    for name in ("sigma", "mu"):
+        share = np.linspace(0.01, 0.99, 99)
+        cumulative = np.interp(prior[name].ravel(), by_name[name].quantile(share), share, 0, 1)
+        assert kstest(cumulative[(cumulative > 0) & (cumulative < 1)], "uniform", (0.01, 0.98)).pvalue > 1e-4
+    assert np.isfinite(calibration.groups["prior_predictive"]["reading"]).all()
+
+
+def test_groups_change_no_draw_and_the_log_posterior_is_always_there(calibration: bayestouch.Calibration) -> None:
+    without = bayestouch.calibrate(DATA, draws=400, seed=1)
+    assert list(without.groups) == ["sample_stats"]
+    np.testing.assert_array_equal(without.groups["sample_stats"]["lp"], calibration.groups["sample_stats"]["lp"])
+    np.testing.assert_array_equal(without.posterior["mu"], calibration.posterior["mu"])
+
+
+def test_a_normal_approximation_has_no_likelihood() -> None:
+    model = StatedModel("finger", "layer", (("crosstalk", {}),))
+    with pytest.raises(InputError, match=r"groups: .*normal approximation"):
+        bayestouch.calibrate(DATA, model=model, groups="log_likelihood")
