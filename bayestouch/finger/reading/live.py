@@ -71,7 +71,7 @@ class FingerLive:
         else:
             table = _covariance_table(reader)
         live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
-        blank = replace(live._blank, readings=np.zeros(live.n_elements, dtype=np.float32))
+        blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
         load = np.full(len(w), reader.typical_load)
         return replace(live, templates=blank.predicted(blank.radii(w), angle, load))
 
@@ -100,8 +100,7 @@ class FingerLive:
         diagonal = 1 / np.sqrt(variance)
         load = touch.load if self.reader.options.use_load else np.nan
         context = None if stream is None else stream.context()
-        one = replace(
-            self._blank,
+        one = self._blank.with_(
             readings=readings.astype(np.float32),
             whitener=np.diag(diagonal).astype(np.float32),
             load=load,
@@ -128,7 +127,7 @@ class FingerLive:
             inner = diagonal[:, None] * covariance * diagonal
             inner[range(len(inner)), range(len(inner))] += 1.0
             whitener = np.linalg.inv(np.linalg.cholesky(inner)) * diagonal
-            one = replace(one, whitener=whitener.T.astype(np.float32))
+            one = one.with_(whitener=whitener.T.astype(np.float32))
             found = _climb(one, one.expanded(found.x, found.steps, found.rows), SETTLED)
         if stream is not None:
             stream.keep(one, found)

@@ -163,14 +163,14 @@ class FingerStream:
                 self.effects_chain, degrees, np.array([one.load]), np.array([one.load_sd]), exact=self.exact
             )
             context = self._with_loads(context, loads, columns, signal)
-            one = replace(one, load=float(loads.load[0]), load_sd=float(loads.sd[0]), context=context)
+            one = one.with_(load=float(loads.load[0]), load_sd=float(loads.sd[0]), context=context)
         covariance = self.covariance(columns, context, signal)
         if self.drifts is not None:
             now = self.drifts.at(self._times / self._weight)
             by_state = now.columns(self._recording(found.rows[:1].astype(np.float64), self._last, 0.0))
             drift = by_state @ now.mean
             self._pending = (drift, covariance, variance, by_state)
-            one = replace(one, context=replace(context, shift=context.shift + drift))
+            one = one.with_(context=replace(context, shift=context.shift + drift))
             covariance = covariance + by_state @ now.covariance @ by_state.T
         return one, covariance
 
