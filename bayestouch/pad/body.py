@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
@@ -66,7 +65,9 @@ def _reader(calibration: Calibration, options: Options) -> TouchReader:
 
 
 def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
-    raise InputError("the live reader reads fingers only; use infer for a pad")
+    from bayestouch.pad.reading.live import PadLive
+
+    return PadLive.of(calibration, options, arrays)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:

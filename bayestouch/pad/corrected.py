@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.recording import Recording
+from bayestouch.chain.recording import History, Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
@@ -147,18 +147,40 @@ class PadEffects:
         load[rows] = self.acting(load[rows])
         return touches.with_(readings=readings, load=load, readings_sd=None)
 
+    def corrected_sample(
+        self, readings: FloatArray, load: float, time_s: float, held_s: float, history: History | None
+    ) -> tuple[FloatArray, float]:
+        """One row as `corrected` changes it: readings (m,), NaN missing, and load; `history` has earlier touches."""
+        missing = np.isnan(readings)
+        place = tuple(np.full(1, np.nan) for _ in self.element_place)
+        recording = replace(
+            self._recording(np.ones(1), np.zeros((1, len(self.peak))), place),
+            time_s=np.array([time_s]),
+            held_s=np.array([held_s]),
+            history=history,
+        )
+        read = np.where(missing, 0.0, readings - self.zero)[None]
+        signal = self._signal_behind(recording, read, read, STEPS, 1e-9)[0] + self.zero
+        return np.where(missing, np.nan, signal), float(self.acting(np.array([load]))[0])
+
     def _readings(self, recording: Recording, signal: FloatArray) -> FloatArray:
         recording = replace(recording, signal=signal)
         for effect, values in self._corrected:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
-    def _signal_behind(self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int) -> FloatArray:
+    def _signal_behind(
+        self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int, close: float = 0.0
+    ) -> FloatArray:
+        """Signals (n, m) that give these readings: Newton steps from `signal`, until one is below `close` peaks."""
         step = SLOPE_STEP * self.peak
         for _ in range(steps):
             up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
             slope = np.maximum((up - down) / (2 * step), LEAST_SLOPE)
-            signal = signal + (read - self._readings(recording, signal)) / slope
+            moved = (read - self._readings(recording, signal)) / slope
+            signal = signal + moved
+            if close and (np.abs(moved) <= close * self.peak).all():
+                break
         return np.asarray(signal)
 
     def acting(self, read: FloatArray) -> FloatArray:
