@@ -30,7 +30,9 @@ def test_a_finger_as_by_emcee(options: dict[str, Any]) -> None:
     assert not any(each.flags for each in live)
 
 
-@pytest.mark.parametrize("effect", ["crosstalk", "creep", pytest.param("memory", marks=pytest.mark.slow), "load_offset"])
+@pytest.mark.parametrize(
+    "effect", ["crosstalk", "creep", pytest.param("memory", marks=pytest.mark.slow), "load_offset"]
+)
 def test_a_finger_with_an_effect_as_by_emcee(effect: str) -> None:
     size = {"crosstalk": 0.04, "creep": 0.05, "memory": 0.03, "load_offset": 4.0}[effect]
     data, calibration = sensor("finger", ((effect, size),), (effect,))
