@@ -10,7 +10,7 @@ from bayestouch.data.finger import Finger
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
@@ -50,6 +50,16 @@ def _calibrate(
     return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
+def _learned_priors(
+    earlier: Sequence[tuple[str, Calibration]], dataset: DataSet, contact: str
+) -> tuple[dict[str, Prior], tuple[str, ...]]:
+    from bayestouch.finger.learned_priors import learned_priors
+
+    assert dataset.calibration is not None
+    counts = dataset.calibration.averaged().counts
+    return learned_priors(earlier, dataset.sensor, contact, float(np.median(counts[counts > 0])))
+
+
 def _begin(data: SplitData, **options: Any) -> Beginning:
     from bayestouch.finger.beginning import begin
 
@@ -87,6 +97,7 @@ BODY = Body(
         "e_map": Option("model", ("model", "empirical")),
         "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
+        "like": Option(()),
         "groups": Option(()),
         "moves": Option(),
         "each_sample": Option(False),
@@ -103,4 +114,5 @@ BODY = Body(
     live=_live,
     stated=_stated,
     lacking=_lacking,
+    learned_priors=_learned_priors,
 )

@@ -17,6 +17,7 @@ from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import draws_by_name, linear_vectors
+from bayestouch.finger.requested import groups_with_effects
 from bayestouch.finger.sampling_with_effects import EffectFit, effect_fit, sample_effects
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
@@ -42,6 +43,7 @@ def calibration_with_effects(
     seed: int,
     notes: tuple[str, ...] = (),
     extra: Mapping[str, FloatArray] | None = None,
+    groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Calibration:
     """The calibration: draws by emcee from the exact posterior of all parameters and effects.
@@ -62,7 +64,7 @@ def calibration_with_effects(
         Setting by which the effects chose their priors.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, moves
+    draws, seed, groups, moves
         As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes for the calibration.
@@ -109,7 +111,10 @@ def calibration_with_effects(
         },
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
         notes=notes,
-        groups={"sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]}},
+        groups={
+            "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+            **groups_with_effects(fit, vectors, groups),
+        },
     )
 
 

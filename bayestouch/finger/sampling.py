@@ -90,7 +90,7 @@ class PosteriorMap:
         return cls(
             likelihood.known,
             likelihood.layout,
-            likelihood.prior.spread[: likelihood.layout.n_chain],
+            likelihood.prior.for_proposals().spread[: likelihood.layout.n_chain],
             fit.vector,
             fit.noise_shape.quantiles,
             np.einsum("itm,jtm->mij", rows, rows, optimize=True),

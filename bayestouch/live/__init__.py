@@ -132,10 +132,11 @@ class Reader:
             self._held, self._began_s = HeldTouch.none(self._body.n_elements), now
             if self._stream is not None:
                 self._stream.begin(now)
-        if self._stream is not None:
-            sample, pressed = self._stream.add(sample, pressed, now, float(reads))
         self._time_s = now
-        self._held = self._held.after(sample, pressed, float(reads))
+        if self._stream is None:
+            self._held = self._held.after(sample, pressed, float(reads))
+        else:
+            self._held = self._stream.add(self._held, sample, pressed, now, float(reads))
         result, self._near = self._body.read(self._held, self._near, self._stream)
         return result
 
@@ -144,7 +145,7 @@ class Reader:
         if self._held is not None:
             if self._stream is not None:
                 self._stream.end()
-            self._held = None
+            self._held = self._near = None
 
     def rest(self, values: ArrayLike) -> None:
         """Use these readings without contact, (m,) or (samples, m), as the rest reading from now on.
@@ -211,7 +212,7 @@ class Reader:
 
     def _now(self, time_s: float | None) -> float:
         if time_s is None:
-            if self._stream is not None and self._held is not None:
+            if self._stream is not None and self._stream.needs_time:
                 raise InputError(
                     "time_s: this calibration has effects that depend on time: give the time of each sample"
                 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,14 +30,16 @@ from bayestouch.pad.touch_errors import read_held_out
 from bayestouch.results.objects import Calibration
 
 
-def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int) -> Beginning:
+def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups: Sequence[str] = ()) -> Beginning:
     """Fit a pad without effects, with its kernel and an empirical map.
 
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.pad.start.pad_fit`.
+        For the reasons of `bayestouch.pad.start.pad_fit`, or groups are asked for.
     """
+    if groups:
+        raise InputError("groups: they are not written for a calibration of a pad with effects")
     training, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)

@@ -66,7 +66,9 @@ def _reader(calibration: Calibration, options: Options) -> TouchReader:
 
 
 def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
-    raise InputError("the live reader reads fingers only; use infer for a pad")
+    from bayestouch.pad.reading.live import PadLive
+
+    return PadLive.of(calibration, options, arrays)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -77,7 +79,7 @@ def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
 
 BODY = Body(
     kind="pad",
-    options={"kernel": Option()},
+    options={"groups": Option(()), "kernel": Option()},
     main_option="kernel",
     references=("x_mm", "y_mm"),
     scanned=True,

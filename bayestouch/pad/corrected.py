@@ -9,24 +9,25 @@ The *acting load* is the load after all effects on it; the *true load* is the on
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.recording import Recording
+from bayestouch.chain.recording import History, Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.timing import Timing
-from bayestouch.results.keys import EFFECT_PEAK, EFFECT_VALUES, EFFECT_ZERO
+from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-# Number of Newton steps for the signal; each reduces the error at least by half.
-STEPS = 25
+# Number of Newton steps for the signal, each of which reduces the error at least by half; and from a signal that is
+# nearly right, for its change to a thousandth.
+STEPS, STEPS_NEAR = 25, 10
 # Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
 # Number of loads at which effects of the load are tabulated.
@@ -49,6 +50,9 @@ class PadEffects:
         Readings without touch, minus the rest reading.
     element_place : tuple of (m,) arrays
         Nominal locations of the elements, mm.
+    root : (q, q) array
+        Lower Cholesky factor of the covariance of the values of `corrected_for`, one after the other, in the
+        coordinates that fits move; (0, 0) if the values count as exact.
     """
 
     listed: EffectList
@@ -56,6 +60,7 @@ class PadEffects:
     peak: FloatArray
     zero: FloatArray
     element_place: tuple[FloatArray, ...]
+    root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def reference_load(self) -> float:
@@ -74,6 +79,22 @@ class PadEffects:
             if not goes_with_place(effect, values, nowhere):
                 out.append((effect, values))
         return tuple(out)
+
+    @property
+    def corrected_for(self) -> tuple[Effect, ...]:
+        """Effects that readings and loads are corrected for, in the order of `listed`."""
+        left = self.left_to_map
+        return tuple(effect for effect in self.listed.plain if effect.name not in left)
+
+    def moved(self, cause: int, share: float) -> PadEffects:
+        """The same with values moved by a share of a standard deviation of one of the independent causes of `root`."""
+        values, first = dict(self.values), 0
+        for effect in self.corrected_for:
+            there = slice(first, first + len(effect.parameters))
+            moved = zip(effect.parameters, values[effect.name], share * self.root[there, cause], strict=True)
+            values[effect.name] = tuple(p.from_unconstrained(p.to_unconstrained(v) + step) for p, v, step in moved)
+            first = there.stop
+        return replace(self, values=values)
 
     @property
     def left_to_map(self) -> tuple[str, ...]:
@@ -95,7 +116,7 @@ class PadEffects:
             signal=signal,
         )
 
-    def corrected(self, touches: Touches, clock: Timing | None = None) -> Touches:
+    def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the zeros of the elements) instead of readings, and acting loads.
 
         Parameters
@@ -104,6 +125,8 @@ class PadEffects:
             Table with the rest reading subtracted.
         clock : Timing, optional
             Times of its rows; by default from the table.
+        near : Touches, optional
+            The table corrected with values that are nearly the same.
         """
         rows = np.flatnonzero(touches.in_contact)
         clock = clock or Timing.of(touches)
@@ -116,11 +139,29 @@ class PadEffects:
         )
         readings = touches.readings.copy()
         missing = np.isnan(readings[rows])
-        signal = self._signal_behind(recording, np.where(missing, 0.0, readings[rows] - self.zero))
+        read = np.where(missing, 0.0, readings[rows] - self.zero)
+        start = read if near is None else np.where(missing, 0.0, near.readings[rows] - self.zero)
+        signal = self._signal_behind(recording, read, start, STEPS if near is None else STEPS_NEAR)
         readings[rows] = np.where(missing, np.nan, signal + self.zero)
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
         return touches.with_(readings=readings, load=load, readings_sd=None)
+
+    def corrected_sample(
+        self, readings: FloatArray, load: float, time_s: float, held_s: float, history: History | None
+    ) -> tuple[FloatArray, float]:
+        """One row as `corrected` changes it: readings (m,), NaN missing, and load; `history` has earlier touches."""
+        missing = np.isnan(readings)
+        place = tuple(np.full(1, np.nan) for _ in self.element_place)
+        recording = replace(
+            self._recording(np.ones(1), np.zeros((1, len(self.peak))), place),
+            time_s=np.array([time_s]),
+            held_s=np.array([held_s]),
+            history=history,
+        )
+        read = np.where(missing, 0.0, readings - self.zero)[None]
+        signal = self._signal_behind(recording, read, read, STEPS, 1e-9)[0] + self.zero
+        return np.where(missing, np.nan, signal), float(self.acting(np.array([load]))[0])
 
     def _readings(self, recording: Recording, signal: FloatArray) -> FloatArray:
         recording = replace(recording, signal=signal)
@@ -128,13 +169,18 @@ class PadEffects:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
-    def _signal_behind(self, recording: Recording, read: FloatArray) -> FloatArray:
+    def _signal_behind(
+        self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int, close: float = 0.0
+    ) -> FloatArray:
+        """Signals (n, m) that give these readings: Newton steps from `signal`, until one is below `close` peaks."""
         step = SLOPE_STEP * self.peak
-        signal = read
-        for _ in range(STEPS):
+        for _ in range(steps):
             up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
             slope = np.maximum((up - down) / (2 * step), LEAST_SLOPE)
-            signal = signal + (read - self._readings(recording, signal)) / slope
+            moved = (read - self._readings(recording, signal)) / slope
+            signal = signal + moved
+            if close and (np.abs(moved) <= close * self.peak).all():
+                break
         return np.asarray(signal)
 
     def acting(self, read: FloatArray) -> FloatArray:
@@ -152,6 +198,10 @@ class PadEffects:
     def as_read(self, acting: FloatArray) -> FloatArray:
         """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
         return self._inverse(acting, self._corrected)
+
+    def acts(self, pressing: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing(self, acting: FloatArray) -> FloatArray:
         """True load from acting loads of any shape: inverse of the effects of the contact."""
@@ -185,7 +235,8 @@ class PadEffects:
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for the file of a calibration."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
-        return {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        out = {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        return out if not len(self.root) else {**out, EFFECT_ROOT: self.root}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
@@ -206,6 +257,7 @@ class PadEffects:
             peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             zero=np.asarray(calibration.extra[EFFECT_ZERO]),
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
+            root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
         )
 
 

@@ -39,6 +39,7 @@ def pad_calibration_of(
         posterior=posterior.draws,
         covariance=posterior.covariance,
         layout=posterior.layout,
+        groups=posterior.groups,
         noise=model.noise,
         rows=_rows(problem, model),
         settings={

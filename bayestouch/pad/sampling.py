@@ -25,6 +25,7 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
     """Draw vectors from the exact posterior: one block, proposals from a normal approximation (`PadPosteriorMap`).
 
     Where the chains are too short they are made longer, with proposals of the mean and covariance of the last ones.
+    The log density of the result is that of the vectors.
     """
     to_vectors, d = PadPosteriorMap.of(density, seed), len(density.priors)
 
@@ -49,10 +50,12 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
             progress=part_of(progress, attempt),
         )
         points = drawn.draws[:, ::thin, 0]
-        kept = to_vectors(points.reshape(-1, d))[0].reshape(points.shape)
+        vectors, log_derivative = to_vectors(points.reshape(-1, d))
+        kept = vectors.reshape(points.shape)
         ess, rhat = bulk_statistics(kept[:, :, None])
         if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
-    return replace(drawn, draws=kept[:, :, None], log_density=drawn.log_density[:, ::thin], ess_bulk=ess, rhat=rhat)
+    log = drawn.log_density[:, ::thin] - log_derivative.reshape(*points.shape[:2], 1)
+    return replace(drawn, draws=kept[:, :, None], log_density=log, ess_bulk=ess, rhat=rhat)

@@ -125,12 +125,17 @@ class HeldTouch:
 class LiveStream(Protocol):
     """Effects that depend on time and on earlier touches, followed along a stream. It changes with every sample."""
 
+    @property
+    def needs_time(self) -> bool:
+        """Whether the times of the samples matter."""
+        ...
+
     def begin(self, time_s: float) -> None:
         """A touch begins at this time."""
         ...
 
-    def add(self, values: FloatArray, load: float, time_s: float, reads: float) -> tuple[FloatArray, float]:
-        """Use a sample of the touch: readings (m,) and load as they are to be averaged."""
+    def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
+        """The touch with one more sample: readings (m,), load, time, and number of raw reads."""
         ...
 
     def end(self) -> None:

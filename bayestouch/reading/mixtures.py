@@ -34,7 +34,8 @@ def mixture_quantiles(weight: FloatArray, mean: FloatArray, sd: FloatArray, leve
     # Cornish-Fisher expansion as a start.
     normal = ndtri(levels)
     x = centre[:, None] + spread[:, None] * (normal + skew[:, None] / 6 * (normal * normal - 1))
-    inverse = 1 / np.maximum(sd[:, None], 1e-300)
+    # A part without width is a narrow one: its step is passed by halving.
+    inverse = 1 / np.maximum(sd, 1e-9 * spread[:, None] + 1e-300)[:, None]
     scaled, height = mean[:, None] * inverse, (weight * inverse) * _PEAK
     limit = 0.7 * spread[:, None]
     for _ in range(_STEPS):

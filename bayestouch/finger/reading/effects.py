@@ -144,6 +144,28 @@ class EffectContext:
             total = total - along[:, :, None] * along[:, None]
         return np.asarray(total)
 
+    def columns(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+        """Covariance of the readings with the parameters of the calibration, for a table over touches.
+
+        Returns
+        -------
+        (t, m + q, m) array
+            Covariance (m, m) of the readings due to the calibration alone, then the covariance of each of the q values
+            of the effects with the readings.
+        """
+        model = self._at(radius_mm, angle, load)
+        signal = model.readings(self._leaving(model), self._static_vector).touches
+        spread = self._spread(signal, radius_mm, angle, load)
+        own = np.einsum("ktm,ktn->tmn", spread, spread, optimize=True)
+        if self.effects_chain.identified is not None:
+            own += own_covariance(
+                self.effects_chain.identified, model, self._leaving(model), self._static_vector, self.scale
+            )
+        if self.effects_chain.correction_table is not None:
+            own += self.effects_chain.correction_table.covariance_at(radius_mm, angle, load)
+        values = np.einsum("qk,ktm->tqm", self._root[self.effects_chain.model.n_base :], spread)
+        return np.concatenate([own, values], axis=1)
+
     def _signal(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Signals (t, m) after the effects that are equal in all samples."""
         model = self._at(radius_mm, angle, load)

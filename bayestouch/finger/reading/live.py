@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.alternatives import search_prior
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
-from bayestouch.finger.reading.live_covariance import CovarianceTable
+from bayestouch.finger.reading.live_covariance import LOADS, CovarianceTable
 from bayestouch.finger.reading.live_density import Expansion, OneTouch
+from bayestouch.finger.reading.live_effects import FingerStream, blank_context
 from bayestouch.finger.reading.live_summary import Alternatives
-from bayestouch.finger.reading.reader import TouchContext
 from bayestouch.finger.reading.touch_reader import FingerTouchReader
 from bayestouch.reading.live import HeldTouch, LiveTouch
 from bayestouch.reading.options import Options
@@ -69,17 +69,9 @@ class FingerLive:
         elif arrays:
             table = CovarianceTable.from_arrays(arrays)
         else:
-            largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa
-            table = CovarianceTable.of(
-                reader.covariance,
-                sampler.chain.shear_modulus_MPa,
-                (low, high),
-                sampler.table.kappa_scale,
-                largest / 1000,
-                np.array([reader.typical_load]),
-            )
+            table = _covariance_table(reader)
         live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
-        blank = replace(live._blank, readings=np.zeros(live.n_elements, dtype=np.float32))
+        blank = live._blank.with_(readings=np.zeros(live.n_elements, dtype=np.float32))
         load = np.full(len(w), reader.typical_load)
         return replace(live, templates=blank.predicted(blank.radii(w), angle, load))
 
@@ -92,39 +84,53 @@ class FingerLive:
         """The table of the covariance, for a file."""
         return {} if self.covariance is None else self.covariance.arrays()
 
-    def stream(self) -> None:
-        """None: no effect depends on samples."""
-        return None
+    def stream(self) -> FingerStream | None:
+        """A new stream, if the calibration has effects."""
+        chain = self.reader.effects_chain
+        return None if chain is None else FingerStream(chain, exact=self.reader.options.plug_in)
 
     def read(
-        self, touch: HeldTouch, near: FloatArray | None = None, context: TouchContext | None = None
+        self, touch: HeldTouch, near: FloatArray | None = None, stream: FingerStream | None = None
     ) -> tuple[LiveTouch, FloatArray]:
         """Posterior of a touch and its mode (w, θ_c, P); `near` is a mode from which the search may start."""
         noise = self.reader.sampler.noise
         readings, counts = touch.readings, touch.counts
         with np.errstate(divide="ignore"):
-            diagonal = 1 / np.sqrt(noise.tactile_sd**2 / counts + noise.discrepancy_sd**2)
-        load_sd = float(noise.force_sd / np.sqrt(max(counts.max(), 1.0)))
+            variance = noise.tactile_sd**2 / counts + noise.discrepancy_sd**2
+        diagonal = 1 / np.sqrt(variance)
         load = touch.load if self.reader.options.use_load else np.nan
-        one = replace(
-            self._blank,
+        context = None if stream is None else stream.context()
+        one = self._blank.with_(
             readings=readings.astype(np.float32),
             whitener=np.diag(diagonal).astype(np.float32),
             load=load,
-            load_sd=load_sd,
+            load_sd=float(noise.force_sd / np.sqrt(max(counts.max(), 1.0))),
             context=context,
         )
+        if context is not None:
+            readings = (readings - context.shift[0]) / context.scale[0]
         start, others = self._start(readings, diagonal, load, near, one)
         found = _climb(one, one.expansion(start), NEAR)
+        columns = None
         if self.covariance is not None:
-            w, angle, load = found.x.tolist()
-            kappa = load * float(one.radii(w)) * one.per_modulus
-            covariance = self.covariance(kappa, angle, load).reshape(len(readings), -1)
+            w, angle, pressed = found.x.tolist()
+            kappa = pressed * float(one.radii(w)) * one.per_modulus
+            columns = self.covariance(kappa, angle, pressed).reshape(-1, len(readings))
+            columns[len(readings) :] /= pressed
+        covariance: FloatArray | None
+        if stream is not None and context is not None:
+            one, covariance = stream.acting(one, found, context, columns, variance)
+            found = one.expansion(found.x) if one.context is not context else found
+        else:
+            covariance = columns
+        if covariance is not None:
             inner = diagonal[:, None] * covariance * diagonal
             inner[range(len(inner)), range(len(inner))] += 1.0
             whitener = np.linalg.inv(np.linalg.cholesky(inner)) * diagonal
-            one = replace(one, whitener=whitener.T.astype(np.float32))
+            one = one.with_(whitener=whitener.T.astype(np.float32))
             found = _climb(one, one.expanded(found.x, found.steps, found.rows), SETTLED)
+        if stream is not None:
+            stream.keep(one, found)
         degrees = int(np.count_nonzero(counts)) + (load == load) - 3
         flags = [ELSEWHERE] if others - found.log_likelihood > -AS_WELL else []
         return self._alternatives.posterior(one, found, touch.samples, degrees, flags), found.x
@@ -181,6 +187,24 @@ class FingerLive:
     @cached_property
     def _squares(self) -> NDArray[np.float32]:
         return self.templates**2
+
+
+def _covariance_table(reader: FingerTouchReader) -> CovarianceTable:
+    """Table of the covariance of the readings, and with effects of their values too; see `EffectContext.columns`."""
+    sampler, chain = reader.sampler, reader.effects_chain
+    columns, loads = reader.covariance, np.array([1.0])
+    if chain is not None:
+        loads = np.array(LOADS)
+
+        def columns(radius: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
+            out = blank_context(chain, len(load), exact=False).columns(radius, angle, load)
+            # Covariances of values with readings are in proportion to the load, those of readings to its square.
+            out[:, chain.model.n_elements :] *= load[:, None, None]
+            return out
+
+    largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa / 1000
+    modulus, ends, scale = sampler.chain.shear_modulus_MPa, sampler.priors.location.support, sampler.table.kappa_scale
+    return CovarianceTable.of(columns, modulus, ends, scale, largest, reader.typical_load * loads)
 
 
 def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:

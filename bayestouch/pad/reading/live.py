@@ -1,0 +1,212 @@
+"""`PadLive`: posterior of one touch on a pad by deterministic quadrature, for a control loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+from scipy.special import chdtrc
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad import COORDINATES
+from bayestouch.pad.reading.effects import true_load_prior
+from bayestouch.pad.reading.live_effects import PadStream
+from bayestouch.pad.reading.live_grid import NODES, Region
+from bayestouch.pad.reading.live_search import ELSEWHERE, Rough, Search
+from bayestouch.pad.reading.touch_reader import PadTouchReader
+from bayestouch.reading.live import LEVELS, HeldTouch, LiveTouch
+from bayestouch.reading.mixtures import mixture_quantiles
+from bayestouch.reading.options import Options
+from bayestouch.results.objects import Calibration
+
+# Number of Gauss-Hermite nodes for the load at a location: if it is measured, and if not.
+MEASURED, UNMEASURED = 3, 7
+# A region is replaced if an end has more than this share of the probability, or if the mean moved by more than this
+# many sd, or an sd changed by more than this factor; number of regions that are tried.
+AT_END, MOVED, RESIZED, TRIES = 1e-4, 0.7, 1.4, 4
+# Largest of the last three Legendre coefficients over the first one, at which the nodes resolve the posterior: for a
+# normal density the variance is then right to 0.4 %.
+UNRESOLVED = 1.2
+# Posteriors wider than this (sd over the step of the lattice) have more nodes from the start.
+WIDE = 0.6
+# Flag: probability of a worse misfit.
+IMPROBABLE = 1e-4
+MISFIT = "the readings fit no touch of this sensor"
+SEVERAL = "several separate locations fit"
+CUT = "the grid does not resolve the posterior of the location"
+
+
+@dataclass(frozen=True, eq=False)
+class PadLive:
+    """A calibrated pad that reads one touch at a time. A `bayestouch.reading.live.LiveBody`.
+
+    Attributes
+    ----------
+    reader : PadTouchReader
+        The reader of `bayestouch.infer`, whose density and lattice are used.
+    """
+
+    reader: PadTouchReader
+
+    @classmethod
+    def of(cls, calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None = None) -> PadLive:
+        """Live reader from a calibration of a pad."""
+        live = cls(PadTouchReader.from_calibration(calibration, options))
+        _ = live._search
+        return live
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements m."""
+        return self.reader.sampler.reader.map.n_elements
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """Nothing: the tables of a pad are those of its calibration."""
+        return {}
+
+    def stream(self) -> PadStream:
+        """A new stream of samples."""
+        return PadStream(self.reader.effects, self.reader.sampler.reader.samples)
+
+    @cached_property
+    def _search(self) -> Search:
+        return Search(self.reader.sampler.reader, self.reader.sampler.lattice)
+
+    @cached_property
+    def _true_loads(self) -> tuple[FloatArray, FloatArray, float, float] | None:
+        """Acting loads and true loads, with mean and sd of the prior of true loads; None without such effects."""
+        effects = self.reader.effects
+        if effects is None:
+            return None
+        acting = effects.reference_load * np.linspace(0.0, 6.0, 1201)
+        return acting, effects.pressing(acting), *true_load_prior(effects, self.reader.calibrated_load)
+
+    def read(
+        self, touch: HeldTouch, near: Rough | None = None, stream: PadStream | None = None
+    ) -> tuple[LiveTouch, Rough]:
+        """Posterior of a touch and its region; `near` is the region of the sample before."""
+        reader = self.reader.sampler.reader
+        counts = np.where(reader.usable, touch.counts, 0.0)
+        measured = touch.load == touch.load and reader.load_measured
+        load, load_sd = reader.load, reader.load_sd
+        if measured:
+            load, load_sd = touch.load, float(reader.noise.mean_load_sd(max(float(touch.counts.max()), 1.0)))
+        reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
+        rough = self._search(reading, counts, load, load_sd) if near is None else near
+        flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []
+        few, many = NODES[reader.map.dimensions]
+        # A wide posterior is seldom an ellipse.
+        wide = float(np.sqrt(rough.covariance.diagonal().max())) > WIDE * self.reader.sampler.lattice.step
+        region = Region(reader.map.low, reader.map.high, rough.mean, rough.covariance, many if wide else few)
+        for tried in range(TRIES):
+            nodes = self._nodes(region, reading, counts, load, load_sd, measured, rough.load)
+            location, mass, ends, loads, load_var, likelihood = nodes
+            mean = mass @ location
+            off = location - mean
+            covariance = (off * mass[:, None]).T @ off
+            at_ends = region.at_ends(mass, ends)
+            width = np.sqrt(covariance.diagonal() / region.covariance.diagonal())
+            moved = np.abs(mean - region.mean) / np.sqrt(region.covariance.diagonal())
+            poor = at_ends > AT_END or moved.max() > MOVED or width.max() > RESIZED or width.min() < 1 / RESIZED
+            unresolved = region.unresolved(mass) > UNRESOLVED
+            if tried == TRIES - 1 or not (poor or (unresolved and region.n < many)):
+                break
+            grown = covariance * (2.25 if at_ends > AT_END else 1.0)
+            least = 0.04 * region.covariance.diagonal()
+            grown[range(len(mean)), range(len(mean))] = np.maximum(grown.diagonal(), least)
+            n = many if unresolved and not poor else region.n
+            region = Region(region.low, region.high, mean, grown, n)
+        if at_ends > 10 * AT_END or unresolved:
+            flags.append(CUT)
+        pressed = float(mass @ loads)
+        degrees = int(np.count_nonzero(counts)) + measured - len(mean) - 1
+        misfit = float(chdtrc(degrees, likelihood)) if degrees > 0 else np.nan
+        if misfit < IMPROBABLE:
+            flags.append(MISFIT)
+        both = np.concatenate([mean, [pressed]])
+        whole = np.empty((len(both), len(both)))
+        whole[:-1, :-1] = covariance
+        whole[-1, :-1] = whole[:-1, -1] = (off * (mass * (loads - pressed))[:, None]).sum(axis=0)
+        whole[-1, -1] = mass @ ((loads - pressed) ** 2 + load_var)
+        quantiles = np.concatenate(
+            [
+                region.quantiles(location, mass, ends, LEVELS),
+                mixture_quantiles(mass, loads[None], np.sqrt(load_var)[None], LEVELS),
+            ]
+        )
+        result = LiveTouch(
+            (*COORDINATES[: len(mean)], "P"),
+            (*("mm",) * len(mean), "N" if self.reader.load_unit == "N" else ""),
+            both,
+            np.sqrt(whole.diagonal()),
+            quantiles,
+            whole,
+            misfit,
+            touch.samples,
+            {},
+            tuple(flags),
+        )
+        return result, Rough(mean, covariance, rough.load, rough.elsewhere)
+
+    def _nodes(
+        self,
+        region: Region,
+        reading: FloatArray,
+        counts: FloatArray,
+        load: float,
+        load_sd: float,
+        measured: bool,
+        about: float,
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
+        """Locations, probabilities, ends, mean and variance of the load at each, and the least sum of squares."""
+        reader = self.reader.sampler.reader
+        location, weights, ends = region.nodes()
+        sensitivity, open_, shared = reader.map.at(location)
+        here = counts > 0
+        safe = np.maximum(counts, 1.0)
+
+        def variance(loads: FloatArray) -> tuple[FloatArray, FloatArray]:
+            signal = loads[..., None] * sensitivity
+            noise = reader.noise
+            own = noise.tactile_sd**2 / safe + noise.discrepancy_sd**2 + (noise.signal_share * signal) ** 2
+            return signal, own + reader.map.reading_variance(open_, shared, loads)
+
+        # The load at a location is nearly normal: readings are linear in it, and their variance changes slowly.
+        _, spread = variance(np.full(len(location), max(about, 1e-3 * reader.load)))
+        by_load = np.where(here, sensitivity / spread, 0.0)
+        precision = (by_load * sensitivity).sum(axis=1) + 1 / load_sd**2
+        centre = np.maximum((by_load @ reading + load / load_sd**2) / precision, 1e-3 * reader.load)
+        sd = 1 / np.sqrt(precision)
+        z, log_weight = _hermite(MEASURED if measured else UNMEASURED)
+        loads = centre + sd * z
+        signal, spread = variance(loads)
+        residual = reading - signal
+        squares = np.where(here, residual * residual / spread, 0.0).sum(axis=-1)
+        off = (loads - load) / load_sd
+        log = -0.5 * (squares + np.where(here, np.log(spread), 0.0).sum(axis=-1) + off * off)
+        log = np.where(loads > 0, log + log_weight + np.log(sd) + np.log(weights), -np.inf)
+        if self._true_loads is not None:
+            acting, true, mean, width = self._true_loads
+            pressed = np.interp(loads, acting, true)
+            if reader.load_measured and not measured:
+                # The prior is normal in the true load, as in `with_true_loads`.
+                slope = np.maximum(np.interp(loads, acting, np.gradient(true, acting)), 1e-300)
+                log += np.log(slope) - 0.5 * ((pressed - mean) / width) ** 2
+                log += 0.5 * ((loads - reader.load) / reader.load_sd) ** 2
+            loads = pressed
+        mass = np.exp(log - log.max())
+        total = mass.sum(axis=0)
+        within = mass / np.maximum(total, 1e-300)
+        mean_load = (within * loads).sum(axis=0)
+        load_var = (within * (loads - mean_load) ** 2).sum(axis=0)
+        least = squares + (off * off if measured else 0.0)
+        return location, total / total.sum(), ends, mean_load, load_var, float(least[mass > 0].min())
+
+
+@cache
+def _hermite(n: int) -> tuple[FloatArray, FloatArray]:
+    """Standard normal nodes (n, 1), and the logarithm of their weights over exp(-z²/2)."""
+    z, weight = np.polynomial.hermite_e.hermegauss(n)
+    return z[:, None], (np.log(weight) + 0.5 * z**2)[:, None]

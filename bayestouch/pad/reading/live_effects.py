@@ -1,0 +1,57 @@
+"""Effects on the samples of a stream on a pad: each sample is corrected as the rows of a table are."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import History
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.reading.live import HeldTouch
+
+# Number of earlier touches whose remainders are followed.
+REMEMBERED = 24
+
+
+class PadStream:
+    """Samples of touches on a pad. A `bayestouch.reading.live.LiveStream`.
+
+    Parameters
+    ----------
+    effects : PadEffects or None
+        Effects for which samples are corrected.
+    samples : {"mean", "first", "last"}
+        Samples of a touch that are used.
+    """
+
+    def __init__(self, effects: PadEffects | None, samples: str) -> None:
+        self.effects, self.samples = effects, samples
+        self.needs_time = effects is not None and any(effect.needs_samples for effect in effects.listed.plain)
+        self._earlier: list[tuple[float, float, FloatArray]] = []
+        self._history: History | None = None
+        self._began = self._last = 0.0
+        self._raw: HeldTouch | None = None
+
+    def begin(self, time_s: float) -> None:
+        """A touch begins at this time."""
+        self._began, self._raw = time_s, None
+        if self._earlier:
+            start, end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
+            self._history = History(start, end, readings)
+
+    def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
+        """The touch with one more sample, corrected for the effects."""
+        if self.effects is not None:
+            before = HeldTouch.none(len(values)) if self._raw is None else self._raw
+            self._raw, self._last = before.after(values, np.nan, reads), time_s
+            values, load = self.effects.corrected_sample(values, load, time_s, time_s - self._began, self._history)
+        if self.samples == "first" and held.samples:
+            return held
+        if self.samples == "last":
+            held = HeldTouch.none(len(values))
+        return held.after(values, load, reads)
+
+    def end(self) -> None:
+        """The touch has ended: its remainder acts on later ones."""
+        if self.needs_time and self._raw is not None:
+            self._earlier = [*self._earlier, (self._began, self._last, self._raw.readings)][-REMEMBERED:]

@@ -1,0 +1,185 @@
+"""One touch at a time: against `infer` by emcee, sample by sample, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from live_cases import apart, drawn, sensor, streamed
+
+import bayestouch
+from bayestouch import InputError, Reader
+
+# 0.1 sd and 5 % are what the reader promises. The draws themselves are wrong by 0.02 sd and 1.3 %.
+MEAN, SD = 0.1, 0.05
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{}, {"use_load": False}, {"plug_in": True}, {"indenter": bayestouch.UniformCurvature(0.1)}],
+    ids=["load", "no load", "plug-in", "curvature"],
+)
+def test_a_finger_as_by_emcee(options: dict[str, Any]) -> None:
+    data, calibration = sensor("finger")
+    live = streamed(Reader(calibration, **options), data.touches)
+    mean, sd = apart(live, *drawn(data.touches, calibration, **options))
+    assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
+    assert np.median(mean) < 0.03, "the median error is that of the draws"
+    assert not any(each.flags for each in live)
+
+
+@pytest.mark.parametrize(
+    "effect", ["crosstalk", "creep", pytest.param("memory", marks=pytest.mark.slow), "load_offset"]
+)
+def test_a_finger_with_an_effect_as_by_emcee(effect: str) -> None:
+    size = {"crosstalk": 0.04, "creep": 0.05, "memory": 0.03, "load_offset": 4.0}[effect]
+    data, calibration = sensor("finger", ((effect, size),), (effect,))
+    mean, sd = apart(streamed(Reader(calibration), data.touches), *drawn(data.touches, calibration))
+    assert np.mean((mean < MEAN) & (sd < SD)) >= 0.99
+
+
+def test_a_drift_is_that_of_the_touches_before() -> None:
+    """`infer` uses all other touches of the table; for the last touch these are the ones before it."""
+    data, calibration = sensor("finger", (("baseline_drift", 0.01),), ("baseline_drift",))
+    live = streamed(Reader(calibration), data.touches)
+    mean, sd = drawn(data.touches, calibration)
+    far, wide = apart(live, mean, sd)
+    # The basis of `infer` interpolates the process between knots, which changes the last touch by up to 0.1 sd.
+    assert far[-1] < 0.2
+    assert wide[-1] < 0.1
+    # The first touch knows nothing of the drift, and says so by its width.
+    assert live[0].sd[1] > 1.5 * sd[0, 1]
+    without, plain = sensor("finger", (("baseline_drift", 0.01),))
+    ignored, _ = apart(streamed(Reader(plain), without.touches), mean, sd)
+    assert np.median(far[20:]) < 0.5 * np.median(ignored[20:])
+
+
+def test_tips_have_the_probabilities_of_infer() -> None:
+    data, calibration = sensor("finger")
+    for prior in (bayestouch.KnownTips((0.0, 1.0, 2.0, np.inf)), bayestouch.EdgeOrRound()):
+        live = streamed(Reader(calibration, indenter=prior), data.touches)
+        read = bayestouch.infer(
+            data.touches, calibration, indenter=prior, check_sensor=False, draws=512, seed=2, workers=1
+        )
+        assert read.tips is not None
+        assert tuple(live[0].tips) == read.tips.names
+        found = np.array([list(each.tips.values()) for each in live])
+        np.testing.assert_allclose(found.sum(axis=1), 1.0)
+        # The evidence of `infer` is a mean of 512 even points.
+        np.testing.assert_allclose(found, read.tips.probability, atol=0.02)
+
+
+@pytest.mark.parametrize("kind", ["finger", "line", pytest.param("grid", marks=pytest.mark.slow)])
+def test_sample_by_sample_equals_the_mean_of_all(kind: str) -> None:
+    data, calibration = sensor(kind)
+    rows = np.flatnonzero(data.touches.touch == data.touches.touch[0])
+    readings, load = data.touches.readings[rows].copy(), data.touches.load[rows]
+    reader = Reader(calibration)
+    for values, each in zip(readings, load, strict=True):
+        last = reader.update(values, each)
+    whole = Reader(calibration).read(readings.mean(axis=0), float(load.mean()), reads=len(rows))
+    assert last.samples == len(rows)
+    # The region of a pad is that of the sample before; the quadrature over another region differs in the fourth digit.
+    np.testing.assert_allclose((last.mean - whole.mean) / whole.sd, 0.0, atol=5e-3)
+    np.testing.assert_allclose(last.sd, whole.sd, rtol=5e-3)
+    one = Reader(calibration).read(readings[0], float(load[0]))
+    assert last.sd[-1] < one.sd[-1]
+
+
+@pytest.mark.parametrize(
+    ("kind", "effects"), [("line", ()), pytest.param("grid", (("creep", 0.05),), marks=pytest.mark.slow)]
+)
+def test_a_pad_as_by_emcee(kind: str, effects: tuple[tuple[str, float], ...]) -> None:
+    data, calibration = sensor(kind, effects, tuple(name for name, _ in effects))
+    live = streamed(Reader(calibration), data.touches)
+    mean, sd = apart(live, *drawn(data.touches, calibration))
+    good = (mean < MEAN) & (sd < SD)
+    flagged = np.array([bool(each.flags) for each in live])
+    # At the corners of a pad few elements respond, and the posterior is a curved ridge over several mm.
+    assert good.mean() >= (0.99 if kind == "line" else 0.9)
+    assert (good | flagged).mean() >= 0.95
+
+
+def test_a_missing_element_is_left_out() -> None:
+    data, calibration = sensor("finger")
+    values = data.touches.readings[0].copy()
+    values[0] = np.nan
+    found = Reader(calibration).read(values, float(data.touches.load[0]))
+    rows = data.touches.select(np.arange(data.touches.n_rows) == 0)
+    mean, sd = drawn(rows.with_(readings=values[None]), calibration)
+    np.testing.assert_array_less(np.abs(found.mean - mean[0]) / sd[0], MEAN)
+    np.testing.assert_array_less(np.abs(found.sd / sd[0] - 1), SD)
+
+
+@pytest.mark.parametrize("kind", ["finger", "line"])
+def test_a_misfit_is_flagged(kind: str) -> None:
+    data, calibration = sensor(kind)
+    values, load = data.touches.readings[0].copy(), float(data.touches.load[0])
+    good = Reader(calibration).read(values, load)
+    assert good.grade == 1
+    assert good.misfit > 1e-3
+    values[-1] += 200 * calibration.noise.tactile_sd[-1]
+    values[0] -= 150 * calibration.noise.tactile_sd[0]
+    bad = Reader(calibration).read(values, load)
+    assert bad.grade == 0
+    assert "fit no touch" in " ".join(bad.flags)
+
+
+@pytest.mark.parametrize("effects", [(), ("crosstalk",)])
+def test_a_saved_reader_reads_the_same(tmp_path: Path, effects: tuple[str, ...]) -> None:
+    data, calibration = sensor("finger", tuple((name, 0.04) for name in effects), effects)
+    reader = Reader(calibration)
+    reader.save(tmp_path / "live.nc")
+    again = Reader.load(tmp_path / "live.nc")
+    values, load = data.touches.readings[0], float(data.touches.load[0])
+    one, other = reader.read(values, load), again.read(values, load)
+    np.testing.assert_array_equal(one.mean, other.mean)
+    np.testing.assert_array_equal(one.covariance, other.covariance)
+    assert isinstance(bayestouch.load(tmp_path / "live.nc"), bayestouch.Calibration)
+    calibration.save(tmp_path / "plain.nc")
+    np.testing.assert_allclose(Reader.load(tmp_path / "plain.nc").read(values, load).mean, one.mean)
+
+
+def test_the_rest_reading_is_subtracted() -> None:
+    data, calibration = sensor("finger")
+    values, load = data.touches.readings[0], float(data.touches.load[0])
+    reader, shift = Reader(calibration), np.linspace(5.0, 9.0, 8)
+    wanted = reader.read(values, load).mean
+    reader.rest(np.stack([reader.rest_reading + shift - 1, reader.rest_reading + shift + 1]))
+    np.testing.assert_allclose(reader.read(values + shift, load).mean, wanted)
+
+
+def test_bad_input_gives_one_line() -> None:
+    data, calibration = sensor("finger")
+    reader, values = Reader(calibration), data.touches.readings[0]
+    for wrong, text in (
+        (values[:-1], "expected 8 readings"),
+        (np.full(8, np.nan), "all readings are missing"),
+        (np.where(np.arange(8) == 2, np.inf, values), "element 3 is infinite"),
+        ("words", "expected numbers"),
+    ):
+        with pytest.raises(InputError, match=text):
+            reader.read(wrong)
+    with pytest.raises(InputError, match="load: expected a finite number"):
+        reader.read(values, np.inf)
+    with pytest.raises(InputError, match="reads: expected at least 1"):
+        reader.read(values, reads=0)
+    reader.update(values, time_s=5.0)
+    with pytest.raises(InputError, match="not before 5 s"):
+        reader.update(values, time_s=4.0)
+    with pytest.raises(InputError, match="expected 8 elements"):
+        reader.rest(values[:3])
+    with pytest.raises(InputError, match="expected a prior over indenters"):
+        Reader(calibration, indenter=2.0)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="expected a calibrated sensor"):
+        Reader("calibration.nc")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="a pad does not measure radii"):
+        Reader(sensor("line")[1], indenter=bayestouch.EdgeOrRound())
+
+
+def test_effects_of_time_need_the_time() -> None:
+    data, calibration = sensor("finger", (("creep", 0.05),), ("creep",))
+    with pytest.raises(InputError, match="give the time of each sample"):
+        Reader(calibration).update(data.touches.readings[0])
