@@ -41,17 +41,13 @@ def streamed(reader: bayestouch.Reader, touches: bayestouch.Touches) -> list[bay
             reader.new_touch()
         touch = touches.touch[row]
         reads = 1 if touches.reads is None else int(touches.reads[row])
-        last = reader.update(
-            touches.readings[row], touches.load[row], reads=reads, time_s=float(touches.time_s[row])
-        )
+        last = reader.update(touches.readings[row], touches.load[row], reads=reads, time_s=float(touches.time_s[row]))
     return [*out, last]  # type: ignore[list-item]
 
 
 def drawn(touches: bayestouch.Touches, calibration: bayestouch.Calibration, **options: Any) -> tuple[np.ndarray, ...]:
     """Mean and sd of the draws of `infer` by emcee, (t, d)."""
-    result = bayestouch.infer(
-        touches, calibration, check_sensor=False, draws=DRAWS, seed=2, workers=1, **options
-    )
+    result = bayestouch.infer(touches, calibration, check_sensor=False, draws=DRAWS, seed=2, workers=1, **options)
     draws = np.stack([result.posterior[each.name] for each in result.parameters])
     return draws.mean(axis=(1, 2)).T, draws.std(axis=(1, 2)).T
 
