@@ -35,6 +35,7 @@ WIDE = 0.6
 IMPROBABLE = 1e-4
 MISFIT = "the readings fit no touch of this sensor"
 SEVERAL = "several separate locations fit"
+UNCERTAIN = "the uncertainty of the effects is left out"
 CUT = "the grid does not resolve the posterior of the location"
 
 
@@ -96,6 +97,8 @@ class PadLive:
         reading = np.where(counts > 0, touch.readings - reader.map.offset, 0.0)
         rough = self._search(reading, counts, load, load_sd) if near is None else near
         flags = [SEVERAL] if rough.elsewhere > ELSEWHERE else []
+        if reader.map.n_causes:
+            flags.append(UNCERTAIN)
         few, many = NODES[reader.map.dimensions]
         # A wide posterior is seldom an ellipse.
         wide = float(np.sqrt(rough.covariance.diagonal().max())) > WIDE * self.reader.sampler.lattice.step
