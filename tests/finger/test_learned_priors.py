@@ -198,4 +198,6 @@ def test_other_builds_are_refused(earlier: list[bayestouch.Calibration]) -> None
 
 def test_pads_are_refused() -> None:
     with pytest.raises(InputError, match="like is an option of fingers; this sensor is a pad"):
-        bayestouch.calibrate(line().dataset(line().touch(np.linspace(-4.0, 4.0, 9), np.random.default_rng(0))), like=["finger.nc"])
+        bayestouch.calibrate(
+            line().dataset(line().touch(np.linspace(-4.0, 4.0, 9), np.random.default_rng(0))), like=["finger.nc"]
+        )
