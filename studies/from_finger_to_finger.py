@@ -75,9 +75,10 @@ def learned(build: Build, rng: np.random.Generator) -> dict[str, Prior]:
 
 
 def read(finger: Built, priors: dict[str, Prior] | None, n: int, seed: int) -> Read:
-    """Calibrate with n touches and read others; the same touches for every prior."""
-    rng = np.random.default_rng([seed, n])
-    calibration = bayestouch.calibrate(finger.dataset(rng, n), priors=priors, draws=400, seed=seed)
+    """Calibrate with n touches and read others, the same whatever the priors and n."""
+    dataset = finger.dataset(np.random.default_rng([seed, n]), n)
+    calibration = bayestouch.calibrate(dataset, priors=priors, draws=400, seed=seed)
+    rng = np.random.default_rng([seed, 0])
     tip = np.repeat(TIPS, PLACES)
     touches = finger.touched(rng, tip, rng.uniform(-PITCH, PITCH, len(tip)), SAMPLES)
     posteriors = bayestouch.infer(touches, calibration, check_sensor=False, seed=seed)
@@ -133,11 +134,11 @@ def table(found: Found) -> str:
         "rms z of σ, like",
         "touches alone for the same sd of R",
     )
+    most = max(each for _, each in found)
+    least = min(each.typical_sd for (way, _), each in found.items() if way == "alone")
     rows = []
     for n in [each for way, each in found if way == "alone"]:
         alone, like = (found[way, n] for way in WAYS)
-        most = max(each for _, each in found)
-        count = needed(found, n)
         rows.append(
             [
                 f"{n}",
@@ -146,7 +147,7 @@ def table(found: Found) -> str:
                 *(f"{100 * each.inside.mean():.0f} %" for each in (alone, like)),
                 *(f"{np.median(each.sigma_sd):.5f}" for each in (alone, like)),
                 f"{np.sqrt(np.mean(like.z**2)):.2f}",
-                f"{count:.0f}" if count < most else f"{most} or more",
+                f"more than {most}" if like.typical_sd < least else f"{needed(found, n):.0f}",
             ]
         )
     return markdown_table(head, rows)
@@ -159,7 +160,8 @@ def main(fingers: int, touches: Sequence[int]) -> dict[str, Found]:
         results[name] = compare(build, fingers, touches)
     results["not of the build"] = compare(BUILDS["one batch of rubber"], fingers, touches[:2], OFF)
     for name, found in results.items():
-        print(f"{name}, {fingers} sixth fingers; largest R-hat {max(each.rhat for each in found.values()):.3f}")
+        print(f"{name}, {fingers} sixth fingers")
+        print("largest R-hat:", *(f"{way} {n}: {each.rhat:.3f}" for (way, n), each in found.items()))
         print(table(found), flush=True)
     return results
 
