@@ -1,6 +1,8 @@
 """Public names and the modules that define them, for type checkers, editors and lazy_loader alike."""
 
 from .calibration import calibrate as calibrate
+from .calibration.log_density import LogDensity as LogDensity
+from .calibration.log_density import log_density as log_density
 from .checking import DataCheck as DataCheck
 from .checking import check as check
 from .checks.ranks import RankStatistics as RankStatistics
@@ -18,11 +20,13 @@ from .diagnosis import diagnose as diagnose
 from .diagnosis.result import Diagnosis as Diagnosis
 from .errors import InputError as InputError
 from .inference import infer as infer
+from .live import Reader as Reader
 from .priors.indenters import EdgeOrRound as EdgeOrRound
 from .priors.indenters import IndenterDistribution as IndenterDistribution
 from .priors.indenters import KnownTips as KnownTips
 from .priors.indenters import UniformCurvature as UniformCurvature
 from .priors.indenters import UniformRadius as UniformRadius
+from .reading.live import LiveTouch as LiveTouch
 from .reporting import Report as Report
 from .reporting import report as report
 from .reporting.comparison import Comparison as Comparison

@@ -25,6 +25,7 @@ def calibrate(
     *,
     contact: str | None = None,
     e_map: str | None = None,
+    discrepancy: str | None = None,
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
     model: StatedModel | None = None,
@@ -46,6 +47,11 @@ def calibrate(
         E map of a finger: that of the elastic model (default), or identified directly about it. Effects are first
         fitted with the elastic model, then the map is identified from the signals before the effects. A correction is
         then left out, because the map includes it.
+    discrepancy : {"auto", "none", "touch", "place"}, optional
+        What a finger's readings may miss the model by: nothing, an error of each element's own that is independent from
+        touch to touch, or smooth functions of the place touched beside it (Gaussian processes: each element's E map,
+        each element's readings, the curvature of the surface). By default the last two compete, and what predicts
+        held-out places better is taken; see docs/statistics.md. With effects, or an empirical E map, it is "touch".
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
@@ -89,6 +95,7 @@ def calibrate(
     given = {
         "contact": contact,
         "e_map": e_map,
+        "discrepancy": discrepancy,
         "priors": priors or None,
         "kernel": kernel,
         "groups": chosen,
@@ -103,6 +110,8 @@ def calibrate(
             own = body.own({**given, "contact": contact or model.contact or None})
         if model is None or not (model.effects or model.correction):
             return body.calibrate(with_calibration(dataset), **own, **common)
+        if own.pop("discrepancy", None) not in (None, "auto", "touch"):
+            raise InputError("discrepancy: with effects it is independent from touch to touch")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
         return calibrate_with_effects(dataset, model, **own, **common)

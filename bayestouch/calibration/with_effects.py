@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -11,10 +11,11 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
-from bayestouch.model.added import added_effects, moved_to
+from bayestouch.model.added import AddedEffect, added_effects, moved_to
+from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import body_of
 from bayestouch.model.candidates import score_effects
-from bayestouch.model.correction import corrected_fit
+from bayestouch.model.correction import Correction, corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.fitting import Fitted
@@ -24,6 +25,31 @@ from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
+
+
+@dataclass(frozen=True, eq=False)
+class StatedFit:
+    """A sensor fitted with stated effects.
+
+    Attributes
+    ----------
+    evaluation : Evaluation
+        Computes the calibration.
+    fitted : Fitted
+        The fit.
+    added : tuple of AddedEffect
+        Its effects, in the order in which they are stated.
+    correction : Correction or None
+        Its correction.
+    notes : tuple of str
+        Notes for the calibration.
+    """
+
+    evaluation: Evaluation
+    fitted: Fitted
+    added: tuple[AddedEffect, ...]
+    correction: Correction | None
+    notes: tuple[str, ...]
 
 
 def calibrate_with_effects(
@@ -45,6 +71,15 @@ def calibrate_with_effects(
     InputError
         For the reasons of `bayestouch.calibrate`, or an effect cannot occur or be observed with these touches.
     """
+    fit = fit_stated(dataset, model, draws=draws, seed=seed, progress=progress, **options)
+    calibration = fit.evaluation.calibration(fit.fitted, fit.added, fit.correction)
+    return replace(calibration, notes=(*calibration.notes, *fit.notes))
+
+
+def fit_stated(
+    dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None = None, **options: Any
+) -> StatedFit:
+    """Fit a sensor with the effects of a `StatedModel`; parameters as in `calibrate_with_effects`."""
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
     begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)
@@ -73,8 +108,7 @@ def calibrate_with_effects(
         else:
             fitted, correction = corrected
             added = list(moved_to(fitted, added))
-    calibration = begun.evaluation.calibration(fitted, tuple(added), correction)
-    return replace(calibration, notes=(*calibration.notes, *notes))
+    return StatedFit(begun.evaluation, fitted, tuple(added), correction, notes)
 
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:

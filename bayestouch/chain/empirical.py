@@ -77,15 +77,9 @@ def pressure_matrix(
         MPa, tension positive.
     """
     load, radius = np.asarray(load, dtype=float), np.asarray(radius_mm, dtype=float)
-    spectra = chain.spectra
     kappa = np.maximum(load / 1000 * radius / chain.shear_modulus_MPa, 0.0)
     # Interpolated as in `ResponseTable`, so that both give the same prediction.
-    first, step = spectra.coordinates[0], spectra.coordinates[1] - spectra.coordinates[0]
-    place = np.clip((np.log1p(kappa / spectra.kappa_scale) - first) / step, 0.0, len(spectra.coordinates) - 1 - 1e-9)
-    row = place.astype(np.int64)
-    upper = (place - row)[:, None]
-    knots = spectra.spectra[:, : n_coefficients + 1]
-    spectrum = knots[row] + upper * (knots[row + 1] - knots[row])
+    spectrum = chain.spectra.at(kappa, n_coefficients)
     return traction_coefficients(spectrum, np.degrees(angle), load / 1000, outer_radius_mm=chain.outer_radius_mm).T
 
 

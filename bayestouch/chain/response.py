@@ -90,6 +90,19 @@ class ContactSpectra:
         body = solve_annulus(modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=poisson_ratio)
         return cls(scale, coordinates, spectra, body)
 
+    def at(self, kappa: FloatArray, n_modes: int) -> FloatArray:
+        """Spectra (t, n_modes + 1) at κ (t,) in mm², linear between knots; beyond the knots that of their end.
+
+        Modes beyond those of the table are zero.
+        """
+        first, step = self.coordinates[0], self.coordinates[1] - self.coordinates[0]
+        place = np.clip((np.log1p(kappa / self.kappa_scale) - first) / step, 0.0, len(self.coordinates) - 1 - 1e-9)
+        row = place.astype(np.int64)
+        upper = (place - row)[:, None]
+        knots = self.spectra[:, : n_modes + 1]
+        out = knots[row] + upper * (knots[row + 1] - knots[row])
+        return np.pad(out, ((0, 0), (0, n_modes + 1 - knots.shape[1])))
+
 
 def mode_strain(
     body: AnnulusModes, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0

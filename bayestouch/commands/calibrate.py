@@ -18,6 +18,13 @@ from bayestouch.progress import progress_bar
 @click.option(
     "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
 )
+@click.option(
+    "--discrepancy",
+    type=click.Choice(["auto", "none", "touch", "place"]),
+    default=None,
+    help="What a finger's readings may miss the model by: nothing, errors independent from touch to touch, or smooth "
+    "functions of the place beside them. [default: auto, the one that predicts held-out places best]",
+)
 @click.option("--kernel", type=KERNELS, default=None, help="Kernel of a pad. [default: auto]")
 @click.option(
     "--prior",
@@ -42,6 +49,7 @@ def calibrate(
     output: Path,
     contact: str | None,
     e_map: str | None,
+    discrepancy: str | None,
     kernel: str | None,
     priors: tuple[str, ...],
     model: Path | None,
@@ -68,6 +76,7 @@ def calibrate(
             bayestouch.load_dataset(dataset),
             contact=contact,
             e_map=e_map,
+            discrepancy=discrepancy,
             kernel=kernel,
             priors=stated,
             model=effects,

@@ -30,6 +30,8 @@ from bayestouch.errors import InputError, shown
 #: Largest allowed ratio of the size in memory to the size of the file (columns with few distinct values are
 #: small in the file), and the bytes to which the limit does not apply.
 LARGEST_RATIO, FREE_BYTES = 500, 1 << 28
+#: How the file is read: by default, pyarrow holds all that it has read until the file is closed.
+IN_PARTS: Mapping[str, Any] = {"pre_buffer": False, "buffer_size": 1 << 20}
 #: Characters of a number: the longest double has 767 digits.
 MAX_NUMBER = 1000
 
@@ -54,7 +56,7 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
         pa, pq = _pyarrow(file)
         if file.stat().st_size > MAX_BYTES:
             raise InputError(f"expected a table of at most {MAX_BYTES} bytes: split it", file=file)
-        with _parquet_errors(file), pq.ParquetFile(file) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file, **IN_PARTS) as parquet:
             header = Header(check_names(parquet.schema_arrow.names, file, 1), file, 1)
             wanted = set(schema(header))
             _check_size(parquet, file)
@@ -63,7 +65,7 @@ def parquet_pieces(path: str | Path, schema: Schema) -> Iterator[RawTable]:
         # Texts are read as indices of their distinct values, because a small file can contain very many equal texts.
         texts_of = [name for name, kind in zip(header.names, kinds, strict=True) if _is_text(pa, kind)]
         reader, rows = NumberReader(file, decimal_comma=False), 0
-        with _parquet_errors(file), pq.ParquetFile(file, read_dictionary=texts_of) as parquet:
+        with _parquet_errors(file), pq.ParquetFile(file, read_dictionary=texts_of, **IN_PARTS) as parquet:
             for batch in parquet.iter_batches(batch_size=CHUNK):
                 if batch.num_rows:
                     line = np.arange(2 + rows, 2 + rows + batch.num_rows, dtype=np.int64)

@@ -11,7 +11,10 @@ from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
+from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
+from bayestouch.finger.log_density import density_of_fit, density_with_effects
+from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
 from bayestouch.model.added import AddedEffect
@@ -19,6 +22,7 @@ from bayestouch.model.beginning import Beginning
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.log_density import LogDensity
 from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.touch_errors import Infer, TouchReading
@@ -45,16 +49,12 @@ def begin(
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
-    if moves is not None:
-        raise InputError("moves: a calibration with effects is not drawn by emcee")
     if groups:
-        raise InputError("groups: a calibration with effects is a normal approximation and has no log likelihood")
-    if priors and "discrepancy_sd" in priors:
-        raise InputError("prior of discrepancy_sd: with effects, the model error is estimated from the residuals")
+        raise InputError("groups: they are not written for a calibration with effects")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, priors, e_map)
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves)
     return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
 
 
@@ -74,10 +74,10 @@ class FingerEvaluation:
         The fits without effects.
     draws, seed : int
         Number of draws and seed of the calibrations.
-    priors : mapping of str to Prior, or None
-        Priors stated by the user.
     e_map : str
         E map of the calibrations: that of the elastic model, or identified with the effects.
+    moves : object
+        Moves of emcee, as in `bayestouch.calibrate`; None for the default.
     """
 
     data: SplitData
@@ -86,8 +86,8 @@ class FingerEvaluation:
     start: FingerStart
     draws: int
     seed: int
-    priors: Mapping[str, Prior] | None
     e_map: str = MODEL_MAP
+    moves: Any = None
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
@@ -103,21 +103,32 @@ class FingerEvaluation:
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
+                moves=self.moves,
             )
             return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
         calibration = calibration_with_effects(
             fitted,
             added,
             sensor=data.dataset.sensor,
+            priors=self.start.priors,
+            raw=self.start.fitted.model.known,
             setting=self.setting,
             rest=data.rest,
             draws=self.draws,
             seed=self.seed,
             notes=data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
-            stated=self.priors,
+            moves=self.moves,
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)
+
+    def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
+        """Posterior density of the fit as a function."""
+        unit = self.data.dataset.sensor.reading_unit
+        if not added and correction is None:
+            return density_of_fit(self.start.calibrated, unit)
+        posterior = EffectPosterior.of(fitted, self.start.priors, self.start.fitted.model.known)
+        return density_with_effects(effect_fit(fitted, added, posterior), unit)
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""

@@ -15,9 +15,11 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
@@ -39,12 +41,13 @@ def _calibrate(
     *,
     contact: str,
     e_map: str,
+    discrepancy: str,
     priors: Mapping[str, Prior] | None,
     **common: Any,
 ) -> Calibration:
     from bayestouch.finger.calibration import calibrate_finger
 
-    return calibrate_finger(dataset, contact=contact, e_map=e_map, stated=priors, **common)
+    return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -53,10 +56,22 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    from bayestouch.finger.stated import stated_of
+
+    return stated_of(calibration)
+
+
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
     from bayestouch.finger.reading.touch_reader import FingerTouchReader
 
     return FingerTouchReader.from_calibration(calibration, options)
+
+
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    from bayestouch.finger.reading.live import FingerLive
+
+    return FingerLive.of(calibration, options, arrays)
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -70,6 +85,7 @@ BODY = Body(
     options={
         "contact": Option(Finger.default_contact),
         "e_map": Option("model", ("model", "empirical")),
+        "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
         "groups": Option(()),
         "moves": Option(),
@@ -84,5 +100,7 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
+    stated=_stated,
     lacking=_lacking,
 )

@@ -18,6 +18,8 @@ from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
+from bayestouch.finger.place.fit import AUTO, NO_DISCREPANCY, OF_PLACE, fit_of_places
+from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
 from bayestouch.finger.requested import requested_groups
@@ -37,6 +39,7 @@ def calibrate_finger(
     *,
     contact: str,
     e_map: str = "model",
+    discrepancy: str = AUTO,
     draws: int,
     seed: int,
     stated: Mapping[str, Prior] | None = None,
@@ -54,6 +57,8 @@ def calibrate_finger(
     assert table is not None
     priors, notes = FingerPriors.of(sensor)
     priors = priors.with_stated(stated or {}, finger)
+    if discrepancy == NO_DISCREPANCY:
+        priors = replace(priors, discrepancy=None)
     rest = table.rest_reading()
     corrected = table.baseline_corrected()
     means = corrected.averaged()
@@ -63,7 +68,12 @@ def calibrate_finger(
             "sensor is identifiable: give touches with a load",
             file=_file(dataset),
         )
-    fit, used = fit_finger(means, finger, priors, contact=contact)
+    elastic, used = fit_finger(means, finger, priors, contact=contact)
+    fit = elastic
+    places: PlacePosterior | None = None
+    why: tuple[str, ...] = ()
+    if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
+        fit, places, why = fit_of_places(elastic, wanted=discrepancy == OF_PLACE)
     calibration = finger_calibration(
         fit,
         means,
@@ -73,11 +83,16 @@ def calibrate_finger(
         rest=rest,
         draws=draws,
         seed=seed,
-        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes, *why),
+        places=places,
         groups=groups,
         progress=progress,
         moves=moves,
     )
+    if places is not None:
+        # That of the model says what to look for: functions of place hide it.
+        both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
+        calibration = replace(calibration, statistics={**calibration.statistics, **both})
     return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
@@ -92,6 +107,7 @@ def finger_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    places: PlacePosterior | None = None,
     groups: Sequence[str] = (),
     progress: Progress | None = None,
     moves: Any = None,
@@ -116,6 +132,8 @@ def finger_calibration(
         As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
+    places : PlacePosterior, optional
+        Functions of place that were fitted with it.
     """
     drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
@@ -132,12 +150,16 @@ def finger_calibration(
         counts=means.counts[used],
     )
     typical = float(np.nanmean(rows.load))
+    covariance = np.cov(linear_vectors(layout_, fit.likelihood.sign, vectors).T)
+    extra = {} if rest is None else {REST_READING: rest}
+    if places is not None:
+        extra |= places.with_model_covariance(covariance).arrays()
     return Calibration(
         sensor=sensor,
-        parameters=priors.parameters(sensor.reading_unit, discrepancy=touches.repeated),
+        parameters=priors.parameters(sensor.reading_unit, discrepancy=layout_.discrepancy),
         mode=public_mode(fit),
         posterior=public_draws(fit, vectors),
-        covariance=np.cov(linear_vectors(fit, vectors).T),
+        covariance=covariance,
         layout=layout(layout_.n_elements),
         noise=noise_of(touches, layout_, vectors.reshape(-1, vectors.shape[-1])),
         rows=rows,
@@ -156,7 +178,7 @@ def finger_calibration(
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
-        extra={} if rest is None else {REST_READING: rest},
+        extra=extra,
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},

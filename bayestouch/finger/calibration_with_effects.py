@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
 from bayestouch.finger.calibration import layout
+from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.model import finger_model
-from bayestouch.finger.peak_strain import peak_strain
+from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.public import draws_by_name, linear_vectors
+from bayestouch.finger.sampling_with_effects import EffectFit, effect_fit, sample_effects
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.left_over import discrepancy, force_noise
-from bayestouch.priors.parameters import Prior
+from bayestouch.model.observations import Observations
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, EFFECT_PEAK, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
-
-CHAINS = 4
 
 
 def calibration_with_effects(
@@ -33,15 +34,17 @@ def calibration_with_effects(
     added: Sequence[AddedEffect],
     *,
     sensor: Sensor,
+    priors: FingerPriors,
+    raw: Observations,
     setting: Setting,
     rest: FloatArray | None,
     draws: int,
     seed: int,
     notes: tuple[str, ...] = (),
     extra: Mapping[str, FloatArray] | None = None,
-    stated: Mapping[str, Prior] | None = None,
+    moves: Any = None,
 ) -> Calibration:
-    """The calibration: draws from the normal approximation about the mode.
+    """The calibration: draws by emcee from the exact posterior of all parameters and effects.
 
     Parameters
     ----------
@@ -51,35 +54,34 @@ def calibration_with_effects(
         Its effects, in the order in which they were added.
     sensor : Sensor
         The finger, with its nominal dimensions.
+    priors : FingerPriors
+        Priors of the finger without effects.
+    raw : Observations
+        The touches with all readings, also those that an effect found wrong.
     setting : Setting
         Setting by which the effects chose their priors.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed : int
-        How many draws to keep, and their seed.
+    draws, seed, moves
+        As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes for the calibration.
     extra : mapping of arrays, optional
         Further arrays: those of a correction.
-    stated : mapping of str to Prior, optional
-        Priors stated by the user, as in `bayestouch.calibrate`.
     """
     model = finger_model(fitted.model)
     means = model.known.means
-    m, at = model.n_elements, model.layout
-    covariance = fitted.linear.covariance()
-    rng = np.random.default_rng([seed, 2])
-    vectors = _draws(fitted, covariance, draws, rng)
-    response = model.sign * np.exp(fitted.vector[at.response])
-    scale = np.ones(len(fitted.vector))
-    scale[:m] = response
-    chain, noise = model.chain(fitted.vector), fitted.noise
-    missed = discrepancy(fitted)
-    force_sd = force_noise(fitted)
-    listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
+    posterior = EffectPosterior.of(fitted, priors, raw)
+    fit = effect_fit(fitted, tuple(added), posterior)
+    drawn = sample_effects(fit, draws, seed, moves=moves)
+    vectors = drawn.draws[:, :, 0]
+    at, known = posterior.layout, posterior.known
+    flat = vectors.reshape(-1, at.size)
+    response = np.abs(model.chain(fitted.vector).response)
+    listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
     predicted = model.predict(fitted.vector).touches + fitted.drifted
     counts = np.where(np.isnan(means.readings), 0, means.counts)
-    spread = Noise(noise.sd, missed, 0.0, force_sd)
+    spread = noise_of(known, at, flat)
     angle = means.angle_deg
     assert angle is not None
     rows = TouchRows(
@@ -92,19 +94,19 @@ def calibration_with_effects(
         sd=spread.mean_sd(counts, predicted),
         counts=counts,
     )
-    mode, posterior = _public(fitted, added, vectors, missed, force_sd, rng)
-    priors = FingerPriors.of(sensor)[0].with_stated(stated or {}, model.finger)
-    of_chain = [name for each in model.effects for name in _rows_of(each)]
     own = tuple(p for each in added for p in each.effect.public_parameters())
     readings = int((counts > 0).sum())
-    peak = np.abs(response) * model.reference_load
+    peak = response * model.reference_load
     return Calibration(
         sensor=sensor,
-        parameters=(*priors.parameters(sensor.reading_unit, discrepancy=True), *own),
-        mode=mode,
-        posterior=posterior,
-        covariance=covariance * np.outer(scale, scale),
-        layout=(*layout(m), *of_chain),
+        parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
+        mode=_mode(fit, added),
+        posterior={
+            **draws_by_name(model.chain(fitted.vector), known, at, vectors),
+            **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
+        },
+        covariance=np.cov(linear_vectors(at, model.sign, vectors).T),
+        layout=(*layout(at.n_elements), *(name for each in model.effects for name in _rows_of(each))),
         noise=spread,
         rows=rows,
         settings={
@@ -113,9 +115,8 @@ def calibration_with_effects(
             E_MAP: MODEL_MAP,
             "seed": float(seed),
             "version": __version__,
-            "largest_load": chain.largest_load,
+            "largest_load": model.chain(fitted.vector).largest_load,
             "typical_load": model.reference_load,
-            "sampler": "normal approximation",
             **listed.settings,
         },
         statistics={
@@ -128,10 +129,14 @@ def calibration_with_effects(
                     / peak[_alive(counts)]
                 )
             ),
-            "noise_percent_peak": float(100 * np.mean((noise.sd / peak)[_alive(counts)])),
+            "noise_percent_peak": float(100 * np.mean((spread.tactile_sd / peak)[_alive(counts)])),
+            "ess_bulk": float(drawn.ess_bulk.min()),
+            "rhat": float(drawn.rhat.max()),
+            "acceptance": float(drawn.acceptance.min()),
         },
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
         notes=notes,
+        groups={"sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]}},
     )
 
 
@@ -145,73 +150,45 @@ def _rows_of(effect: Effect) -> list[str]:
     return [f"log {public.name}" if own.logarithmic else public.name for public, own in pairs]
 
 
-def _draws(fitted: Fitted, covariance: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Draws (n, d) about the mode; those beyond a bound are drawn again, and finally moved onto it."""
-    _, _, low, high = fitted.model.prior()
-    count = CHAINS * -(-draws // CHAINS)
-    root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
-    out = fitted.vector + rng.standard_normal((count, len(covariance))) @ root.T
-    for _ in range(20):
-        outside = np.flatnonzero(((out < low) | (out > high)).any(axis=1))
-        if not len(outside):
-            break
-        out[outside] = fitted.vector + rng.standard_normal((len(outside), len(covariance))) @ root.T
-    return np.asarray(np.clip(out, low, high))
-
-
-def _public(
-    fitted: Fitted,
-    added: Sequence[AddedEffect],
-    vectors: FloatArray,
-    missed: FloatArray,
-    force_sd: float,
-    rng: np.random.Generator,
-) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
-    """Mode and draws of all parameters, effects and noise, by public name."""
-    model = finger_model(fitted.model)
-    at = model.layout
-    chain = model.chain(fitted.vector)
-    dof = np.maximum(np.nan_to_num(model.known.means.pure_error_dof), 1.0)
-    noise = fitted.noise.sd * np.sqrt(dof / rng.chisquare(dof, size=(len(vectors), model.n_elements)))
-    response = model.sign * np.exp(vectors[:, at.response])
-    sigma, depth, mu = vectors[:, at.sigma], vectors[:, at.depth], np.exp(vectors[:, at.log_mu])
-    peak = peak_strain(chain, sigma, depth)
-    draws: dict[str, FloatArray] = {
-        "sigma": sigma,
-        "mu": mu,
-        "r_s": depth,
-        "theta_s": np.degrees(vectors[:, at.angle]),
-        "response": response,
-        "gain": response * 1000 * mu[:, None] / peak,
-        "noise_sd": noise,
-        "discrepancy_sd": np.broadcast_to(missed, noise.shape),
-        "force_noise_sd": np.full(len(vectors), force_sd),
-    }
-    mode: dict[str, FloatArray] = {
-        "sigma": np.asarray(chain.poisson_ratio),
-        "mu": np.asarray(chain.shear_modulus_MPa),
-        "r_s": chain.sensing_radius_mm,
-        "theta_s": np.degrees(chain.angle),
-        "response": chain.response,
-        "gain": chain.response
-        * 1000
-        * chain.shear_modulus_MPa
-        / peak_strain(chain, chain.poisson_ratio, chain.sensing_radius_mm),
-        "noise_sd": fitted.noise.sd,
-        "discrepancy_sd": missed,
-        "force_noise_sd": np.asarray(force_sd),
-    }
-    place = {effect.name: i for i, effect in enumerate(model.effects)}
-    start = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
+def _mode(fit: EffectFit, added: Sequence[AddedEffect]) -> dict[str, FloatArray]:
+    """Most probable value of every parameter, () or (m,)."""
+    posterior, at = fit.posterior, fit.posterior.layout
+    chain = posterior.model.chain(fit.vector[: at.n_chain])
+    centre = draws_by_name(chain, posterior.known, at, fit.vector[None, None])
+    out = {name: value[0, 0] for name, value in centre.items()}
     for each in added:
-        effect = each.effect
-        for i, (public, own) in enumerate(zip(effect.public_parameters(), effect.parameters, strict=True)):
-            mode[public.name] = np.asarray(each.values[i])
-            if effect.name not in place:
-                # Values of drifts and noise effects are not in the vector of the chain.
-                draws[public.name] = each.draws(i, rng.standard_normal(len(vectors)))
-            else:
-                column = vectors[:, start[place[effect.name]] + i]
-                draws[public.name] = np.exp(column) if own.logarithmic else column
-    shaped = {name: value.reshape(CHAINS, -1, *value.shape[1:]) for name, value in draws.items()}
-    return mode, shaped
+        names = (public.name for public in each.effect.public_parameters())
+        out.update((name, np.asarray(value)) for name, value in zip(names, each.values, strict=True))
+    place = at.n_base
+    for effect in posterior.model.effects:
+        for public, parameter in zip(effect.public_parameters(), effect.parameters, strict=True):
+            out[public.name] = np.asarray(parameter.from_unconstrained(float(fit.vector[place])))
+            place += 1
+    return out
+
+
+def _effect_draws(
+    posterior: EffectPosterior, added: Sequence[AddedEffect], vectors: FloatArray, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """Draws (chain, draw) of the values of all effects, by name."""
+    at, drawn, place = posterior.layout, {}, posterior.layout.n_base
+    for effect in posterior.model.effects:
+        for public, parameter in zip(effect.public_parameters(), effect.parameters, strict=True):
+            drawn[public.name] = np.exp(vectors[..., place]) if parameter.logarithmic else vectors[..., place]
+            place += 1
+    place = at.further.start
+    for drift, _ in posterior.drifts:
+        for public in drift.public_parameters()[:2]:
+            drawn[public.name] = np.exp(vectors[..., place])
+            place += 1
+    for noise in posterior.effects:
+        for public, parameter in zip(noise.public_parameters(), noise.parameters, strict=True):
+            drawn[public.name] = np.exp(vectors[..., place]) if parameter.logarithmic else vectors[..., place]
+            place += 1
+    out = {}
+    for each in added:
+        for i, public in enumerate(each.effect.public_parameters()):
+            # Kinds of drifts are held; a noise effect that is not in the vector has draws of its own.
+            values = drawn.get(public.name)
+            out[public.name] = each.draws(i, rng.standard_normal(vectors.shape[:2])) if values is None else values
+    return out

@@ -13,6 +13,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
+from bayestouch.finger.place.touches import PlacedErrors
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Largest size of an array of readings (touches, elements, vectors): half a megabyte, which fits into the cache.
@@ -31,11 +32,15 @@ class FingerDensity:
         Readings (n, t, m) at the measured loads, and their derivative with respect to the load, from n flat vectors.
     within : callable
         From n vectors to a mask (n,) of those for which `predict` is valid.
+    errors : PlacedErrors or None
+        Errors of readings at the fit, where functions of place are among them. What these and errors of the loads are
+        in units of the independent errors is held at the fit; the independent errors are those of each vector.
     """
 
     likelihood: FingerLikelihood
     predict: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     within: Callable[[FloatArray], NDArray[np.bool_]] = lambda vectors: np.ones(len(vectors), dtype=bool)
+    errors: PlacedErrors | None = None
 
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
@@ -43,7 +48,7 @@ class FingerDensity:
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
         near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
-        return cls(likelihood, near, series.covers)
+        return cls(likelihood, near, series.covers, fit.placed_errors)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
         """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""
@@ -62,16 +67,22 @@ class FingerDensity:
         predicted, slope = self.predict(vectors)
         spread = Precisions.of(known, likelihood.layout, vectors)
         left = np.where(likelihood.missing, 0.0, known.readings) - predicted
-        # The covariance depends on the prediction, through the error of the load: its determinant is needed.
-        data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd) + 0.5 * spread.log_weight
+        if self.errors is not None:
+            data = -0.5 * self.errors.low_rank.squared_distance(np.sqrt(spread.weight) * left)
+        else:
+            # The covariance depends on the prediction, through the error of the load: its determinant is needed.
+            data = log_density_with_shared_error(left, slope, spread.weight, spread.load_sd)
+        data = data + 0.5 * spread.log_weight
         scatter = log_likelihood_of_scatter(known, likelihood.layout, vectors)
         return np.asarray(data + scatter + likelihood.prior.log_density(vectors))
 
     def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
         """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d) and the measured load.
 
-        The error of the load is integrated out. The scatter of repeats about their means is not in it.
+        The error of the load is integrated out. The scatter of repeats about their means is not in it. Functions of
+        place are drawn given all readings, one for each vector: given these, touches are independent.
         """
+        rng = np.random.default_rng(0)
         known, missing = self.likelihood.known, self.likelihood.missing
         out = np.empty((len(vectors), len(missing)))
         held = max(1, NUMBERS_HELD // missing.size)
@@ -81,6 +92,7 @@ class FingerDensity:
             spread = Precisions.of(known, self.likelihood.layout, vectors[part])
             weight, shared = spread.weight, slope * spread.load_sd[..., None]
             left = np.where(missing, 0.0, known.readings) - predicted
+            left = left - self._drawn_functions(left, weight, rng)
             length2 = (weight * shared**2).sum(axis=-1)
             along = (weight * left * shared).sum(axis=-1)
             distance = (weight * left**2).sum(axis=-1) - along**2 / (1 + length2)
@@ -94,8 +106,21 @@ class FingerDensity:
         predicted, slope = self.predict(vectors)
         spread = likelihood.standard_errors(vectors)
         load = spread.load_sd * rng.standard_normal(slope.shape[:-1])
+        if self.errors is not None and likelihood.placed is not None:
+            left = np.where(likelihood.missing, 0.0, likelihood.known.readings) - predicted
+            weight = Precisions.of(likelihood.known, likelihood.layout, vectors).weight
+            predicted = predicted + self._drawn_functions(left, weight, rng) - likelihood.placed.shift
         again = predicted + slope * load[..., None] + spread.sd * rng.standard_normal(slope.shape)
         return np.where(likelihood.missing, np.nan, again)
+
+    def _drawn_functions(self, left: FloatArray, weight: FloatArray, rng: np.random.Generator) -> FloatArray | float:
+        """Readings (n, t, m) that functions of place add, drawn given what is left of the readings."""
+        placed = self.likelihood.placed
+        if self.errors is None or placed is None:
+            return 0.0
+        missing = self.likelihood.missing
+        scaled = np.where(missing, 0.0, np.sqrt(weight) * left)
+        return placed.added(self.errors.low_rank.drawn_weights(scaled, rng))
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""

@@ -19,11 +19,7 @@ from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.drift_filter import filtered, gaps
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
-from bayestouch.sampling.rank_one import (
-    inverse_root,
-    log_density_with_shared_error,
-    log_density_with_shared_errors,
-)
+from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
 # Vectors at once where drifts or a correction tie the touches together.
 TOGETHER = 32
@@ -135,12 +131,23 @@ class EffectDensity:
         out = np.full(len(flat), -np.inf)
         inside = np.flatnonzero(((flat > low) & (flat < high)).all(axis=1))
         inside = inside[self.predict.within(flat[inside])]
-        tied = self.posterior.drifts or self.posterior.columns is not None
-        held = TOGETHER if tied else max(1, NUMBERS_HELD // self.posterior.known.missing.size)
+        held = TOGETHER if self.tied else max(1, NUMBERS_HELD // self.posterior.known.missing.size)
         for first in range(0, len(inside), held):
             part = inside[first : first + held]
             out[part] = self._inside(flat[part])
         return out.reshape(vectors.shape[:-1])
+
+    @property
+    def tied(self) -> bool:
+        """Whether touches depend on each other given the vector."""
+        return bool(self.posterior.drifts) or self.posterior.columns is not None
+
+    def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d), see `FingerDensity`."""
+        assert not self.tied
+        held = max(1, NUMBERS_HELD // self.posterior.known.missing.size)
+        parts = [vectors[first : first + held] for first in range(0, len(vectors), held)]
+        return np.concatenate([self._of_touches(*self._errors(part, self.predict(part))) for part in parts])
 
     def _inside(self, vectors: FloatArray) -> FloatArray:
         posterior = self.posterior
@@ -151,19 +158,26 @@ class EffectDensity:
 
     def _of_means(self, vectors: FloatArray, readings: EffectReadings) -> FloatArray:
         """Log likelihood (n,) of the mean readings."""
+        left, weight, slopes = self._errors(vectors, readings)
+        if self.tied:
+            return self._tied(vectors, readings, left, weight, slopes)
+        return np.asarray(self._of_touches(left, weight, slopes).sum(axis=1))
+
+    @staticmethod
+    def _of_touches(left: FloatArray, weight: FloatArray, slopes: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch."""
+        volume = np.log(np.where(weight > 0, weight, 2 * np.pi) / (2 * np.pi)).sum(axis=2)
+        return np.asarray(log_density_with_shared_errors(left, slopes, weight) + 0.5 * volume)
+
+    def _errors(self, vectors: FloatArray, readings: EffectReadings) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Errors of the mean readings (n, t, m), their inverse variances, and shared errors (k, n, t, m)."""
         posterior, known = self.posterior, self.posterior.known
         left = np.where(known.missing, 0.0, known.readings) - readings.touches
         spread = Precisions.of(known, posterior.layout, vectors)
-        weight, log_weight = spread.weight, spread.log_weight
         slopes = (readings.by_load * spread.load_sd[..., None])[None]
         if posterior.noise.effects or posterior.noise.shared:
-            weight, slopes = self._with_added(vectors, readings, weight, slopes)
-            log_weight = np.log(np.where(weight > 0, weight, 1.0)).sum(axis=(1, 2))
-        if posterior.drifts or posterior.columns is not None:
-            return self._tied(vectors, readings, left, weight, slopes)
-        if len(slopes) == 1:
-            return log_density_with_shared_error(left, readings.by_load, weight, spread.load_sd) + 0.5 * log_weight
-        return log_density_with_shared_errors(left, slopes, weight) + 0.5 * log_weight
+            return left, *self._with_added(vectors, readings, spread.weight, slopes)
+        return left, spread.weight, slopes
 
     def _with_added(
         self, vectors: FloatArray, readings: EffectReadings, weight: FloatArray, slopes: FloatArray

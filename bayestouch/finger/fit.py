@@ -17,9 +17,11 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
+from bayestouch.finger.place.touches import PlacedErrors
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit
+from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Largest number of fits of the chain, each with the noise of the one before; two are enough if loads are known.
 MOST_FITS = 6
@@ -47,6 +49,8 @@ class FingerFit:
         Prediction for the touches, and standard deviation of reading minus prediction.
     likelihood : FingerLikelihood
         Touches and priors that were fitted.
+    placed_errors : PlacedErrors or None
+        Errors of the readings at the centre, where functions of place are among them.
     """
 
     chain: FingerChain
@@ -58,6 +62,7 @@ class FingerFit:
     predicted: FloatArray
     sd: FloatArray
     likelihood: FingerLikelihood
+    placed_errors: PlacedErrors | None = None
 
     @property
     def covariance(self) -> FloatArray:
@@ -111,8 +116,13 @@ def fit_finger(
         largest_load=LOAD_REACH * float(known.load.max()),
     )
     likelihood = FingerLikelihood(model, known, start)
-    vector = np.concatenate([start, first_guess(known, prior)])
-    unmeasured = known.load_reads == 0
+    return settled_fit(likelihood, np.concatenate([start, first_guess(known, prior)])), used
+
+
+def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
+    """Fit chain and noise in turn from a flat vector on, until neither moves."""
+    prior = likelihood.prior
+    unmeasured = likelihood.known.load_reads == 0
     spread = likelihood.standard_errors(vector)
     for _ in range(MOST_FITS):
         laplace = likelihood.maximum(spread)
@@ -130,11 +140,15 @@ def fit_finger(
         if settled:
             break
     predicted, _ = likelihood.predicted(laplace.mode)
+    errors = _placed_errors(likelihood, vector)
+    if errors is not None and likelihood.placed is not None:
+        placed = likelihood.placed
+        predicted = predicted - placed.shift + placed.added(errors.weights(_left(likelihood, vector)))
     chain = likelihood.chain(laplace.mode)
     sd = likelihood.standard_errors(vector).sd
     noise = noise_of(likelihood.known, prior.layout, vector)
     lack_of_fit = _lack_of_fit(likelihood, vector)
-    return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood), used
+    return FingerFit(chain, laplace, vector, shape, noise, lack_of_fit, predicted, sd, likelihood, errors)
 
 
 def check_enough(known: KnownTouches) -> None:
@@ -168,7 +182,26 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
     rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.standard_errors(vector))
     spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+    errors = _placed_errors(likelihood, vector)
+    if errors is not None and likelihood.placed is not None:
+        # As large as the readings' distance is with functions of place and their weights, which the noise scales too.
+        distance = (errors.whiten(left) ** 2).sum(axis=0)
+        left = left - likelihood.placed.added(errors.weights(left))
+        left = left * np.sqrt(distance / np.maximum(((left * errors.weight) ** 2).sum(axis=0), 1e-300))
     return Residuals(left, np.where(likelihood.missing, 0.0, slope), spent)
+
+
+def _left(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
+    """Readings beside the prediction of the chain (t, m); zero where missing."""
+    predicted, _ = likelihood.predicted(vector[: likelihood.layout.n_chain])
+    return np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+
+
+def _placed_errors(likelihood: FingerLikelihood, vector: FloatArray) -> PlacedErrors | None:
+    """Errors of the readings at a flat vector; None where they have no functions of place."""
+    _, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
+    errors = likelihood.covariance(slope, likelihood.standard_errors(vector))
+    return errors if isinstance(errors, PlacedErrors) else None
 
 
 def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
@@ -193,6 +226,14 @@ def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
         some, 0.5 * np.log(np.where(some, known.scatter, 1.0) / np.maximum(known.scatter_dof, 1.0)), bare[layout.noise]
     )
     bare[layout.missed] = -np.inf
-    predicted, slope = likelihood.predicted(vector[: layout.n_chain])
-    z = likelihood.whiten(known.readings - predicted, slope, likelihood.standard_errors(bare))
-    return float((z * z).sum() / max(int((~known.missing).sum()) - layout.n_chain, 1))
+    _, slope = likelihood.predicted(vector[: layout.n_chain])
+    spread, left, spent = likelihood.standard_errors(bare), _left(likelihood, vector), float(layout.n_chain)
+    errors = _placed_errors(likelihood, bare)
+    if errors is None or likelihood.placed is None:
+        z = likelihood.whiten(left, slope, spread)
+    else:
+        spent += errors.spent.sum()
+        left = np.where(known.missing, 0.0, left - likelihood.placed.added(errors.weights(left)))
+        by_load = np.where(known.missing, 0.0, slope) * spread.load_sd[:, None]
+        z = DiagonalPlusRankOne(spread.sd, by_load).whiten(left)
+    return float((z * z).sum() / max(int((~known.missing).sum()) - spent, 1))

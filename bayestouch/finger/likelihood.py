@@ -12,6 +12,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import StandardErrors
+from bayestouch.finger.place.touches import PlacedErrors, PlacedTouches
 from bayestouch.finger.series import Reach, TouchSeries
 from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.observations import UntimedTouches
@@ -38,11 +39,15 @@ class FingerLikelihood:
         The t known touches.
     start : (3 m + 2,) array
         Starting vector of fits.
+    placed : PlacedTouches, optional
+        Functions of place that the readings may miss the model by.
     """
 
-    def __init__(self, model: FingerModel, known: KnownTouches, start: FloatArray) -> None:
+    def __init__(
+        self, model: FingerModel, known: KnownTouches, start: FloatArray, placed: PlacedTouches | None = None
+    ) -> None:
         assert model.flat_prior is not None
-        self.prior, self.known, self.start = model.flat_prior, known, start
+        self.prior, self.known, self.start, self.placed = model.flat_prior, known, start, placed
         self.missing = known.missing
         pose = np.stack([known.radius_mm, known.angle, known.load])
         self.model = replace(model, observed=UntimedTouches(len(known.load)), pose=pose)
@@ -110,12 +115,18 @@ class FingerLikelihood:
         return StandardErrors.of(self.known, self.layout, vector)
 
     def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
-        """Rows (..., t, m) whitened with the errors of the readings and the shared error of the load."""
+        """Rows (..., t, m) whitened with the errors of the readings and the shared error of the load.
+
+        With functions of place more rows follow, see `bayestouch.sampling.low_rank.LowRank.whiten`.
+        """
         return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
-    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne:
-        """Covariance of the readings of each touch: independent errors, and the shared error of the load."""
-        return DiagonalPlusRankOne(spread.sd, np.where(self.missing, 0.0, slope) * spread.load_sd[..., None])
+    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne | PlacedErrors:
+        """Covariance of the readings: independent errors, the shared error of the load, functions of place."""
+        by_load = np.where(self.missing, 0.0, slope) * spread.load_sd[..., None]
+        if self.placed is None:
+            return DiagonalPlusRankOne(spread.sd, by_load)
+        return self.placed.errors(spread.sd, by_load)
 
     def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
@@ -134,15 +145,22 @@ class FingerLikelihood:
     def _maximum(self, spread: StandardErrors) -> LaplaceFit:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
+        # What functions of place and errors of the loads have in common hardly changes within a fit, and is dear.
+        held = None if self.placed is None else self.covariance(self.predicted(self.start)[1], spread)
+
+        def whiten(rows: FloatArray, slope: FloatArray) -> FloatArray:
+            if held is None:
+                return self.whiten(rows, slope, spread)
+            return held.whiten(np.where(self.missing, 0.0, rows))
 
         def residuals(vector: FloatArray) -> FloatArray:
             predicted, slope = self.predicted(vector)
-            data = self.whiten(self.known.readings - predicted, slope, spread)
+            data = whiten(self.known.readings - predicted, slope)
             return np.concatenate([data.ravel(), (vector - mean) / width])
 
         def jacobian(vector: FloatArray) -> FloatArray:
             _, slope = self.predicted(vector)
-            rows = -self.whiten(self.derivatives(vector), slope, spread)
+            rows = -whiten(self.derivatives(vector), slope)
             return np.concatenate([rows.reshape(len(vector), -1).T, np.diag(1 / width)])
 
         low, high = (ends[:n].copy() for ends in self.bounds)
@@ -154,4 +172,8 @@ class FingerLikelihood:
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
         """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""
         model = replace(self.model, evaluator=replace(self.series, known=known))
-        return FingerLikelihood(model, known, self.start)
+        return FingerLikelihood(model, known, self.start, self.placed)
+
+    def with_places(self, known: KnownTouches, placed: PlacedTouches) -> FingerLikelihood:
+        """The same with functions of place, for touches that differ in radius and readings."""
+        return FingerLikelihood(replace(self.model, evaluator=None), known, self.start, placed)

@@ -109,7 +109,7 @@ def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, Fl
 
 def _moved(model: FingerModel) -> IntArray:
     """Positions of the values of effects that change the pose or the finger."""
-    place, out = model.n_base, []
+    place, out = model.n_base, list[int]()
     for effect in model.effects:
         if effect.changes_pose or effect.changes_finger:
             out += range(place, place + len(effect.parameters))

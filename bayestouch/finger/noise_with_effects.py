@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.finger.known_touches import KnownTouches
@@ -22,37 +22,43 @@ from bayestouch.model.whitening import Whitening
 
 @dataclass(frozen=True, eq=False)
 class TouchSquares:
-    """Sums over the samples of each touch about its mean; t touches, m elements.
+    """Samples about the mean of their touch, in the order of the touches; t touches, N samples, m elements.
 
     Attributes
     ----------
-    observed : Observations
-        The samples.
+    order : (N,) int array
+        Samples in the order of the touches.
+    first : (t,) int array
+        First sample of each touch in this order.
+    deviation, weight : (N, m), (N, 1) arrays
+        Deviations in this order, NaN where missing; raw readings of each sample.
     products : (t, m, m) array
-        Sums of the products of the deviations of two elements.
+        Sums over samples of the products of the deviations of two elements.
     freedom : (t, m) array
         Number of samples less one.
     """
 
-    observed: Observations
+    order: IntArray
+    first: IntArray
+    deviation: FloatArray
+    weight: FloatArray
     products: FloatArray
     freedom: FloatArray
 
     @classmethod
     def of(cls, observed: Observations) -> TouchSquares:
-        """Sums of the deviations."""
-        there = ~np.isnan(observed.deviation)
-        count = np.zeros((observed.n_touches, there.shape[1]))
-        np.add.at(count, observed.row_touch, there)
-        return cls(observed, sums_of_products(observed, np.zeros(there.shape)), np.maximum(count - 1, 0))
+        """Samples of touches."""
+        order = np.argsort(observed.row_touch, kind="stable")
+        first = np.searchsorted(observed.row_touch[order], np.arange(observed.n_touches))
+        deviation, weight = observed.deviation[order], observed.weight[order, None]
+        count = np.add.reduceat((~np.isnan(deviation)).astype(float), first, axis=0)
+        rows = np.nan_to_num(deviation) * np.sqrt(weight)
+        products = np.add.reduceat(rows[:, :, None] * rows[:, None, :], first, axis=0)
+        return cls(order, first, deviation, weight, products, np.maximum(count - 1, 0))
 
-
-def sums_of_products(observed: Observations, predicted: FloatArray) -> FloatArray:
-    """Sums (t, m, m) over the samples of each touch of products of their deviations from predicted ones (N, m)."""
-    rows = np.nan_to_num(observed.deviation - predicted) * np.sqrt(observed.weight)[:, None]
-    out = np.zeros((observed.n_touches, rows.shape[1], rows.shape[1]))
-    np.add.at(out, observed.row_touch, rows[:, :, None] * rows[:, None, :])
-    return out
+    def about(self, predicted: FloatArray) -> FloatArray:
+        """Deviations (N, m) from predicted ones (N, m), in the order of the touches, each over its standard share."""
+        return np.asarray(np.nan_to_num(self.deviation - predicted[self.order]) * np.sqrt(self.weight))
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,17 +148,25 @@ class EffectNoise:
     def _normal(self, own: FloatArray, added: AddedNoise, touches: FloatArray, samples: FloatArray | None) -> float:
         """Normal log density of the samples about the mean of their touch."""
         squares, freedom = self.squares, np.where(self.known.scatter_dof > 0, self.squares.freedom, 0.0)
-        products = squares.products if samples is None else sums_of_products(squares.observed, samples)
         weight = np.where(freedom > 0, 1 / (own + added.variance(touches, self.peak)), 0.0)
-        own_squares = np.einsum("tm,tmm->", weight, products)
+        rows = None if samples is None else squares.about(samples)
+        if rows is None:
+            own_squares = float(np.einsum("tm,tmm->", weight, squares.products))
+        else:
+            own_squares = float((weight * np.add.reduceat(rows**2, squares.first, axis=0)).sum())
         volume = float((freedom * np.log(np.where(weight > 0, weight, 1.0))).sum())
         if added.common == 0:
-            return float(0.5 * (volume - own_squares))
-        pulled = weight * (added.common * added.together(self.peak))
-        length2 = pulled @ (added.common * added.together(self.peak))
-        along = np.einsum("tm,tml,tl->t", pulled, products, pulled) / (1 + length2)
-        shared = freedom.max(axis=1) @ np.log1p(length2) - along.sum()
-        return float(0.5 * (volume - own_squares - shared))
+            return 0.5 * (volume - own_squares)
+        size = added.common * added.together(self.peak)
+        pulled = weight * size
+        if rows is None:
+            along = np.einsum("tm,tml,tl->t", pulled, squares.products, pulled, optimize=True)
+        else:
+            per_sample = (np.repeat(pulled, np.diff(squares.first, append=len(rows)), axis=0) * rows).sum(axis=1)
+            along = np.add.reduceat(per_sample**2, squares.first)
+        length2 = pulled @ size
+        shared = float(freedom.max(axis=1) @ np.log1p(length2) - (along / (1 + length2)).sum())
+        return 0.5 * (volume - own_squares - shared)
 
 
 def noise_with_effects(

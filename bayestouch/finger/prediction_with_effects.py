@@ -66,15 +66,18 @@ class EffectPrediction:
         """About a vector (d,) with standard deviations (d,), for means of this noise (t, m), inf where missing."""
         base = slice(0, model.n_base)
         series = model.evaluator
-        if series is not None and not any(e.changes_finger or e.changes_pose for e in model.effects):
-            if series.covers(centre[None])[0]:
-                near = local_series(series, centre[base], sd[base], noise_sd)
-                return cls(model, near, series.covers, 0.0)
+        moved = any(e.changes_finger or e.changes_pose for e in model.effects)
+        if series is not None and not moved and series.covers(centre[None])[0]:
+            near = local_series(series, centre[base], sd[base], noise_sd)
+            return cls(model, near, series.covers, 0.0)
         signals = local_signals(model, centre, sd, noise_sd)
         _, _, low, high = model.prior()
-        return cls(
-            model, signals, lambda v: ((v[:, base] > low[base]) & (v[:, base] < high[base])).all(axis=1), signals.error
-        )
+
+        def within(vectors: FloatArray) -> NDArray[np.bool_]:
+            inside = (vectors[:, base] > low[base]) & (vectors[:, base] < high[base])
+            return np.asarray(inside.all(axis=1))
+
+        return cls(model, signals, within, signals.error)
 
     def __call__(self, vectors: FloatArray) -> EffectReadings:
         """Readings at vectors (n, d)."""
@@ -82,11 +85,11 @@ class EffectPrediction:
         if not any(type(effect).signal is not Effect.signal for effect in self.model.effects):
             return EffectReadings(signal, slope, None)
         touches, by_load = np.empty_like(signal), np.empty_like(slope)
-        samples = []
+        samples: list[FloatArray] = []
         for i, vector in enumerate(vectors):
             touches[i], by_load[i], within = self._through(vector, signal[i], slope[i])
-            samples.append(within)
-        return EffectReadings(touches, by_load, None if samples[0] is None else np.stack(samples))
+            samples += [] if within is None else [within]
+        return EffectReadings(touches, by_load, np.stack(samples) if samples else None)
 
     def _through(
         self, vector: FloatArray, signal: FloatArray, slope: FloatArray

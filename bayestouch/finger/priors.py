@@ -38,8 +38,8 @@ class FingerPriors:
         the largest reading over load near the element.
     noise : Prior or None
         Standard deviation of one raw reading. None: log-normal within a factor of 10 about 1 % of the peak reading.
-    discrepancy : Prior
-        Model error of an element's mean reading, as a multiple of the noise of this mean.
+    discrepancy : Prior or None
+        Model error of an element's mean reading, as a multiple of the noise of this mean. None: no model error.
     force_noise : Prior or None
         Standard deviation of one reading of the force sensor, N/m. None: log-normal within a factor of 3 about 0.5 % of
         the mean load.
@@ -51,7 +51,7 @@ class FingerPriors:
     shear_modulus: Prior
     response: Prior | None = None
     noise: Prior | None = None
-    discrepancy: Prior = DISCREPANCY
+    discrepancy: Prior | None = DISCREPANCY
     force_noise: Prior | None = None
 
     @classmethod
@@ -129,7 +129,7 @@ class FingerPriors:
                 self.poisson_ratio,
                 self.shear_modulus,
                 *noise,
-                *([self.discrepancy] * m if known.repeated else []),
+                *([self.discrepancy] * m if known.repeated and self.discrepancy is not None else []),
                 force,
             ),
         )
@@ -179,7 +179,7 @@ class FingerPriors:
                         "model error beyond noise (prior in units of the noise of a touch's mean)",
                     )
                 ]
-                if discrepancy
+                if discrepancy and self.discrepancy is not None
                 else []
             ),
             Parameter(

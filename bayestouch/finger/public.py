@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.known_touches import KnownTouches
+from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.noise import public_noise
 from bayestouch.finger.peak_strain import peak_strain
 
@@ -26,22 +29,27 @@ def public_mode(fit: FingerFit) -> dict[str, FloatArray]:
     }
 
 
-def linear_vectors(fit: FingerFit, vectors: FloatArray) -> FloatArray:
-    """Flat vectors (n, 3 m + 2) of the parameters of the chain, with responses instead of their logarithms."""
-    at = fit.likelihood.layout
+def linear_vectors(at: FlatLayout, sign: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Flat vectors (n, d) of the chain and the values of its effects, with responses instead of their logarithms."""
     linear = vectors.reshape(-1, vectors.shape[-1])[:, : at.n_chain].copy()
-    linear[:, at.response] = fit.likelihood.sign * np.exp(linear[:, at.response])
+    linear[:, at.response] = sign * np.exp(linear[:, at.response])
     return linear
 
 
 def public_draws(fit: FingerFit, vectors: FloatArray) -> dict[str, FloatArray]:
     """Draws of every parameter and of the gains, by name, (chain, draw[, m]), from flat vectors (chain, draw, d)."""
-    at = fit.likelihood.layout
+    return draws_by_name(fit.chain, fit.likelihood.known, fit.likelihood.layout, vectors)
+
+
+def draws_by_name(
+    chain: FingerChain, known: KnownTouches, at: FlatLayout, vectors: FloatArray
+) -> dict[str, FloatArray]:
+    """As `public_draws`, for the touches `known`; the signs of the responses are those of `chain`."""
     flat = vectors.reshape(-1, vectors.shape[-1])
-    response = fit.likelihood.sign * np.exp(flat[:, at.response])
+    response = np.where(chain.response < 0, -1.0, 1.0) * np.exp(flat[:, at.response])
     depth, sigma, mu = flat[:, at.depth], flat[:, at.sigma], np.exp(flat[:, at.log_mu])
-    peak = peak_strain(fit.chain, sigma, depth)
-    noise, missed, force = public_noise(fit.likelihood.known, at, flat)
+    peak = peak_strain(chain, sigma, depth)
+    noise, missed, force = public_noise(known, at, flat)
     values = {
         "sigma": sigma,
         "mu": mu,

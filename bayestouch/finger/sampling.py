@@ -40,8 +40,8 @@ class PosteriorMap:
     chain are ``x = x(noise) + R(noise)^-T u``; x(noise) and ``R Rᵀ`` are mode and precision of the least-squares fit
     with the readings weighted by this noise. The proposal is thus wider for an element with larger noise.
 
-    Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn first,
-    from the last to the first; each is cut off at its bounds, given those drawn before it.
+    Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
+    first, from the last to the first; each is cut off at its bounds, given those drawn before it.
 
     Attributes
     ----------

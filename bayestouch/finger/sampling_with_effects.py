@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
+from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
 from bayestouch.finger.sampling import PosteriorMap, draw_points
@@ -19,6 +20,7 @@ from bayestouch.model.linear import Functions
 from bayestouch.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
+from bayestouch.sampling.refine import refined
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
@@ -90,6 +92,9 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     further, further_sd = _further(posterior, added)
     guess = first_guess(posterior.known, prior)
     guess[at.further.start - n :] = further
+    # Small discrepancies first: with large ones, they would explain what drifts and shared errors do.
+    missed = slice(at.missed.start - n, at.missed.stop - n)
+    guess[missed] -= 2 * prior.spread[at.missed]
     vector = np.concatenate([fitted.vector, guess])
     shape = None
     for _ in range(STEPS):
@@ -98,7 +103,7 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         step = np.linalg.solve(hessian, linear.gradient.sum(axis=0) + linear.prior_pull)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
         linear = _linearised(fitted, posterior, vector)
-        shape = noise_shape(_own_scatter(posterior, fitted), prior, vector, linear.residuals)
+        shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
     assert shape is not None
@@ -118,7 +123,7 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         ends=(low, high),
         further_sd=further_sd,
     )
-    return EffectFit(posterior, vector, np.linalg.inv(hessian), shape, to_vectors)
+    return EffectFit(posterior, vector, np.asarray(np.linalg.inv(hessian), dtype=np.float64), shape, to_vectors)
 
 
 def sample_effects(
@@ -131,7 +136,15 @@ def sample_effects(
     covariance = np.eye(at.size)
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
-    return draw_points(fit.density(), fit.to_vectors, centre, covariance, draws, seed, progress, moves)
+    density = fit.density()
+
+    def log_density(points: FloatArray) -> FloatArray:
+        vectors, log_derivative = fit.to_vectors(points)
+        return density(vectors) + log_derivative
+
+    rng, further = np.random.default_rng([seed, 3]), np.arange(at.further.start, at.further.stop)
+    centre, covariance = refined(log_density, centre, covariance, further, rng)
+    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:
@@ -153,13 +166,16 @@ def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tupl
     return np.clip(np.array(values, dtype=np.float64), low + margin, high - margin), widths
 
 
-def _own_scatter(posterior: EffectPosterior, fitted: Fitted) -> Any:
-    """The touches with the scatter that the own noise of each element has beside noise effects."""
-    known = posterior.known
-    if not posterior.noise.effects and not posterior.noise.shared:
+def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) -> KnownTouches:
+    """The touches with the scatter of the own noise of each element: without effects within touches and on noise."""
+    known, some = posterior.known, posterior.known.scatter_dof > 0
+    if posterior.noise.effects or posterior.noise.shared:
+        return replace(known, scatter=np.where(some, known.scatter_dof * fitted.noise.sd**2, known.scatter))
+    samples = posterior.model.predict(chain).samples
+    if samples is None:
         return known
-    own = np.where(known.scatter_dof > 0, known.scatter_dof * fitted.noise.sd**2, known.scatter)
-    return replace(known, scatter=own)
+    squares = (posterior.noise.squares.about(samples) ** 2).sum(axis=0)
+    return replace(known, scatter=np.where(some, squares, known.scatter))
 
 
 def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> _Linear:

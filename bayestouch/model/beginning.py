@@ -10,6 +10,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.log_density import LogDensity
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.results.objects import Calibration
 
@@ -27,6 +28,10 @@ class Evaluation(Protocol):
 
     def read(self, infer: Infer, calibration: Calibration, held: HeldOut) -> TouchReading:
         """Posteriors of the held-out touches, read by `infer` as unknown touches, and their errors."""
+        ...
+
+    def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
+        """Posterior density of the fit as a function."""
         ...
 
 

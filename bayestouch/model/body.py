@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.results.objects import Calibration
 
@@ -68,6 +69,10 @@ class Body:
         ``(data, *, draws, seed, **options)`` to the `Beginning` of a fit with effects.
     reader : callable
         ``(calibration, options)`` to a `bayestouch.reading.touch_reader.TouchReader`.
+    live : callable
+        ``(calibration, options, arrays)`` to a `bayestouch.reading.live.LiveBody`; `arrays` from its file, or None.
+    stated : callable
+        From a calibration to its effects with their values, and the options of its fit, to make the fit again.
     lacking : callable
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
         would profit from; `known` has the means of the touches with references.
@@ -82,6 +87,8 @@ class Body:
     calibrate: Callable[..., Calibration]
     begin: Callable[..., Beginning]
     reader: Callable[..., Any]  # a package beside this one has its type
+    live: Callable[..., Any]
+    stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,10 +78,18 @@ class Observations:
 
     def of_touches(self, values: FloatArray) -> FloatArray:
         """Mean over the samples of each touch, (t,) or (t, m), of values (n,) or (n, m)."""
-        total = np.zeros((self.n_touches, *values.shape[1:]))
-        np.add.at(total, self.row_touch, values * self.weight.reshape(-1, *[1] * (values.ndim - 1)))
+        shape = (-1, *[1] * (values.ndim - 1))
+        total = self._summing @ (values * self.weight.reshape(shape))
         weight = np.bincount(self.row_touch, weights=self.weight, minlength=self.n_touches)
-        return np.asarray(total / weight.reshape(-1, *[1] * (values.ndim - 1)))
+        return np.asarray(total / weight.reshape(shape))
+
+    @cached_property
+    def _summing(self) -> Any:
+        """Sparse matrix (t, n) of ones that sums rows by touch."""
+        from scipy.sparse import csr_array
+
+        rows = np.arange(len(self.row_touch))
+        return csr_array((np.ones(len(rows)), (self.row_touch, rows)), shape=(self.n_touches, len(rows)))
 
     def without(self, wrong: NDArray[np.bool_]) -> Observations:
         """The observations without the readings marked in `wrong` (n, m)."""

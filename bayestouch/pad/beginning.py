@@ -9,15 +9,18 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects import Effect, Setting, catalogue
+from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.beginning import Beginning
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.log_density import LogDensity
 from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
 from bayestouch.model.touch_errors import Infer, TouchReading
+from bayestouch.pad.body import NO_DENSITY
 from bayestouch.pad.calibration_with_effects import pad_calibration
 from bayestouch.pad.corrected import goes_with_place
 from bayestouch.pad.held_out import held_out
@@ -106,6 +109,10 @@ class PadEvaluation:
             seed=self.seed,
             notes=data.notes,
         )
+
+    def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
+        """Not yet for pads."""
+        raise InputError(NO_DENSITY)
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""

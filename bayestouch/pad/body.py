@@ -6,21 +6,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
+    from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
+    from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
+#: What is said where the density of a calibration is asked for.
+NO_DENSITY = "log_density: the posterior density is available for fingers, this sensor is a pad"
 # A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
 MOST_TOUCHES = 1000
 # Smallest range of the loads, over their median, at which an error of the load can be observed.
@@ -50,10 +55,18 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
     return begin(data, **options)
 
 
+def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    raise InputError(NO_DENSITY)
+
+
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
     from bayestouch.pad.reading.touch_reader import PadTouchReader
 
     return PadTouchReader.from_calibration(calibration, options)
+
+
+def _live(calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None) -> LiveBody:
+    raise InputError("the live reader reads fingers only; use infer for a pad")
 
 
 def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
@@ -72,6 +85,8 @@ BODY = Body(
     calibrate=_calibrate,
     begin=_begin,
     reader=_reader,
+    live=_live,
+    stated=_stated,
     lacking=_lacking,
     most_touches=MOST_TOUCHES,
     instead={

@@ -125,9 +125,9 @@ def log_density_with_shared_error(
 
 
 def log_density_with_shared_errors(rows: FloatArray, slopes: FloatArray, weight: FloatArray) -> FloatArray:
-    """Log density (n,) of all rows (n, t, m), each row of m with several shared errors of its own.
+    """Log density (n, t) of rows (n, t, m), each row of m with several shared errors of its own.
 
-    As `log_density_with_shared_error`, for k shared errors of standard deviation one.
+    As `log_density_with_shared_error`, for each row and for k shared errors of standard deviation one.
 
     Parameters
     ----------
@@ -143,6 +143,6 @@ def log_density_with_shared_errors(rows: FloatArray, slopes: FloatArray, weight:
     along = np.einsum("kntm,ntm->ntk", pulled, rows)
     root = np.linalg.cholesky(gram)
     white = np.linalg.solve(root, along[..., None])[..., 0]
-    volume = np.log(np.diagonal(root, axis1=2, axis2=3)).sum(axis=(1, 2))
-    squares = np.einsum("ntm,ntm,ntm->n", weight, rows, rows)
-    return np.asarray(-0.5 * (squares - (white**2).sum(axis=(1, 2))) - volume)
+    volume = np.log(np.diagonal(root, axis1=2, axis2=3)).sum(axis=2)
+    squares = np.einsum("ntm,ntm,ntm->nt", weight, rows, rows)
+    return np.asarray(-0.5 * (squares - (white**2).sum(axis=2)) - volume)

@@ -17,15 +17,17 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
 
     Parameters
     ----------
-    jacobian : (5, t, m) array
-        From `bayestouch.chain.neighbours.calibration_jacobian`.
-    covariance : (3 m + 2, 3 m + 2) array
-        Covariance of responses, depths, angles, σ, log μ.
+    jacobian : (3 + s, t, m) array
+        Over an element's own response, depth and angle, then over what elements share: from
+        `bayestouch.chain.neighbours.calibration_jacobian`,
+        where these are σ and log μ, or more.
+    covariance : (3 m + s, 3 m + s) array
+        Covariance of responses, depths, angles, σ, log μ, and what else elements share.
     """
     m = jacobian.shape[-1]
     blocks = covariance[: 3 * m, : 3 * m].reshape(3, m, 3, m)
     own = np.einsum("ati,aibj,btj->tij", jacobian[:3], blocks, jacobian[:3], optimize=True)
-    shared = covariance[3 * m :, : 3 * m].reshape(2, 3, m)
+    shared = covariance[3 * m :, : 3 * m].reshape(-1, 3, m)
     # Row r: covariance of the shared parameter r with each reading, due to the parameters of the element.
     crossed = np.einsum("rbj,btj->rtj", shared, jacobian[:3])
     mixed = np.einsum("rti,rtj->tij", jacobian[3:], crossed)

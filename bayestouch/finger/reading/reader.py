@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
+from bayestouch.finger.place.chain import PlacedFinger
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
@@ -217,7 +218,8 @@ class FingerPosterior:
         """
         if self.table is None:
             return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)
-        kappa = (load * radius / (1000 * self.chain.shear_modulus_MPa)).ravel()
+        touched = self.chain.effective_radius(radius, angle) if isinstance(self.chain, PlacedFinger) else radius
+        kappa = (load * touched / (1000 * self.chain.shear_modulus_MPa)).ravel()
         rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
         rows *= load.astype(np.float32).reshape(-1, 1)
         rows = rows.reshape(*load.shape, -1)

@@ -75,8 +75,9 @@ class ReadingTable:
         n_kappa, n_angles = self.shape
         across = (np.log1p(kappa / self.kappa_scale) - self.kappa_first) / self.kappa_step
         along = (angle - self.angle_first) / self.angle_step
-        np.clip(across, 0.0, n_kappa - 1.001, out=across)
-        np.clip(along, 0.0, n_angles - 1.001, out=along)
+        # `np.clip` has four times the overhead, which counts where one touch is read at a time.
+        np.minimum(np.maximum(across, 0.0, out=across), n_kappa - 1.001, out=across)
+        np.minimum(np.maximum(along, 0.0, out=along), n_angles - 1.001, out=along)
         row = across.astype(np.int64)
         column = along.astype(np.int64)
         s = (across - row).astype(np.float32)[:, None]

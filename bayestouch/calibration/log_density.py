@@ -1,0 +1,43 @@
+"""The posterior density of a calibration as a function."""
+
+from __future__ import annotations
+
+from bayestouch.calibration.with_effects import fit_stated
+from bayestouch.data.dataset import DataSet
+from bayestouch.errors import InputError, about
+from bayestouch.model.body import body_of
+from bayestouch.model.log_density import LogDensity
+from bayestouch.results.objects import Calibration
+
+__all__ = ["LogDensity", "log_density"]
+
+
+def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
+    """Posterior density of the parameters of a calibration, for any sampler.
+
+    It is the density that `bayestouch.calibrate` draws from: the likelihood of the calibration touches, with the true
+    load of each touch integrated out, and drifts and corrections too; times the priors of the calibration.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        A calibration of a finger, with or without effects.
+    touches : DataSet
+        The data set that it was made from.
+
+    Returns
+    -------
+    LogDensity
+        Vectorised function of points (n, d), with its transforms, prior and likelihood.
+
+    Raises
+    ------
+    InputError
+        The sensor is not a finger, its E map is an identified one, or the data set does not fit the calibration.
+    """
+    if touches.sensor.body != calibration.sensor.body:
+        raise InputError("the data set is of another sensor than the calibration", file=touches.path)
+    with about(touches.path):
+        model, options = body_of(calibration.sensor).stated(calibration)
+        fit = fit_stated(touches, model, draws=8, seed=0, **options)
+        return fit.evaluation.log_density(fit.fitted, fit.added, fit.correction)

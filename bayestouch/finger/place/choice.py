@@ -1,0 +1,151 @@
+"""Which functions of place a finger's discrepancy has, if any: those that predict held-out places best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.place.evidence import (
+    OWN_LENGTHS,
+    SURFACE_LENGTHS,
+    TIME_LENGTHS,
+    Scored,
+    with_own,
+    with_surface,
+    without_functions,
+)
+from bayestouch.finger.place.functions import (
+    MAP,
+    PLACE,
+    PlaceFunctions,
+    by_curvature,
+    fourier,
+    modes_of,
+    per_weight,
+    pressed,
+)
+from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
+
+# Places are held out in so many groups of neighbours; a choice from fewer than the least number says nothing.
+MOST_FOLDS, LEAST_FOLDS = 24, 6
+# Functions whose log marginal likelihood gains less than this are not looked at further, and more of them have to
+# predict held-out places better by so many standard errors of the difference.
+LEAST_GAIN, STANDARD_ERRORS = 3.0, 2.0
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Functions of place that were chosen, and why.
+
+    Attributes
+    ----------
+    functions : PlaceFunctions
+        The functions.
+    gain, gain_sd : float
+        Log density of held-out places over that of errors which are independent from touch to touch, and its standard
+        error over groups of places.
+    """
+
+    functions: PlaceFunctions
+    gain: float
+    gain_sd: float
+
+    @property
+    def note(self) -> str:
+        """What was chosen and why."""
+        parts = []
+        own, surface = self.functions.own, self.functions.surface
+        if own is not None:
+            where = "its E map" if self.functions.kind == MAP else "its readings"
+            parts.append(f"each element misses the model in {where}, {100 * own.sd:.2g} % of the peak")
+        if surface is not None:
+            parts.append(f"the curvature of the surface varies by {100 * surface.sd:.2g} %")
+        return (
+            f"Discrepancy as a function of place: {' and '.join(parts)}. It predicts held-out places better than "
+            f"errors that are independent from touch to touch do (log density {self.gain:+.0f} ± {self.gain_sd:.0f})."
+        )
+
+
+def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
+    """Functions of place that suit a fitted finger.
+
+    Parameters
+    ----------
+    fit : FingerFit
+        The finger without them.
+    wanted : bool
+        The best ones, however little they gain.
+
+    Returns
+    -------
+    Choice or None
+        None where errors that are independent from touch to touch predict held-out places as well, or where drifts in
+        the order of the touches explain the readings as well: then they belong to a time, not to a place.
+    """
+    known, chain = fit.likelihood.known, fit.chain
+    folds = place_folds(known.angle)
+    if folds is None:
+        return None
+    elements = linear_elements(fit.likelihood, fit.vector)
+    touch = (known.radius_mm, known.angle, known.load)
+    n_modes = modes_of(min(OWN_LENGTHS))
+    own = fourier(known.angle[:, None] - chain.angle, n_modes)
+    own *= (known.load[:, None] * np.abs(chain.response))[:, :, None]
+    surface = fourier(known.angle, modes_of(min(SURFACE_LENGTHS)))
+    surface = (by_curvature(chain, *touch) / chain.outer_radius_mm)[:, :, None] * surface[:, None, :]
+    independent = without_functions(elements)
+    kinds = [
+        with_own(elements, kind, own * per_weight(pressed(chain, kind, known.radius_mm, known.load, n_modes))[:, None])
+        for kind in (MAP, PLACE)
+    ]
+    best = max(kinds, key=lambda each: each.log_evidence)
+    simple = [*kinds, with_surface(elements, independent, np.zeros((len(known.load), chain.n_elements, 0)), surface)]
+    both = with_surface(elements, best, best.functions.own_columns(chain, *touch), surface)
+    if not wanted and _drifts(elements, fit) > max(each.log_evidence for each in simple) - LEAST_GAIN:
+        return None
+    kept = [each for each in simple if wanted or each.log_evidence > independent.log_evidence + LEAST_GAIN]
+    if not kept:
+        return None
+    if both.log_evidence > best.log_evidence + LEAST_GAIN:
+        kept.append(both)
+
+    def density(scored: Scored) -> FloatArray:
+        functions = scored.functions
+        columns = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch)
+        return LinearPosterior.of(elements, scored.factor, *columns).held_out(folds)
+
+    base = density(independent)
+    chosen, ahead = kept[0], density(kept[0]) - base
+    for scored in kept[1:]:
+        gained = density(scored) - base
+        more = (gained - ahead).sum()
+        if more > (STANDARD_ERRORS * _standard_error(gained - ahead) if scored is both else 0.0):
+            chosen, ahead = scored, gained
+    gain, gain_sd = float(ahead.sum()), _standard_error(ahead)
+    if gain < STANDARD_ERRORS * gain_sd and not wanted:
+        return None
+    return Choice(chosen.functions, gain, gain_sd)
+
+
+def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
+    """Log marginal likelihood of smooth functions of time, of each element's own, in the order of the touches."""
+    chain, n = fit.chain, len(fit.likelihood.known.load)
+    turn = fourier(np.pi * np.arange(n) / n, modes_of(min(TIME_LENGTHS)))
+    columns = turn[:, None, :] * (np.abs(chain.response) * fit.likelihood.known.typical_load)[:, None]
+    return with_own(elements, "", columns, TIME_LENGTHS).log_evidence
+
+
+def place_folds(angle: FloatArray) -> IntArray | None:
+    """Group (t,) of neighbouring places of each touch; None where there are too few places."""
+    places, which = np.unique(angle.round(9), return_inverse=True)
+    folds = min(MOST_FOLDS, len(places) // 3)
+    return np.asarray(which * folds // len(places)) if folds >= LEAST_FOLDS else None
+
+
+def _standard_error(differences: FloatArray) -> float:
+    """Of a sum over groups of places."""
+    return float(differences.std(ddof=1) * np.sqrt(len(differences)))

@@ -1,0 +1,105 @@
+"""A finger fitted with functions of place, and their posterior."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.fit import FingerFit, settled_fit
+from bayestouch.finger.place.choice import choose_functions
+from bayestouch.finger.place.functions import PlaceFunctions
+from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
+from bayestouch.finger.place.touches import PlacedTouches
+
+#: The discrepancy: none, independent from touch to touch, functions of place beside that, or what predicts held-out
+#: places best.
+AUTO, NO_DISCREPANCY, OF_TOUCH, OF_PLACE = "auto", "none", "touch", "place"
+# Fits, each about the finger and the curvatures that the one before found: own functions are linear, and the second fit
+# has their angles right; with curvatures the third changes nothing that matters.
+FITS, FITS_OF_SURFACE = 2, 3
+
+
+def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePosterior | None, tuple[str, ...]]:
+    """Fit a finger anew with functions of place where these predict held-out places better, or are wanted.
+
+    Returns
+    -------
+    FingerFit, PlacePosterior or None, tuple of str
+        The fit, its functions of place, and what is said of the choice.
+    """
+    choice = choose_functions(fit, wanted=wanted)
+    if choice is None:
+        return fit, None, ()
+    return (*fit_with_places(fit, choice.functions), (choice.note,))
+
+
+def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFit, PlacePosterior]:
+    """Fit a finger anew with functions of place, whose weights are integrated out.
+
+    Readings are linear in the weights of own functions. They are not in the curvature of the surface, so that its
+    mean moves the radii of the touches, and its weights are counted from there.
+    """
+    known = fit.likelihood.known
+    posterior: PlacePosterior | None = None
+    placed_fit = fit
+    for _ in range(FITS if functions.surface is None else FITS_OF_SURFACE):
+        chain, vector = placed_fit.chain, placed_fit.vector
+        effective, bent = known.radius_mm, np.zeros(len(known.load))
+        if posterior is not None:
+            effective = posterior.effective_radius(known.radius_mm, known.angle, chain.outer_radius_mm)
+            bent = posterior.log_curvature(known.angle)
+        touch = (effective, known.angle, known.load)
+        own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch, bent)
+        sd = placed_fit.likelihood.standard_errors(vector).sd
+        mean = np.zeros(surface.shape[2]) if posterior is None else posterior.surface
+        placed = PlacedTouches.of(own, surface, sd, mean)
+        moved = replace(known, radius_mm=effective, readings=known.readings + placed.shift)
+        likelihood = fit.likelihood.with_places(moved, placed)
+        likelihood.start = vector[: likelihood.layout.n_chain]
+        placed_fit = settled_fit(likelihood, vector)
+        posterior = _posterior(placed_fit, functions, chain.angle, chain.response)
+    assert posterior is not None
+    return placed_fit, posterior
+
+
+def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, response: FloatArray) -> PlacePosterior:
+    """Of the weights about the mode of a fit."""
+    likelihood, errors = fit.likelihood, fit.placed_errors
+    placed, at = likelihood.placed, likelihood.layout
+    assert errors is not None
+    assert placed is not None
+    m, k, r = placed.basis.shape
+    q, n = placed.surface.shape[2], m * r
+    predicted, _ = likelihood.predicted(fit.laplace.mode)
+    left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
+    weights = errors.weights(left)
+    derivatives = likelihood.derivatives(fit.laplace.mode)
+    derivatives[at.response] /= fit.chain.response[:, None, None]
+    # (m r + q, 3 m + 2): change of the weights' mean with the parameters of the finger
+    moved = -errors.weights(np.where(likelihood.missing, 0.0, derivatives)).T
+    given = errors.low_rank.covariance
+    of_model = moved @ fit.covariance
+    joint = joint_covariance(fit.covariance, moved[n:], given[n:, n:])
+    with_parents = np.concatenate([of_model, of_model @ moved[n:].T + given[:, n:]], axis=1)
+    gains, own_covariance = np.empty((m, k, 5 + q)), np.empty((m, k, k))
+    for e, basis in enumerate(placed.basis):
+        own = slice(e * r, (e + 1) * r)
+        parents = [e, m + e, 2 * m + e, at.sigma, at.log_mu, *range(3 * m + 2, 3 * m + 2 + q)]
+        crossed = with_parents[own][:, parents]
+        gain = np.linalg.solve(joint[np.ix_(parents, parents)], crossed.T).T
+        rest = given[own, own] + of_model[own] @ moved[own].T - gain @ crossed.T
+        gains[e] = basis @ gain
+        # what the touches do not tell of keeps its prior
+        own_covariance[e] = basis @ rest @ basis.T + np.eye(k) - basis @ basis.T
+    return PlacePosterior(
+        functions=functions,
+        angle=angle,
+        response=response,
+        own=np.einsum("mkr,mr->mk", placed.basis, weights[:n].reshape(m, r)),
+        surface=weights[n:],
+        gains=gains,
+        own_covariance=own_covariance,
+        covariance=joint,
+    )

@@ -1,0 +1,203 @@
+"""`FingerLive`: posterior of one touch on a finger by deterministic quadrature, for a control loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.reading.alternatives import search_prior
+from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
+from bayestouch.finger.reading.live_covariance import CovarianceTable
+from bayestouch.finger.reading.live_density import Expansion, OneTouch
+from bayestouch.finger.reading.live_summary import Alternatives
+from bayestouch.finger.reading.reader import TouchContext
+from bayestouch.finger.reading.touch_reader import FingerTouchReader
+from bayestouch.reading.live import HeldTouch, LiveTouch
+from bayestouch.reading.options import Options
+from bayestouch.results.objects import Calibration
+
+# Radii of the templates over the largest one, and spacing of their locations.
+TEMPLATE_SHARES = np.array([0.03, 0.15, 0.35, 0.55, 0.75, 0.9, 0.98])
+TEMPLATE_STEP = np.radians(1.0)
+# Newton steps from a template: largest number, and length (sd) below which no more is made, before and after the
+# covariance of the calibration is known.
+STEPS, NEAR, SETTLED = 30, 0.3, 0.2
+# Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
+APART, AS_WELL = np.radians(6.0), 8.0
+ELSEWHERE = "a distant location fits about as well"
+
+
+@dataclass(frozen=True, eq=False)
+class FingerLive:
+    """A calibrated finger that reads one touch at a time. A `bayestouch.reading.live.LiveBody`.
+
+    Attributes
+    ----------
+    reader : FingerTouchReader
+        The reader of `bayestouch.infer`, whose density, tables and covariance are used.
+    covariance : CovarianceTable or None
+        Covariance of the readings due to the calibration; None if the calibration counts as exact.
+    templates : (n, m) float32 array
+        Readings at the typical load of touches at `places`.
+    places : (n, 2) array
+        Coordinate w and location (rad) of the templates.
+    """
+
+    reader: FingerTouchReader
+    covariance: CovarianceTable | None
+    templates: NDArray[np.float32]
+    places: FloatArray
+
+    @classmethod
+    def of(
+        cls, calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None = None
+    ) -> FingerLive:
+        """Live reader from a calibration of a finger; `arrays` from an earlier one with the same options."""
+        reader = FingerTouchReader.from_calibration(calibration, options)
+        sampler = reader.sampler
+        low, high = sampler.priors.location.support
+        angles = np.arange(low, high + TEMPLATE_STEP, TEMPLATE_STEP)
+        w, angle = (each.ravel() for each in np.meshgrid(np.log(TEMPLATE_SHARES / (1 - TEMPLATE_SHARES)), angles))
+        table = None
+        if options.plug_in:
+            table = None
+        elif arrays:
+            table = CovarianceTable.from_arrays(arrays)
+        else:
+            largest = sampler.priors.load.support[1] * sampler.chain.outer_radius_mm / sampler.chain.shear_modulus_MPa
+            table = CovarianceTable.of(
+                reader.covariance,
+                sampler.chain.shear_modulus_MPa,
+                (low, high),
+                sampler.table.kappa_scale,
+                largest / 1000,
+                np.array([reader.typical_load]),
+            )
+        live = cls(reader, table, np.empty((0, 0), dtype=np.float32), np.stack([w, angle], axis=-1))
+        blank = replace(live._blank, readings=np.zeros(live.n_elements, dtype=np.float32))
+        load = np.full(len(w), reader.typical_load)
+        return replace(live, templates=blank.predicted(blank.radii(w), angle, load))
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements m."""
+        return len(self.reader.noise.tactile_sd)
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """The table of the covariance, for a file."""
+        return {} if self.covariance is None else self.covariance.arrays()
+
+    def stream(self) -> None:
+        """None: no effect depends on samples."""
+        return None
+
+    def read(
+        self, touch: HeldTouch, near: FloatArray | None = None, context: TouchContext | None = None
+    ) -> tuple[LiveTouch, FloatArray]:
+        """Posterior of a touch and its mode (w, θ_c, P); `near` is a mode from which the search may start."""
+        noise = self.reader.sampler.noise
+        readings, counts = touch.readings, touch.counts
+        with np.errstate(divide="ignore"):
+            diagonal = 1 / np.sqrt(noise.tactile_sd**2 / counts + noise.discrepancy_sd**2)
+        load_sd = float(noise.force_sd / np.sqrt(max(counts.max(), 1.0)))
+        load = touch.load if self.reader.options.use_load else np.nan
+        one = replace(
+            self._blank,
+            readings=readings.astype(np.float32),
+            whitener=np.diag(diagonal).astype(np.float32),
+            load=load,
+            load_sd=load_sd,
+            context=context,
+        )
+        start, others = self._start(readings, diagonal, load, near, one)
+        found = _climb(one, one.expansion(start), NEAR)
+        if self.covariance is not None:
+            w, angle, load = found.x.tolist()
+            kappa = load * float(one.radii(w)) * one.per_modulus
+            covariance = self.covariance(kappa, angle, load).reshape(len(readings), -1)
+            inner = diagonal[:, None] * covariance * diagonal
+            inner[range(len(inner)), range(len(inner))] += 1.0
+            whitener = np.linalg.inv(np.linalg.cholesky(inner)) * diagonal
+            one = replace(one, whitener=whitener.T.astype(np.float32))
+            found = _climb(one, one.expanded(found.x, found.steps, found.rows), SETTLED)
+        degrees = int(np.count_nonzero(counts)) + (load == load) - 3
+        flags = [ELSEWHERE] if others - found.log_likelihood > -AS_WELL else []
+        return self._alternatives.posterior(one, found, touch.samples, degrees, flags), found.x
+
+    @cached_property
+    def _blank(self) -> OneTouch:
+        """A touch without readings."""
+        sampler, search = self.reader.sampler, self._search
+        assert search.density is not None
+        w = np.arange(-20.0, 20.0, 0.01)
+        nothing = np.zeros(0, dtype=np.float32)
+        return OneTouch(
+            chain=sampler.chain,
+            table=sampler.table,
+            per_modulus=1 / (1000 * sampler.chain.shear_modulus_MPa),
+            ends=(*sampler.priors.location.support, *sampler.priors.load.support),
+            radius_ends=search.density.support,
+            w_grid=w,
+            w_log_prior=np.maximum(search.log_density(w), -1e30),
+            readings=nothing,
+            whitener=nothing,
+            load=np.nan,
+            load_sd=1.0,
+        )
+
+    @cached_property
+    def _search(self) -> IndenterCoordinate:
+        """Coordinate of the indenters for the search of modes: tips without a density have a uniform one."""
+        outer = self.reader.sampler.chain.outer_radius_mm
+        return IndenterCoordinate(search_prior(self.reader.sampler.priors.radius, outer), outer)
+
+    @cached_property
+    def _alternatives(self) -> Alternatives:
+        return Alternatives.of(self.reader.sampler.priors.radius)
+
+    def _start(
+        self, readings: FloatArray, diagonal: FloatArray, load: float, near: FloatArray | None, one: OneTouch
+    ) -> tuple[FloatArray, float]:
+        """Start of the search (w, θ_c, P), and minus half the least squared misfit of a template at a distant place."""
+        typical = self.reader.typical_load
+        low, high = self.reader.sampler.priors.load.support
+        weight = diagonal * diagonal
+        cross = self.templates @ (weight * readings).astype(np.float32)
+        power = self._squares @ weight.astype(np.float32)
+        best = np.full(len(cross), load / typical) if load == load else cross / np.maximum(power, 1e-30)
+        best = np.clip(best, max(low / typical, 1e-3), high / typical - 1e-6)
+        misfit = best * (power * best - 2 * cross)
+        k = int(misfit.argmin())
+        w, angle = self.places[k]
+        apart = np.abs(self.places[:, 1] - angle) > APART
+        others = -0.5 * float(misfit[apart].min() + weight @ readings**2) if apart.any() else -np.inf
+        return np.array([w, angle, best[k] * typical]), others
+
+    @cached_property
+    def _squares(self) -> NDArray[np.float32]:
+        return self.templates**2
+
+
+def _climb(one: OneTouch, here: Expansion, settled: float) -> Expansion:
+    """Expansion at the mode, by a damped Newton search from an expansion; as `modes.find_modes` for one touch."""
+    damping = 1e-2
+    for _ in range(STEPS):
+        damped = here.hessian.copy()
+        damped[range(3), range(3)] *= 1 + damping
+        step = np.linalg.solve(damped, here.gradient)
+        if step @ here.gradient < settled**2:
+            break
+        step[0] = min(max(step[0], -2.0), 2.0)
+        there = one.expansion(here.x + step)
+        if there.value > here.value:
+            here, damping = there, damping * 0.1
+        else:
+            damping = max(damping, 1e-3) * 8.0
+            if damping > 1e6:
+                break
+    return here

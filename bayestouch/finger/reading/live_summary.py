@@ -1,0 +1,209 @@
+"""Moments, quantiles and flags of one touch on a finger, from the integrals of `live_nodes`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import chdtrc
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.reading.live_density import Expansion, OneTouch
+from bayestouch.finger.reading.live_nodes import Nodes, nodes_of
+from bayestouch.priors.parameters import Prior
+from bayestouch.priors.radius import RadiusOfTips
+from bayestouch.reading.live import LEVELS, LiveTouch
+from bayestouch.reading.mixtures import finer, mixture_quantiles
+from bayestouch.results.tips import ROUND
+
+# Number of knots; their range in Laplace sd from the mode, and largest |w|, as in `profile`.
+KNOTS, REACH, FURTHEST = 21, 6.5, 9.0
+# A grid is replaced if an end has more than this share of the largest mass, or if one knot has more than this share of
+# all; the new one reaches this many sd from the mean.
+LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
+# Flags: probability of a worse misfit; logarithm of an integral over that of its normal approximation, mean over the
+# indenters; distance of the mean from an end of a prior, sd.
+IMPROBABLE, BENT, CLOSE = 1e-4, 0.3, 3.0
+MISFIT = "the readings fit no touch of this sensor"
+CUT = "part of the posterior of R is outside the grid"
+NOT_NORMAL = "location and load are not nearly normal for a given indenter"
+AT_AN_END = "the location or the load is at an end of its prior"
+NAMES, UNITS = ("R", "theta_c", "P"), ("mm", "degree", "N/m")
+_DEGREE = 180 / np.pi
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Even knots in w: first one and spacing."""
+
+    low: float
+    step: float
+
+    @property
+    def w(self) -> FloatArray:
+        """Knots, (g,)."""
+        return np.asarray(self.low + self.step * np.arange(KNOTS))
+
+    @classmethod
+    def between(cls, low: float, high: float) -> Grid:
+        """Grid from `low` to `high`, within the range where R differs from edge and flat."""
+        low = min(max(low, -FURTHEST), FURTHEST - 1.0)
+        high = max(min(high, FURTHEST + 1.0), low + 1e-6)
+        return cls(low, (high - low) / (KNOTS - 1))
+
+    def moved(self, log_mass: FloatArray) -> Grid | None:
+        """A better grid after the log masses (g,) at the knots are known; None if this one is good."""
+        mass = np.exp(log_mass - log_mass.max())
+        mass /= mass.sum()
+        w = self.w
+        cut = (mass[0] > LEFT_OUT and w[0] > -FURTHEST) or (mass[-1] > LEFT_OUT and w[-1] < FURTHEST + 1.0)
+        if not cut and mass.max() < CROWDED:
+            return None
+        mean = float(w @ mass)
+        sd = max(float(np.sqrt((w - mean) ** 2 @ mass)), 0.5 * self.step)
+        wider = 1.5 if cut else 1.0
+        return Grid.between(mean - wider * AGAIN * sd, mean + wider * AGAIN * sd)
+
+
+def knots(found: Expansion) -> Grid:
+    """Knots about a mode, from its Laplace approximation."""
+    spread = float(np.sqrt(np.linalg.inv(found.hessian)[0, 0]))
+    return Grid.between(float(found.x[0]) - REACH * spread, float(found.x[0]) + REACH * spread)
+
+
+@dataclass(frozen=True, eq=False)
+class Alternatives:
+    """Indenters of a prior: known tips and a density.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Names of the tips, and ``round`` for a density beside tips; empty without tips.
+    radius_mm, log_weight : (k,) arrays
+        Composite radius R and log prior probability of each tip.
+    log_share : float or None
+        Log prior probability of the density; None if there is none.
+    """
+
+    names: tuple[str, ...]
+    radius_mm: FloatArray
+    log_weight: FloatArray
+    log_share: float | None
+
+    @classmethod
+    def of(cls, prior: Prior) -> Alternatives:
+        """The alternatives of a prior of R."""
+        if not isinstance(prior, RadiusOfTips):
+            return cls((), np.zeros(0), np.zeros(0), 0.0)
+        has_density = prior.density is not None
+        names = tuple(f"{radius:g}" for radius in prior.indenter_radius_mm) + ((ROUND,) if has_density else ())
+        share = float(np.log(prior.share)) if has_density else None
+        return cls(names, prior.radius_mm, np.log(prior.weights), share)
+
+    def posterior(self, one: OneTouch, found: Expansion, samples: int, degrees: int, flags: list[str]) -> LiveTouch:
+        """Posterior of a touch from the expansion at its mode.
+
+        Parameters
+        ----------
+        one : OneTouch
+            Density of the touch.
+        found : Expansion
+            Expansion at its mode.
+        samples, flags
+            As in `LiveTouch`.
+        degrees : int
+            Number of readings (with the load) minus number of parameters.
+        """
+        grid = knots(found) if self.log_share is not None else None
+        nodes = self._nodes(one, found, grid)
+        k = len(self.radius_mm)
+        if grid is not None and (moved := grid.moved(nodes.log_mass[k:])) is not None:
+            grid, nodes = moved, self._nodes(one, found, moved)
+            if grid.moved(nodes.log_mass[k:]) is not None:
+                flags = [*flags, CUT]
+        mass = np.exp(nodes.log_mass - nodes.log_mass.max())
+        mass /= mass.sum()
+        parts = np.array([nodes.radius, nodes.mean[0] * _DEGREE, nodes.mean[1]])
+        mean = parts @ mass
+        off = parts - mean[:, None]
+        covariance = (off * mass) @ off.T
+        angle, both, load = (nodes.covariance @ mass).tolist()
+        covariance[1:, 1:] += ((angle * _DEGREE**2, both * _DEGREE), (both * _DEGREE, load))
+        sd = np.sqrt(covariance.diagonal())
+        quantiles = np.empty((3, 3))
+        quantiles[0] = self._radius_quantiles(one, grid, nodes.log_mass)
+        quantiles[1:] = mixture_quantiles(mass, parts[1:], np.sqrt(nodes.covariance[::2]) * _UNIT, LEVELS)
+        misfit = float(chdtrc(degrees, -2 * found.log_likelihood)) if degrees > 0 else np.nan
+        if misfit < IMPROBABLE:
+            flags = [*flags, MISFIT]
+        if abs(float(nodes.log_rise @ mass)) > BENT:
+            flags = [*flags, NOT_NORMAL]
+        low, high, least, most = one.ends
+        angle_sd, load_sd = float(sd[1]) / _DEGREE, float(sd[2])
+        at, pressed = float(mean[1]) / _DEGREE, float(mean[2])
+        if min(at - low, high - at) < CLOSE * angle_sd or min(pressed - least, most - pressed) < CLOSE * load_sd:
+            flags = [*flags, AT_AN_END]
+        tips = {}
+        if self.names:
+            shares = [*mass[:k].tolist(), *([float(mass[k:].sum())] if grid is not None else [])]
+            tips = dict(zip(self.names, shares, strict=True))
+        return LiveTouch(NAMES, UNITS, mean, sd, quantiles, covariance, misfit, samples, tips, tuple(flags))
+
+    def _nodes(self, one: OneTouch, found: Expansion, grid: Grid | None) -> Nodes:
+        """Integrals at the tips, then at the knots."""
+        w = self._tip_w(one)
+        log_prior = self.log_weight
+        radius = self.radius_mm
+        if grid is not None:
+            assert self.log_share is not None
+            more = grid.w
+            ends = np.log(grid.step) + self.log_share
+            log_prior = np.concatenate([log_prior, np.interp(more, one.w_grid, one.w_log_prior) + ends])
+            radius = np.concatenate([radius, one.radii(more)])
+            w = np.concatenate([w, more])
+        inverse = np.linalg.inv(found.hessian)
+        spread = float(np.sqrt(inverse[0, 0]))
+        x, lean = found.x, inverse[1:, 0] / inverse[0, 0]
+        off = np.minimum(np.maximum(w - x[0], -3 * spread), 3 * spread)
+        low, high, least, most = one.ends
+        angle = np.minimum(np.maximum(x[1] + lean[0] * off, low + 1e-9), high - 1e-9)
+        load = np.minimum(np.maximum(x[2] + lean[1] * off, least + 1e-9), most - 1e-9)
+        return nodes_of(one, radius, log_prior, angle, load)
+
+    def _tip_w(self, one: OneTouch) -> FloatArray:
+        """Coordinates of the tips, as those of a density, (k,)."""
+        if not len(self.radius_mm):
+            return self.radius_mm
+        low, high = one.radius_ends
+        share = np.clip((self.radius_mm - low) / (high - low), 1e-4, 1 - 1e-4)
+        return np.asarray(np.log(share / (1 - share)))
+
+    def _radius_quantiles(self, one: OneTouch, grid: Grid | None, log_mass: FloatArray) -> FloatArray:
+        """Quantiles of R, mm: of steps at the tips and a density tabulated in w."""
+        k = len(self.radius_mm)
+        tips = np.exp(log_mass[:k] - log_mass.max())
+        if grid is None:
+            order = np.argsort(self.radius_mm)
+            sums = np.cumsum(tips[order])
+            return np.asarray(self.radius_mm[order][np.searchsorted(sums / sums[-1], LEVELS)])
+        density = np.exp(np.maximum(finer(np.maximum(log_mass[k:] - log_mass.max(), -60.0)), -60.0))
+        within = 0.5 * (density[1:] + density[:-1])
+        w = grid.low + grid.step * (KNOTS - 1) / len(within) * np.arange(len(density))
+        below = np.empty(len(density))
+        below[0] = 0.0
+        np.cumsum(within, out=below[1:])
+        if not k:
+            return one.radii(np.interp(LEVELS * below[-1], below, w))
+        # A step at each tip: two points of the distribution function at the same radius.
+        radius = one.radii(w)
+        tips = tips * (len(within) / (KNOTS - 1))
+        at = np.repeat(self.radius_mm, 2)
+        rise = np.stack([np.zeros(k), tips], axis=1).ravel()
+        places = np.concatenate([radius, at])
+        order = np.argsort(places, kind="stable")
+        own = np.interp(places, radius, below)
+        sums = own[order] + np.cumsum(np.concatenate([np.zeros(len(radius)), rise])[order])
+        return np.asarray(np.interp(LEVELS * sums[-1], sums, places[order]))
+
+
+_UNIT = np.array([[_DEGREE], [1.0]])

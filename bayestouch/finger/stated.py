@@ -1,0 +1,47 @@
+"""The model and the options with which a calibration of a finger was made, to make its fit again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.effects.stated import StatedModel
+from bayestouch.errors import InputError
+from bayestouch.finger.correction_table import CorrectionTable
+from bayestouch.finger.priors import DISCREPANCY, FIELDS
+from bayestouch.model.effect_list import EffectList
+from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.results.objects import Calibration
+
+
+def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    """Effects of a calibration with their values, and the options of its fit.
+
+    Raises
+    ------
+    InputError
+        Its E map is an identified one.
+    """
+    if calibration.has_identified_map:
+        raise InputError("this calibration has an identified E map; its parameters have no density of their own")
+    listed, contact = EffectList.of(calibration), str(calibration.settings["contact"])
+    effects = tuple(
+        (
+            effect.name,
+            {
+                own.name: float(calibration.mode[public.name])
+                for own, public in zip(effect.parameters, effect.public_parameters(), strict=True)
+            },
+        )
+        for effect in (() if listed is None else listed.effects)
+    )
+    corrected = CorrectionTable.from_arrays(calibration.extra) is not None
+    priors = {p.name: p.prior for p in calibration.parameters if p.name in FIELDS and not _default(p.name, p.prior)}
+    return StatedModel("finger", contact, effects, corrected), {"contact": contact, "priors": priors}
+
+
+def _default(name: str, prior: Prior) -> bool:
+    """Whether a prior is one of those that are set by the readings, and are written in their units."""
+    if name == "discrepancy_sd":
+        return prior == DISCREPANCY
+    in_units = ("response", "noise_sd", "force_noise_sd")
+    return name in in_units and isinstance(prior, LogNormal) and prior.median == 1.0

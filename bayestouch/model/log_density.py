@@ -1,0 +1,133 @@
+"""The posterior density of a calibration as a function, for any sampler."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
+
+
+@dataclass(frozen=True, eq=False)
+class LogDensity:
+    """Log posterior density of a calibration in d coordinates, vectorised; of t touches.
+
+    Coordinates are the parameters, or the logarithms of those that are positive (`names` says which); an angle is in
+    radians, and the discrepancy of an element is in units of the noise of the mean of a touch. All densities are
+    densities of the coordinates: the log prior includes the derivative of the parameters over the coordinates. They are
+    known up to a constant, which is the same at all points.
+
+    Every function takes points (n, d), or one point (d,), and returns (n,) values, or one.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Name of each coordinate: ``log response[0]``, ``sigma`` …
+    units : tuple of str
+        Unit of each coordinate; of a logarithm, that of its parameter.
+    start : (d,) array
+        Mode of the posterior, approximately.
+    covariance : (d, d) array
+        Covariance of the normal approximation about it.
+    bounds : pair of (d,) arrays
+        Lowest and highest value of each coordinate; the density is zero outside.
+    posterior, prior : callable
+        Log densities (n,) of points (n, d).
+    touches : callable or None
+        Log likelihood (n, t) of the mean readings of each touch; None if the touches are not independent given the
+        parameters (drifts, corrections).
+    values, coordinates : callable
+        From points (n, d) to values by the names of `Calibration.posterior`, each (n,) or (n, m), and back.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    start: FloatArray
+    covariance: FloatArray
+    bounds: tuple[FloatArray, FloatArray]
+    posterior: Callable[[FloatArray], FloatArray]
+    prior: Callable[[FloatArray], FloatArray]
+    touches: Callable[[FloatArray], FloatArray] | None
+    values: Callable[[FloatArray], dict[str, FloatArray]]
+    coordinates: Callable[[Mapping[str, FloatArray]], FloatArray]
+
+    @property
+    def dimension(self) -> int:
+        """Number of coordinates d."""
+        return len(self.start)
+
+    def __call__(self, x: ArrayLike) -> FloatArray:
+        """Log posterior density; ``-inf`` outside the bounds."""
+        return self._at(x, self.posterior)
+
+    def log_prior(self, x: ArrayLike) -> FloatArray:
+        """Log prior density; ``-inf`` outside the bounds."""
+        return self._at(x, self._bounded_prior)
+
+    def log_likelihood(self, x: ArrayLike) -> FloatArray:
+        """Log likelihood of all readings and loads, the scatter of repeats included; ``-inf`` outside the bounds."""
+
+        def likelihood(points: FloatArray) -> FloatArray:
+            posterior = self.posterior(points)
+            there = np.isfinite(posterior)
+            out = np.full(len(points), -np.inf)
+            out[there] = posterior[there] - self.prior(points[there])
+            return out
+
+        return self._at(x, likelihood)
+
+    def touch_log_likelihood(self, x: ArrayLike) -> FloatArray:
+        """Log likelihood of the mean readings of each touch, (n, t), or (t,) for one point.
+
+        Raises
+        ------
+        InputError
+            The touches are not independent given the parameters.
+        """
+        if self.touches is None:
+            raise InputError("drifts and corrections tie the touches together: they have no likelihood each")
+        return self._at(x, self.touches)
+
+    def to_parameters(self, x: ArrayLike) -> dict[str, FloatArray]:
+        """Parameters by name, as in `Calibration.posterior`: (n,) or (n, m), or () and (m,) for one point."""
+        points = self._points(x)
+        found = self.values(points)
+        return found if np.ndim(x) > 1 else {name: value[0] for name, value in found.items()}
+
+    def from_parameters(self, values: Mapping[str, ArrayLike]) -> FloatArray:
+        """Points (n, d), or one point (d,), from parameters by name; what follows from others is ignored.
+
+        Raises
+        ------
+        InputError
+            A parameter is missing.
+        """
+        needed = self.values(self.start[None])
+        given = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
+        single = all(given[name].ndim < needed[name].ndim for name in given.keys() & needed.keys())
+        try:
+            points = self.coordinates({name: value[None] if single else value for name, value in given.items()})
+        except KeyError as missing:
+            raise InputError(f"parameter {missing} is missing") from None
+        return points[0] if single else points
+
+    def _at(self, x: ArrayLike, function: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        found = function(self._points(x))
+        return found if np.ndim(x) > 1 else np.asarray(found[0])
+
+    def _points(self, x: ArrayLike) -> FloatArray:
+        points = np.atleast_2d(np.asarray(x, dtype=np.float64))
+        if points.ndim != 2 or points.shape[1] != self.dimension:
+            raise InputError(f"expected points (n, {self.dimension}), got {np.shape(x)}")
+        return points
+
+    def _bounded_prior(self, points: FloatArray) -> FloatArray:
+        low, high = self.bounds
+        inside = ((points > low) & (points < high)).all(axis=1)
+        out = np.full(len(points), -np.inf)
+        out[inside] = self.prior(points[inside])
+        return out

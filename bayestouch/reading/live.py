@@ -1,0 +1,159 @@
+"""Posterior of one touch as a live reader returns it, and the protocol that each body implements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.output.summary import Summarised
+
+#: Probabilities of the quantiles of a `LiveTouch`.
+LEVELS = np.array([0.05, 0.5, 0.95])
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LiveTouch(Summarised):
+    """Posterior of one touch, as `bayestouch.Reader` returns it; d parameters.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Parameters: ``R``, ``theta_c``, ``P`` on a finger; ``x``, ``y`` (in two dimensions), ``P`` on a pad.
+    units : tuple of str
+        Their units: mm, degree and N/m on a finger; mm and N on a pad (empty if loads were not measured).
+    mean, sd : (d,) arrays
+        Posterior mean and standard deviation.
+    quantiles : (d, 3) array
+        5, 50 and 95 % quantiles.
+    covariance : (d, d) array
+        Posterior covariance.
+    tips : mapping of str to float
+        Posterior probability of each known tip, by its radius in mm as text, and of ``round``; empty without tips.
+    misfit : float
+        Probability of a misfit of the readings at least this large if calibration and noise are right; NaN if there
+        are no more readings than parameters.
+    samples : int
+        Number of samples that the touch has so far.
+    flags : tuple of str
+        Reasons not to rely on the result; empty if there are none.
+    """
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    mean: FloatArray
+    sd: FloatArray
+    quantiles: FloatArray
+    covariance: FloatArray
+    misfit: float
+    samples: int = 1
+    tips: Mapping[str, float] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
+
+    @property
+    def grade(self) -> int:
+        """1 if there is no flag, else 0; as ``sample_stats["grade"]`` of `bayestouch.infer`."""
+        return int(not self.flags)
+
+    def __getitem__(self, name: str) -> tuple[float, float]:
+        """Mean and standard deviation of a parameter."""
+        k = self.names.index(name)
+        return float(self.mean[k]), float(self.sd[k])
+
+    def summary_lines(self) -> list[str]:
+        """Lines that ``repr`` shows."""
+        rows = zip(self.names, self.units, self.mean, self.sd, strict=True)
+        lines = [f"{name} = {mean:.4g} ± {sd:.2g} {unit}".rstrip() for name, unit, mean, sd in rows]
+        lines += [f"tip {name}: {probability:.3f}" for name, probability in self.tips.items()]
+        return [f"touch of {self.samples} samples", *lines, *self.flags]
+
+
+@dataclass(frozen=True, eq=False)
+class HeldTouch:
+    """Sums over the samples of one touch so far, which are all that its posterior depends on; m elements.
+
+    Attributes
+    ----------
+    total : (m,) array
+        Sum of the readings minus the rest reading, weighted by raw reads; missing readings are left out.
+    counts : (m,) array
+        Number of raw reads of each element.
+    load_total, load_count : float
+        Weighted sum of the measured loads (N/m or N), and its weight; 0 if no load was measured.
+    samples : int
+        Number of samples.
+    """
+
+    total: FloatArray
+    counts: FloatArray
+    load_total: float = 0.0
+    load_count: float = 0.0
+    samples: int = 0
+
+    @classmethod
+    def none(cls, n_elements: int) -> HeldTouch:
+        """A touch without samples."""
+        return cls(np.zeros(n_elements), np.zeros(n_elements))
+
+    def after(self, values: FloatArray, load: float, reads: float = 1.0) -> HeldTouch:
+        """The touch with one more sample: readings (m,), NaN missing, and a load, NaN not measured."""
+        here = values == values
+        total = self.total + reads * (values if here.all() else np.where(here, values, 0.0))
+        measured = load == load
+        return HeldTouch(
+            total,
+            self.counts + reads * here,
+            self.load_total + (reads * load if measured else 0.0),
+            self.load_count + (reads if measured else 0.0),
+            self.samples + 1,
+        )
+
+    @property
+    def readings(self) -> FloatArray:
+        """Mean readings (m,); 0 where missing."""
+        return np.asarray(self.total / np.maximum(self.counts, 1e-300))
+
+    @property
+    def load(self) -> float:
+        """Mean measured load, N/m or N; NaN if not measured."""
+        return self.load_total / self.load_count if self.load_count else np.nan
+
+
+class LiveStream(Protocol):
+    """Effects that depend on time and on earlier touches, followed along a stream. It changes with every sample."""
+
+    def begin(self, time_s: float) -> None:
+        """A touch begins at this time."""
+        ...
+
+    def add(self, values: FloatArray, load: float, time_s: float, reads: float) -> tuple[FloatArray, float]:
+        """Use a sample of the touch: readings (m,) and load as they are to be averaged."""
+        ...
+
+    def end(self) -> None:
+        """The touch has ended."""
+        ...
+
+
+class LiveBody(Protocol):
+    """A calibrated sensor that reads one touch at a time."""
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements m."""
+        ...
+
+    def arrays(self) -> dict[str, FloatArray]:
+        """What took time to compute, for a file."""
+        ...
+
+    def stream(self) -> LiveStream | None:
+        """A new stream of samples; None if no effect depends on samples."""
+        ...
+
+    def read(self, touch: HeldTouch, near: Any | None, stream: Any | None) -> tuple[LiveTouch, Any]:
+        """Posterior of a touch, and where it was found; `near` is where an earlier result was found, or None."""
+        ...
