@@ -31,6 +31,8 @@ class PadPosterior:
         Name of each of its rows.
     grades : dict of str to float
         ``ess_bulk`` and ``rhat`` of the worst parameter, and ``acceptance``.
+    log_density : (chain, draw) array
+        Log posterior density of each draw, of the entries of `PadDensity`.
     """
 
     mode: dict[str, FloatArray]
@@ -38,6 +40,7 @@ class PadPosterior:
     covariance: FloatArray
     layout: tuple[str, ...]
     grades: dict[str, float]
+    log_density: FloatArray
 
     @classmethod
     def of(
@@ -67,8 +70,8 @@ class PadPosterior:
         drawn = sample_density(density, draws, seed, progress)
         values, mode = density.values(drawn.draws[:, :, 0]), density.values(density.mode)
         scale = np.where(density.logarithmic, mode, 1.0)
-        named = _by_name(density, values)
-        at_mode = {name: value[0, 0] for name, value in _by_name(density, mode[None, None]).items()}
+        named = by_name(density, values)
+        at_mode = {name: value[0, 0] for name, value in by_name(density, mode[None, None]).items()}
         rng = np.random.default_rng([seed, 3])
         for each in added:
             for i, parameter in enumerate(each.effect.public_parameters()):
@@ -85,11 +88,12 @@ class PadPosterior:
                 "rhat": float(drawn.rhat.max()),
                 "acceptance": float(drawn.acceptance.min()),
             },
+            log_density=drawn.log_density[:, :, 0],
         )
 
 
-def _by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
-    """Values (chain, draw, d) by name, (chain, draw) or (chain, draw, m) arrays."""
+def by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
+    """Values (..., d) of the entries by name, (...) or (..., m) arrays."""
     m, dimensions = density.model.pad.position.shape
     own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
     out = {name: values[..., i * m : (i + 1) * m] for i, name in enumerate(own)}

@@ -14,6 +14,7 @@ from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
+from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
 
 
@@ -58,6 +59,7 @@ def pad_calibration_of(
         | {USABLE: problem.usable.astype(float)}
         | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),
+        groups={"sample_stats": {LOG_DENSITY: posterior.log_density}},
     )
 
 
