@@ -60,9 +60,9 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects
-        the posterior is the normal approximation about the mode; a model without is that of a call without `model`.
-        If `contact` is given, it replaces that of the model.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. Their
+        parameters are drawn together with those of the sensor; a model without effects is that of a call without
+        `model`. If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
         much longer: minutes for sixteen elements.

@@ -21,8 +21,8 @@ from bayestouch.sampling.streams import BlockStreams
 
 # Degrees of freedom of the Student-t proposal: in forty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
-# Steps per draw that is kept, by attempt; with a proposal that is fitted, fewer are accepted.
-THIN, THIN_FITTED = (4, 12), (6, 18)
+# Steps per draw that is kept, by attempt: about half of the proposals are accepted.
+THIN = (6, 18)
 # Points at which the proposal of the shared parameters is tried, and the share of them that must count.
 TRIED, GOOD = 128, 0.35
 # Purpose number of the random streams, see `BlockStreams`.
@@ -88,7 +88,7 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
     shared = _for_shared(log_density, k, d, seed) if k else own
     proposal = SharedThenOwn(shared, own) if k else own
     each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(THIN if isinstance(shared, StudentT) else THIN_FITTED):
+    for attempt, thin in enumerate(THIN):
         drawn = sample_blocks(
             log_density,
             proposal,
