@@ -47,7 +47,9 @@ def pad_evidence(design: PadDesign) -> Evidence:
     """A pad with one kernel, to save the time of comparing them."""
     dataset = small(design).dataset
     calibration = bayestouch.calibrate(dataset, kernel="gaussian")
-    seen, unseen = (bayestouch.infer(dataset.touches, calibration, use_load=use, draws=128) for use in (True, False))
+    seen, unseen = (
+        bayestouch.infer(dataset.touches, calibration, use_load=use, draws=128, groups="all") for use in (True, False)
+    )
     return Evidence(dataset, calibration, seen, unseen, False, {}, seed=0, draws=128, plug_in=False)
 
 

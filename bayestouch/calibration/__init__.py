@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bayestouch.calibration.like import Learned
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
@@ -28,6 +30,7 @@ def calibrate(
     discrepancy: str | None = None,
     kernel: str | None = None,
     priors: Mapping[str, Prior] | None = None,
+    like: Sequence[Calibration | str | Path] = (),
     model: StatedModel | None = None,
     moves: Any = None,
     draws: int = 1000,
@@ -59,10 +62,13 @@ def calibrate(
         ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
+    like : sequence of Calibration or path, optional
+        Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response`` and
+        ``noise_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors` replaces these.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. Their
-        parameters are drawn together with those of the sensor; a model without effects is that of a call without
-        `model`. If `contact` is given, it replaces that of the model.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects,
+        their values are unknowns beside the other parameters; a model without is that of a call without `model`.
+        If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
         much longer: minutes for sixteen elements.
@@ -70,9 +76,9 @@ def calibrate(
         Posterior draws to keep.
     groups : str or sequence of str
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
-        ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. Only for calibrations that are drawn from the
-        exact posterior. Predictions take 4 bytes for each draw, touch and element: 64 MB for 1,000 touches of 16
-        elements with 1,000 draws; log likelihoods 8 bytes for each draw and touch.
+        ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. Pads, and fingers with effects, have the first
+        two; a finger with an identified E map has none. Predictions take 4 bytes for each draw, touch and element:
+        64 MB for 1,000 touches of 16 elements with 1,000 draws; log likelihoods 8 bytes for each draw and touch.
     seed : int
         Seed of every random number.
     progress : callable, optional
@@ -85,8 +91,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, a prior contradicts the possible range or the nominal geometry, or the
-        touches cannot identify the parameters.
+        If an option does not fit the body, a calibration in `like` is of another build, a prior contradicts the
+        possible range or the nominal geometry, or the touches cannot identify the parameters.
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
@@ -97,6 +103,7 @@ def calibrate(
         "e_map": e_map,
         "discrepancy": discrepancy,
         "priors": priors or None,
+        "like": tuple(like) or None,
         "kernel": kernel,
         "groups": chosen,
         "moves": moves,
@@ -108,10 +115,12 @@ def calibrate(
             if model.body != body.kind:
                 raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
             own = body.own({**given, "contact": contact or model.contact or None})
+        learned = Learned.of(body, own, dataset.sensor)
+        own = learned.options
         if model is None or not (model.effects or model.correction):
-            return body.calibrate(with_calibration(dataset), **own, **common)
+            return learned.noted(body.calibrate(with_calibration(dataset), **own, **common))
         if own.pop("discrepancy", None) not in (None, "auto", "touch"):
             raise InputError("discrepancy: with effects it is independent from touch to touch")
         from bayestouch.calibration.with_effects import calibrate_with_effects
 
-        return calibrate_with_effects(dataset, model, **own, **common)
+        return learned.noted(calibrate_with_effects(dataset, model, **own, **common))

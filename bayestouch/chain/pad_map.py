@@ -36,6 +36,11 @@ class PadMap:
         Reading per unit load.
     variance, covariance : (*grid, m) arrays
         Variance of the sensitivity, and its covariance with the offset.
+    by_effect : (*grid, q m) array, optional
+        Change of the sensitivity by one standard deviation of each of q independent causes: what the values of effects
+        leave open, for which the readings of the calibration were corrected. Cause by cause.
+    offset_by_effect : (q, m) array, optional
+        The same for the reading without touch.
     """
 
     origin: FloatArray
@@ -47,6 +52,8 @@ class PadMap:
     sensitivity: FloatArray
     variance: FloatArray
     covariance: FloatArray
+    by_effect: FloatArray | None = None
+    offset_by_effect: FloatArray | None = None
 
     @property
     def n_elements(self) -> int:
@@ -61,7 +68,8 @@ class PadMap:
     def exact(self) -> PadMap:
         """Return the same map without uncertainty (plug-in)."""
         none = np.zeros_like(self.variance)
-        return replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
+        exact = replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
+        return replace(exact, by_effect=None, offset_by_effect=None)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
         """Return True for locations (..., D) in the calibrated region, (...)."""
@@ -70,9 +78,33 @@ class PadMap:
 
     def at(self, location: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Sensitivity, its variance and its covariance with the offset at locations (..., D); three (..., m) arrays."""
-        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
         m = self.n_elements
+        both = _interpolate(self._coefficients, self._index(location), (None,))[0]
         return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
+
+    @property
+    def n_causes(self) -> int:
+        """Number of independent causes q of `by_effect`."""
+        return 0 if self.offset_by_effect is None else len(self.offset_by_effect)
+
+    def changes(self, location: FloatArray) -> FloatArray:
+        """Change of the sensitivity (..., q, m) by one sd of each cause of `by_effect`, at locations (..., D).
+
+        Linear between grid points: an uncertainty need not be known as well as the map.
+        """
+        assert self.by_effect is not None
+        index = self._index(location)
+        flat = index.reshape(-1, self.dimensions)
+        grid = np.array(self.by_effect.shape[:-1])
+        cell = np.minimum(flat.astype(np.int64), grid - 2)
+        share = flat - cell
+        table = self.by_effect.reshape(-1, self.by_effect.shape[-1])
+        strides = np.cumprod([1, *grid[:0:-1]])[::-1]
+        corner, out = cell @ strides, np.zeros((len(flat), table.shape[1]))
+        for taps in product((0, 1), repeat=self.dimensions):
+            weight = np.where(taps, share, 1 - share).prod(axis=1)
+            out += weight[:, None] * table[corner + int(np.dot(taps, strides))]
+        return out.reshape(*index.shape[:-1], self.n_causes, self.n_elements)
 
     def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Sensitivity (..., m) and its derivative along each coordinate (..., D, m), per mm, at locations (..., D)."""
@@ -87,12 +119,14 @@ class PadMap:
 
     def arrays(self) -> dict[str, FloatArray]:
         """Return all arrays by name, for a file."""
-        return {f"map_{name}": np.asarray(getattr(self, name)) for name in _NAMES}
+        names = _NAMES if self.by_effect is None else (*_NAMES, *_BY_EFFECT)
+        return {f"map_{name}": np.asarray(getattr(self, name)) for name in names}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
         """Return the map from the result of `arrays`."""
-        return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in _NAMES})
+        names = (*_NAMES, *(name for name in _BY_EFFECT if f"map_{name}" in arrays))
+        return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in names})
 
     def _index(self, location: FloatArray) -> FloatArray:
         # Beyond the grid the last value is used: such locations are outside the prior, but must not raise an error.
@@ -122,6 +156,8 @@ _NAMES = (
     "variance",
     "covariance",
 )
+# Of calibrations whose readings were corrected for effects.
+_BY_EFFECT = ("by_effect", "offset_by_effect")
 
 
 def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:

@@ -35,6 +35,12 @@ from bayestouch.progress import progress_bar
     "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
 )
 @click.option(
+    "--like",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    help="Calibration of an earlier finger of the same build, from which priors are learned; repeatable.",
+)
+@click.option(
     "--model",
     type=click.Path(path_type=Path),
     default=None,
@@ -52,6 +58,7 @@ def calibrate(
     discrepancy: str | None,
     kernel: str | None,
     priors: tuple[str, ...],
+    like: tuple[Path, ...],
     model: Path | None,
     draws: int,
     groups: str,
@@ -79,6 +86,7 @@ def calibrate(
             discrepancy=discrepancy,
             kernel=kernel,
             priors=stated,
+            like=like,
             model=effects,
             draws=draws,
             groups=groups,

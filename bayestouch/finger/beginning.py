@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from bayestouch.effects import Setting, catalogue
-from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
 from bayestouch.finger.correction_table import table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
+from bayestouch.finger.place.fit import fit_with_places
+from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
 from bayestouch.finger.touch_errors import read_held_out
@@ -41,20 +42,23 @@ def begin(
     e_map: str = MODEL_MAP,
     groups: Sequence[str] = (),
     moves: Any = None,
+    functions: PlaceFunctions | None = None,
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
+
+    With `functions` of place the fit without effects has these, and no effect may be added to it.
 
     Raises
     ------
     InputError
         For the reasons of `bayestouch.finger.start.finger_start`, or a stated prior is not used in fits with effects.
     """
-    if groups:
-        raise InputError("groups: they are not written for a calibration with effects")
     start = finger_start(data.observations(data.training), data.dataset.sensor, contact, priors)
+    if functions is not None:
+        start = replace(start, calibrated=fit_with_places(start.calibrated, functions)[0])
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves)
+    evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves, tuple(groups))
     return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
 
 
@@ -78,6 +82,8 @@ class FingerEvaluation:
         E map of the calibrations: that of the elastic model, or identified with the effects.
     moves : object
         Moves of emcee, as in `bayestouch.calibrate`; None for the default.
+    groups : tuple of str
+        Groups of the ArviZ schema that the calibrations have.
     """
 
     data: SplitData
@@ -88,9 +94,10 @@ class FingerEvaluation:
     seed: int
     e_map: str = MODEL_MAP
     moves: Any = None
+    groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction it is that of `bayestouch.calibrate` for these touches."""
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch"."""
         data = self.data
         if not added and correction is None:
             calibration = finger_calibration(
@@ -103,6 +110,7 @@ class FingerEvaluation:
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
+                groups=self.groups,
                 moves=self.moves,
             )
             return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
@@ -118,6 +126,7 @@ class FingerEvaluation:
             seed=self.seed,
             notes=data.notes,
             extra=None if correction is None else table_of(fitted, correction).arrays(),
+            groups=self.groups,
             moves=self.moves,
         )
         return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, fitted)

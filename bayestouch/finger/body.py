@@ -10,11 +10,12 @@ from bayestouch.data.finger import Finger
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.data.sensor import Sensor
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
@@ -48,6 +49,14 @@ def _calibrate(
     from bayestouch.finger.calibration import calibrate_finger
 
     return calibrate_finger(dataset, contact=contact, e_map=e_map, discrepancy=discrepancy, stated=priors, **common)
+
+
+def _learned_priors(
+    earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str
+) -> tuple[dict[str, Prior], tuple[str, ...]]:
+    from bayestouch.finger.learned_priors import learned_priors
+
+    return learned_priors(earlier, sensor, contact)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -87,6 +96,7 @@ BODY = Body(
         "e_map": Option("model", ("model", "empirical")),
         "discrepancy": Option("auto", ("auto", "none", "touch", "place")),
         "priors": Option(),
+        "like": Option(()),
         "groups": Option(()),
         "moves": Option(),
         "each_sample": Option(False),
@@ -103,4 +113,5 @@ BODY = Body(
     live=_live,
     stated=_stated,
     lacking=_lacking,
+    learned_priors=_learned_priors,
 )

@@ -18,11 +18,11 @@ from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
-from bayestouch.finger.place.fit import AUTO, NO_DISCREPANCY, OF_PLACE, fit_of_places
+from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, fit_of_places
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
-from bayestouch.finger.requested import requested_groups
+from bayestouch.finger.requested import groups_without_effects
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.model.fitting import Fitted
 from bayestouch.priors.parameters import Prior
@@ -52,6 +52,8 @@ def calibrate_finger(
     First the mode and the normal (Laplace) approximation at the mode are computed. Then emcee draws from the exact
     joint posterior of the parameters of the chain and of the noise, with proposals from this normal distribution.
     """
+    if groups and e_map != MODEL_MAP:
+        raise InputError("groups: draws of the elastic finger have no likelihood of an identified E map")
     sensor, table = dataset.sensor, dataset.calibration
     finger = finger_of(sensor)
     assert table is not None
@@ -89,6 +91,8 @@ def calibrate_finger(
         progress=progress,
         moves=moves,
     )
+    if discrepancy == NO_DISCREPANCY:
+        calibration = replace(calibration, settings={**calibration.settings, DISCREPANCY_SETTING: NO_DISCREPANCY})
     if places is not None:
         # That of the model says what to look for: functions of place hide it.
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
@@ -182,7 +186,7 @@ def finger_calibration(
         notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-            **requested_groups(fit, vectors, groups, seed),
+            **groups_without_effects(fit, vectors, groups, seed),
         },
     )
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import Sensor
 from bayestouch.effects import Effect, Setting
 from bayestouch.finger.calibration import layout
@@ -17,6 +17,7 @@ from bayestouch.finger.model import finger_model
 from bayestouch.finger.noise import noise_of
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import draws_by_name, linear_vectors
+from bayestouch.finger.requested import groups_with_effects
 from bayestouch.finger.sampling_with_effects import EffectFit, effect_fit, sample_effects
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
@@ -42,6 +43,7 @@ def calibration_with_effects(
     seed: int,
     notes: tuple[str, ...] = (),
     extra: Mapping[str, FloatArray] | None = None,
+    groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Calibration:
     """The calibration: draws by emcee from the exact posterior of all parameters and effects.
@@ -62,7 +64,7 @@ def calibration_with_effects(
         Setting by which the effects chose their priors.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    draws, seed, moves
+    draws, seed, groups, moves
         As in `bayestouch.calibrate`.
     notes : tuple of str
         Notes for the calibration.
@@ -70,33 +72,15 @@ def calibration_with_effects(
         Further arrays: those of a correction.
     """
     model = finger_model(fitted.model)
-    means = model.known.means
     posterior = EffectPosterior.of(fitted, priors, raw)
     fit = effect_fit(fitted, tuple(added), posterior)
     drawn = sample_effects(fit, draws, seed, moves=moves)
     vectors = drawn.draws[:, :, 0]
     at, known = posterior.layout, posterior.known
-    flat = vectors.reshape(-1, at.size)
-    response = np.abs(model.chain(fitted.vector).response)
+    spread = noise_of(known, at, vectors.reshape(-1, at.size))
+    rows = touch_rows(fitted, spread)
     listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
-    predicted = model.predict(fitted.vector).touches + fitted.drifted
-    counts = np.where(np.isnan(means.readings), 0, means.counts)
-    spread = noise_of(known, at, flat)
-    angle = means.angle_deg
-    assert angle is not None
-    rows = TouchRows(
-        touch=means.touch,
-        location={"theta_c": angle},
-        radius_mm=means.indenter_radius_mm,
-        load=means.load,
-        observed=means.readings,
-        predicted=predicted,
-        sd=spread.mean_sd(counts, predicted),
-        counts=counts,
-    )
     own = tuple(p for each in added for p in each.effect.public_parameters())
-    readings = int((counts > 0).sum())
-    peak = response * model.reference_load
     return Calibration(
         sensor=sensor,
         parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
@@ -120,28 +104,51 @@ def calibration_with_effects(
             **listed.settings,
         },
         statistics={
-            "touches": float(model.known.n_touches),
-            "lack_of_fit": fitted.chi_square() / max(readings - model.n_base, 1),
-            "error_percent_peak": float(
-                100
-                * np.mean(
-                    np.sqrt(np.nanmean((means.readings - predicted)[:, _alive(counts)] ** 2, axis=0))
-                    / peak[_alive(counts)]
-                )
-            ),
-            "noise_percent_peak": float(100 * np.mean((spread.tactile_sd / peak)[_alive(counts)])),
+            **fit_statistics(fitted, rows, spread),
             "ess_bulk": float(drawn.ess_bulk.min()),
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
         },
         extra={EFFECT_PEAK: model.peak, **({} if rest is None else {REST_READING: rest}), **(extra or {})},
         notes=notes,
-        groups={"sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]}},
+        groups={
+            "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+            **groups_with_effects(fit, vectors, groups),
+        },
     )
 
 
-def _alive(counts: NDArray[np.int64]) -> NDArray[np.bool_]:
-    return np.asarray((counts > 0).any(axis=0))
+def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
+    """Readings of the touches beside their prediction, with the standard deviations of this noise."""
+    means = fitted.model.known.means
+    assert means.angle_deg is not None
+    predicted = fitted.model.predict(fitted.vector).touches + fitted.drifted
+    counts = np.where(np.isnan(means.readings), 0, means.counts)
+    return TouchRows(
+        touch=means.touch,
+        location={"theta_c": means.angle_deg},
+        radius_mm=means.indenter_radius_mm,
+        load=means.load,
+        observed=means.readings,
+        predicted=predicted,
+        sd=spread.mean_sd(counts, predicted),
+        counts=counts,
+    )
+
+
+def fit_statistics(fitted: Fitted, rows: TouchRows, spread: Noise) -> dict[str, float]:
+    """Lack of fit, and error and noise in percent of the peak, means over the elements that were read."""
+    model = finger_model(fitted.model)
+    peak = np.exp(fitted.vector[model.layout.response]) * model.reference_load
+    counts = np.nan_to_num(rows.counts)
+    alive = (counts > 0).any(axis=0)
+    error = np.sqrt(np.nanmean((rows.observed - rows.predicted)[:, alive] ** 2, axis=0)) / peak[alive]
+    return {
+        "touches": float(model.known.n_touches),
+        "lack_of_fit": fitted.chi_square() / max(int((counts > 0).sum()) - model.n_base, 1),
+        "error_percent_peak": float(100 * error.mean()),
+        "noise_percent_peak": float(100 * (spread.tactile_sd / peak)[alive].mean()),
+    }
 
 
 def _rows_of(effect: Effect) -> list[str]:

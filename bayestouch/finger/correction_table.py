@@ -128,7 +128,7 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     low, high = np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5
     grid = np.arange(low, high + 1e-9, STEP_DEG)
     weights = weights_of(fitted)
-    coefficients = _coefficients(chosen, grid, model.finger.outer_radius_mm, model.reference_load)
+    coefficients = correction_coefficients(chosen, grid, model.finger.outer_radius_mm, model.reference_load)
     even, wide, loaded = np.tensordot(coefficients, weights.mean, axes=(1, 0))
     terms = np.flatnonzero(coefficients.any(axis=(1, 2, 3)))
     # (b, k, p m): derivative of the uncertain coefficients over each weight
@@ -143,7 +143,7 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     )
 
 
-def _coefficients(chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float) -> FloatArray:
+def correction_coefficients(chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float) -> FloatArray:
     """Derivative of the three coefficients at locations (a,) over each weight, (3, k, a, m)."""
     one = np.ones(len(grid))
 

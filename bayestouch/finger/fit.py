@@ -128,11 +128,15 @@ def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
         laplace = likelihood.maximum(spread)
         likelihood.start = laplace.mode
         vector = np.concatenate([laplace.mode, vector[prior.layout.n_chain :]])
-        shape = noise_shape(likelihood.known, prior, vector, _residuals(likelihood, laplace, vector))
+        shape = noise_shape(
+            likelihood.known, likelihood.prior.for_proposals(), vector, _residuals(likelihood, laplace, vector)
+        )
         vector[prior.layout.n_chain :] = shape.mean
+        used_prior, likelihood = likelihood.prior, likelihood.with_prior_about(vector)
         before, spread = spread, likelihood.standard_errors(vector)
         # A change of the errors by 2 % is negligible for a proposal.
         settled = all(np.allclose(getattr(spread, n), getattr(before, n), rtol=0.02) for n in ("sd", "load_sd"))
+        settled &= np.allclose(likelihood.prior.spread, used_prior.spread, rtol=0.02)
         if unmeasured.any():
             moved = _estimated_loads(likelihood, vector)
             settled &= np.allclose(moved, likelihood.known.load, rtol=1e-3)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.priors.parameters import LogNormal, Normal, Prior
+from bayestouch.priors.parameters import LogNormal, LogStudentT, Normal, Prior, StudentT
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ class FlatPrior:
 
     @classmethod
     def _of(cls, layout: FlatLayout, priors: tuple[Prior, ...], logarithmic: NDArray[np.bool_]) -> FlatPrior:
-        pairs = [_normal(prior, bool(log)) for prior, log in zip(priors, logarithmic, strict=True)]
+        pairs = [normal_approximation(prior, bool(log)) for prior, log in zip(priors, logarithmic, strict=True)]
         mean, spread = np.array(pairs).T
         return cls(layout, priors, logarithmic, mean, spread)
 
@@ -155,11 +155,47 @@ class FlatPrior:
             log_low, log_high = np.log(np.maximum(low, 0.0)), np.log(high)
         return np.where(self.logarithmic, log_low, low), np.where(self.logarithmic, log_high, high)
 
+    def about(self, vector: FloatArray) -> FlatPrior:
+        """The same priors with the normal approximation of each Student-t prior about a coordinate of `vector` (d,).
+
+        It has the slope of the log density there, as in iteratively reweighted least squares: far from the centre the
+        prior pulls less. Priors that are normal stay as they are.
+        """
+        at, centre, scale, dof = self._student
+        mean, spread = self.mean.copy(), self.spread.copy()
+        mean[at] = centre
+        spread[at] = np.sqrt((dof * scale**2 + (vector[at] - centre) ** 2) / (dof + 1))
+        return replace(self, mean=mean, spread=spread)
+
+    def for_proposals(self) -> FlatPrior:
+        """The same priors, with at least its standard deviation as the spread of each Student-t prior.
+
+        Chains with narrower normal proposals stick in its tails. The spread is at most twice the scale, since the
+        standard deviation is infinite with few degrees of freedom.
+        """
+        at, _, scale, dof = self._student
+        spread = self.spread.copy()
+        spread[at] = np.maximum(spread[at], scale * np.sqrt(dof / np.maximum(dof - 2, dof / 4)))
+        return replace(self, spread=spread)
+
+    @cached_property
+    def _student(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
+        """Indices of the coordinates with a Student-t density; its centre, scale and degrees of freedom."""
+        found = [
+            (i, prior.centre, prior.scale, prior.dof)
+            if isinstance(prior, StudentT)
+            else (i, np.log(prior.median), prior.spread, prior.dof)
+            for i, (prior, log) in enumerate(zip(self.priors, self.logarithmic, strict=True))
+            if (isinstance(prior, StudentT) and not log) or (isinstance(prior, LogStudentT) and log)
+        ]
+        at, centre, scale, dof = np.array(found, dtype=float).reshape(-1, 4).T
+        return at.astype(np.intp), centre, scale, dof
+
     @cached_property
     def _other(self) -> NDArray[np.intp]:
-        """Indices of the coordinates whose prior is not normal."""
+        """Indices of the coordinates whose prior is neither normal nor Student-t."""
         plain = [
-            isinstance(prior, LogNormal if log else Normal)
+            isinstance(prior, (LogNormal, LogStudentT) if log else (Normal, StudentT))
             for prior, log in zip(self.priors, self.logarithmic, strict=True)
         ]
         return np.flatnonzero(~np.array(plain))
@@ -168,7 +204,12 @@ class FlatPrior:
         """Log density (...) of coordinates (..., d) inside the bounds, up to a constant."""
         z = (vectors - self.mean) / self.spread
         z[..., self._other] = 0.0
+        student, centre, scale, dof = self._student
+        z[..., student] = 0.0
         total = -0.5 * np.einsum("...d,...d->...", z, z)
+        if len(student):
+            t = (vectors[..., student] - centre) / scale
+            total = total - 0.5 * ((dof + 1) * np.log1p(t * t / dof)).sum(axis=-1)
         for i in self._other:
             coordinate = vectors[..., i]
             jacobian = coordinate if self.logarithmic[i] else 0.0
@@ -184,7 +225,7 @@ class FlatPrior:
         return np.where(self.logarithmic, np.log(np.where(self.logarithmic, values, 1.0)), values)
 
 
-def _normal(prior: Prior, logarithmic: bool) -> tuple[float, float]:
+def normal_approximation(prior: Prior, logarithmic: bool) -> tuple[float, float]:
     """Mean and standard deviation of a coordinate; from its quartiles if its prior is not normal."""
     if isinstance(prior, Normal) and not logarithmic:
         return prior.mean, prior.sd

@@ -169,6 +169,13 @@ class FingerLikelihood:
         high[at.depth] = np.minimum(high[at.depth], self.series.reach.depth)
         return least_squares_map(residuals, jacobian, np.clip(self.start, low, high), (low, high))
 
+    def with_prior_about(self, vector: FloatArray) -> FingerLikelihood:
+        """The likelihood with the normal approximation of Student-t priors about a flat vector."""
+        assert self.model.flat_prior is not None
+        return FingerLikelihood(
+            replace(self.model, flat_prior=self.model.flat_prior.about(vector)), self.known, self.start
+        )
+
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
         """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""
         model = replace(self.model, evaluator=replace(self.series, known=known))

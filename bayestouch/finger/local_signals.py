@@ -15,8 +15,10 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
 
-# Range of the polynomials in standard deviations, and their total degree for signals and for slopes over the load.
-REACH, DEGREE, SLOPE_DEGREE = 4.0, 3, 2
+# Range of the polynomials in standard deviations, and their total degree for slopes over the load.
+REACH, SLOPE_DEGREE = 4.0, 2
+# Total degrees for signals that are tried, and the error at which no higher one is: about that of a log density.
+DEGREES, LARGEST_ERROR = (3, 4, 5), 0.1
 # Relative step of the derivative over the load.
 STEP_LOAD = 1e-3
 
@@ -33,6 +35,8 @@ class LocalSignals:
         Positions of the values in the vector.
     centre, half_width : (v, m) arrays
         Range of the variables, for each element.
+    degree : int
+        Total degree of the signals.
     signals, slopes : Polynomials
         Signal over response, and its derivative over the load.
     error : float
@@ -43,6 +47,7 @@ class LocalSignals:
     moved: IntArray
     centre: FloatArray
     half_width: FloatArray
+    degree: int
     signals: Polynomials
     slopes: Polynomials
     error: float
@@ -52,15 +57,31 @@ class LocalSignals:
         place = (_variables(self.model, self.moved, vectors) - self.centre[:, None]) / self.half_width[:, None]
         beyond = np.flatnonzero((np.abs(place) > 1).any(axis=(0, 2)))
         response = self.model.sign * np.exp(vectors[:, self.model.layout.response])
-        terms = (monomials(place, DEGREE) * response).transpose(2, 0, 1)
+        terms = (monomials(place, self.degree) * response).transpose(2, 0, 1)
         signals, slopes = self.signals(terms), self.slopes(terms)
         for i in beyond:
             signals[i], slopes[i] = exact_signal(self.model, vectors[i])
         return signals, slopes
 
 
-def local_signals(model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray) -> LocalSignals:
-    """Polynomials about a vector.
+@dataclass(frozen=True, eq=False)
+class ExactSignals:
+    """Signals without polynomials, one vector after the other: for posteriors that are too wide for them."""
+
+    model: FingerModel
+    error: float = 0.0
+
+    def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """See `LocalSignals`."""
+        found = [exact_signal(self.model, vector) for vector in vectors]
+        signals, slopes = (np.stack(each) for each in zip(*found, strict=True))
+        return signals, slopes
+
+
+def local_signals(
+    model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray
+) -> LocalSignals | ExactSignals:
+    """Polynomials about a vector, of the lowest degree that is accurate enough; none if no degree is.
 
     Parameters
     ----------
@@ -71,13 +92,24 @@ def local_signals(model: FingerModel, centre: FloatArray, sd: FloatArray, noise_
     noise_sd : (t, m) array
         Standard deviation of a mean reading; inf where missing.
     """
+    for degree in DEGREES:
+        found = _of_degree(model, centre, sd, noise_sd, degree)
+        if found.error < LARGEST_ERROR:
+            return found
+    return ExactSignals(model)
+
+
+def _of_degree(
+    model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray, degree: int
+) -> LocalSignals:
+    """Polynomials of a total degree, see `local_signals`."""
     at, d = model.layout, len(centre)
     _, _, lowest, highest = model.prior()
     low, high = np.maximum(centre - REACH * sd, lowest), np.minimum(centre + REACH * sd, highest)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
     moved = _moved(model)
     variables = 4 + len(moved)
-    count = int(NODES * len(powers(DEGREE, variables))) + COMPARED
+    count = int(NODES * len(powers(degree, variables))) + COMPARED
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, variables)))
     vectors = np.repeat(centre[None, :d], count, axis=0)
     places: tuple[slice | int, ...] = (at.depth, at.angle, at.sigma, at.log_mu, *moved.tolist())
@@ -92,7 +124,8 @@ def local_signals(model: FingerModel, centre: FloatArray, sd: FloatArray, noise_
         moved,
         _variables(model, moved, middle),
         _variables(model, moved, half),
-        Polynomials.of(nodes[COMPARED:], signals[COMPARED:], DEGREE, noise),
+        degree,
+        Polynomials.of(nodes[COMPARED:], signals[COMPARED:], degree, noise),
         Polynomials.of(nodes[COMPARED:], slopes[COMPARED:], SLOPE_DEGREE, noise / model.load[:, None]),
         0.0,
     )

@@ -16,9 +16,6 @@ from bayestouch.finger.model import FingerModel
 
 # Relative step of the derivative over the load.
 STEP_LOAD = 1e-4
-# Signals by polynomials are exact for all practical purposes: up to this root sum of squares of their errors over the
-# noise of all readings, which is about the error of a log density.
-LARGEST_ERROR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +50,7 @@ class EffectPrediction:
     within : callable
         From vectors to a mask (n,) of those for which `signals` is valid.
     error : float
-        Error of the signals, see `LARGEST_ERROR`.
+        Error of the signals: see `bayestouch.finger.local_signals.LocalSignals`.
     """
 
     model: FingerModel

@@ -7,16 +7,16 @@ from collections.abc import Sequence
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.errors import InputError
 from bayestouch.finger.density import NUMBERS_HELD, FingerDensity
 from bayestouch.finger.fit import FingerFit
-from bayestouch.finger.layout import FlatPrior
+from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.public import public_draws
+from bayestouch.finger.sampling_with_effects import EffectFit
+from bayestouch.results.schema import Requested
 
-#: Arrays by group and variable, (chain, draw, ...).
-Requested = dict[str, dict[str, FloatArray]]
 
-
-def requested_groups(
+def groups_without_effects(
     fit: FingerFit,
     vectors: FloatArray,
     groups: Sequence[str],
@@ -47,20 +47,51 @@ def requested_groups(
     if "log_likelihood" in groups:
         out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
     if "log_prior" in groups:
-        out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in _log_prior(fit, flat).items()}
+        prior = _by_name(_log_densities(likelihood.prior, flat), likelihood.layout)
+        out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
     if "posterior_predictive" in groups:
         rng, held = np.random.default_rng([seed, 6]), max(1, NUMBERS_HELD // likelihood.missing.size)
         again = [density.replicated(flat[first : first + held], rng) for first in range(0, len(flat), held)]
         out["posterior_predictive"] = {"reading": _of_readings(np.concatenate(again), shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
-        prior = _prior_draws(likelihood.prior, len(flat), rng)
+        drawn = _prior_draws(likelihood.prior, len(flat), rng)
         if "prior" in groups:
-            out["prior"] = public_draws(fit, prior.reshape(vectors.shape))
+            out["prior"] = public_draws(fit, drawn.reshape(vectors.shape))
         if "prior_predictive" in groups:
-            prior = _within_reach(fit, prior)
             wide = FingerDensity(likelihood, likelihood.series)
-            out["prior_predictive"] = {"reading": _of_readings(wide.replicated(prior, rng), shape)}
+            out["prior_predictive"] = {"reading": _of_readings(wide.replicated(_within_reach(fit, drawn), rng), shape)}
+    return out
+
+
+def groups_with_effects(fit: EffectFit, vectors: FloatArray, groups: Sequence[str]) -> Requested:
+    """``log_likelihood`` and ``log_prior`` of a calibration with effects, as of `groups_without_effects`.
+
+    Raises
+    ------
+    InputError
+        If another group is asked for, or the touches are not independent given the parameters (drifts, corrections).
+    """
+    if not groups:
+        return {}
+    if set(groups) - {"log_likelihood", "log_prior"}:
+        raise InputError("groups: a calibration with effects has log_likelihood and log_prior, no others")
+    density, posterior = fit.density(), fit.posterior
+    flat, shape = vectors.reshape(-1, vectors.shape[-1]), vectors.shape[:2]
+    out: Requested = {}
+    if "log_likelihood" in groups:
+        if density.tied:
+            raise InputError("groups: drifts and corrections tie the touches together: they have no likelihood each")
+        out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
+    if "log_prior" in groups:
+        logs, at = _log_densities(posterior.prior, flat), posterior.layout
+        named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
+        named += [(drift.name, p.name) for drift, _ in posterior.drifts for p in drift.parameters[:2]]
+        named += [(effect.name, p.name) for effect in posterior.effects for p in effect.parameters]
+        places = [*range(at.n_base, at.n_chain), *range(at.further.start, at.size)]
+        own = {f"{effect}_{name}": logs[:, i] for (effect, name), i in zip(named, places, strict=True)}
+        prior = {**_by_name(logs, at), **own}
+        out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
     return out
 
 
@@ -68,11 +99,14 @@ def _of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return np.asarray(values.reshape(*shape, *values.shape[1:]), dtype=np.float32)
 
 
-def _log_prior(fit: FingerFit, flat: FloatArray) -> dict[str, FloatArray]:
-    """Log prior density of the values (not of their logarithms) by name, (n,) or (n, m)."""
-    prior, at = fit.likelihood.prior, fit.likelihood.layout
+def _log_densities(prior: FlatPrior, flat: FloatArray) -> FloatArray:
+    """Log prior density (n, d) of the values behind the coordinates (n, d), which may be their logarithms."""
     values = np.where(prior.logarithmic, np.exp(np.where(prior.logarithmic, flat, 0.0)), flat)
-    logs = np.stack([each.log_density(column) for each, column in zip(prior.priors, values.T, strict=True)], axis=-1)
+    return np.stack([each.log_density(column) for each, column in zip(prior.priors, values.T, strict=True)], axis=-1)
+
+
+def _by_name(logs: FloatArray, at: FlatLayout) -> dict[str, FloatArray]:
+    """Parameters of the finger by name, (n,) or (n, m), from an array (n, d)."""
     return {
         "sigma": logs[:, at.sigma],
         "mu": logs[:, at.log_mu],

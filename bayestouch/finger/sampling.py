@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -90,7 +90,7 @@ class PosteriorMap:
         return cls(
             likelihood.known,
             likelihood.layout,
-            likelihood.prior.spread[: likelihood.layout.n_chain],
+            likelihood.prior.for_proposals().spread[: likelihood.layout.n_chain],
             fit.vector,
             fit.noise_shape.quantiles,
             np.einsum("itm,jtm->mij", rows, rows, optimize=True),
@@ -188,8 +188,12 @@ def draw_points(
     seed: int,
     progress: Progress | None,
     moves: Any,
+    thins: Sequence[int] = THIN,
 ) -> BlockDraws:
-    """Draw flat vectors with proposals that are normal, with this centre and covariance, in the map `to_vectors`."""
+    """Draw flat vectors with proposals that are normal, with this centre and covariance, in the map `to_vectors`.
+
+    `thins` holds the steps per draw of each attempt.
+    """
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
         vectors, log_derivative = to_vectors(points)
@@ -197,7 +201,7 @@ def draw_points(
 
     proposal = StudentT.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(THIN if moves is None else (1,)):
+    for attempt, thin in enumerate(thins if moves is None else (1,)):
         drawn = sample_blocks(
             log_density,
             proposal,

@@ -12,7 +12,7 @@ from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterio
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import PosteriorMap, draw_points
+from bayestouch.finger.sampling import THIN, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.fitting import Fitted
@@ -24,6 +24,8 @@ from bayestouch.sampling.refine import refined
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
+# Number of attempts where drifts or a correction make each evaluation take milliseconds.
+DEAR = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +146,8 @@ def sample_effects(
 
     rng, further = np.random.default_rng([seed, 3]), np.arange(at.further.start, at.further.stop)
     centre, covariance = refined(log_density, centre, covariance, further, rng)
-    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves)
+    thins = THIN[:DEAR] if density.tied else THIN
+    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:

@@ -7,6 +7,8 @@ from typing import Any
 from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.finger.correction_table import CorrectionTable
+from bayestouch.finger.place.fit import DISCREPANCY_SETTING, NO_DISCREPANCY
+from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import DISCREPANCY, FIELDS
 from bayestouch.model.effect_list import EffectList
 from bayestouch.priors.parameters import LogNormal, Prior
@@ -19,10 +21,12 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     Raises
     ------
     InputError
-        Its E map is an identified one.
+        Its E map is an identified one, or it was made with no discrepancy at all.
     """
     if calibration.has_identified_map:
         raise InputError("this calibration has an identified E map; its parameters have no density of their own")
+    if calibration.settings.get(DISCREPANCY_SETTING) == NO_DISCREPANCY:
+        raise InputError('this calibration was made with discrepancy="none"; its density is not offered as a function')
     listed, contact = EffectList.of(calibration), str(calibration.settings["contact"])
     effects = tuple(
         (
@@ -36,7 +40,11 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     )
     corrected = CorrectionTable.from_arrays(calibration.extra) is not None
     priors = {p.name: p.prior for p in calibration.parameters if p.name in FIELDS and not _default(p.name, p.prior)}
-    return StatedModel("finger", contact, effects, corrected), {"contact": contact, "priors": priors}
+    places = PlacePosterior.from_arrays(calibration.extra)
+    options: dict[str, Any] = {"contact": contact, "priors": priors}
+    if places is not None:
+        options["functions"] = places.functions
+    return StatedModel("finger", contact, effects, corrected), options
 
 
 def _default(name: str, prior: Prior) -> bool:

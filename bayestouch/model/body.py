@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from bayestouch.data.sensor import Sensor
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
+    from bayestouch.priors.parameters import Prior
     from bayestouch.results.objects import Calibration
 
 #: Module with the `BODY` of each kind of sensor. A further body is a folder, and a line here. The names are strings,
@@ -76,6 +77,9 @@ class Body:
     lacking : callable
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
         would profit from; `known` has the means of the touches with references.
+    learned_priors : callable or None
+        ``(earlier, sensor, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
+        the option ``like``.
     """
 
     kind: str
@@ -90,6 +94,7 @@ class Body:
     live: Callable[..., Any]
     stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
+    learned_priors: Callable[..., tuple[dict[str, Prior], tuple[str, ...]]] | None = None
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)
 

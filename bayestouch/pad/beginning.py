@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.data.sensor import pad_of
 from bayestouch.effects import Effect, Setting, catalogue
+from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.beginning import Beginning
 from bayestouch.model.correction import Correction
@@ -32,14 +34,16 @@ from bayestouch.pad.touch_errors import read_held_out
 from bayestouch.results.objects import Calibration
 
 
-def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int) -> Beginning:
+def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups: Sequence[str] = ()) -> Beginning:
     """Fit a pad without effects, with its kernel and an empirical map.
 
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.pad.start.pad_fit`.
+        For the reasons of `bayestouch.pad.start.pad_fit`, or groups are asked for.
     """
+    if groups:
+        raise InputError("groups: they are not written for a calibration of a pad with effects")
     training, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)

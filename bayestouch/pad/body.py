@@ -77,7 +77,7 @@ def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
 
 BODY = Body(
     kind="pad",
-    options={"kernel": Option()},
+    options={"groups": Option(()), "kernel": Option()},
     main_option="kernel",
     references=("x_mm", "y_mm"),
     scanned=True,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -32,6 +33,7 @@ def calibrate_pad(
     empirical: bool | Literal["auto"] = "auto",
     samples: str = "auto",
     draws: int = 1000,
+    groups: Sequence[str] = (),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Calibration:
@@ -54,6 +56,8 @@ def calibrate_pad(
         Samples of a touch that are used; see `bayestouch.pad.known_touches.choose_samples`.
     draws : int
         Number of posterior draws, over all chains.
+    groups : sequence of str
+        Groups of the ArviZ schema: ``"log_likelihood"``, ``"log_prior"``.
     seed : int
         Seed of the random numbers.
     progress : callable, optional
@@ -74,7 +78,7 @@ def calibrate_pad(
     )
     fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
     density = PadDensity.of(fitted)
-    posterior = PadPosterior.of(density, draws, seed, progress=_part(progress, CHOSEN, 1.0))
+    posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=_part(progress, CHOSEN, 1.0))
     model = chosen.model.at(density.values(density.mode), posterior.covariance)
     return replace(chosen, model=model).calibration(dataset.sensor, posterior)
 

@@ -1,14 +1,19 @@
 """Calibration of a pad with effects.
 
 Readings and loads are corrected for the effects at their most probable values, and a calibration without effects is
-made of the corrected readings. It stores the effects, so that touches to be read are corrected in the same way.
+made of the corrected readings. It stores the effects, so that touches to be read are corrected in the same way; and, to
+first order, how the map changes with the values of the effects, so that the uncertainty of these enters every touch.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from bayestouch.array_types import BoolArray, FloatArray
+from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Setting
@@ -16,10 +21,11 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
-from bayestouch.pad.calibration import calibrate_pad, choose_pad
+from bayestouch.pad.calibration import ChosenPad, calibrate_pad, choose_pad
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.density import PadDensity
-from bayestouch.pad.known_touches import choose_samples
+from bayestouch.pad.effect_changes import changes_of, with_changes
+from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.results.objects import Calibration
@@ -69,8 +75,9 @@ def pad_calibration(
     sensor = as_built = dataset.sensor
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
+    stated = table
     if added:
-        table = effects.corrected(table, clock)
+        table = effects.corrected(stated, clock)
         if sensor.force_noise_sd is not None:
             sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
@@ -80,6 +87,12 @@ def pad_calibration(
     else:
         chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
         made = chosen.calibration(sensor, PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added))
+
+        def moved(values: PadEffects) -> Touches:
+            return values.corrected(stated, clock, near=table).select(training)
+
+        map_ = PadMap.from_arrays(made.extra)
+        made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})
     # The rest reading is already subtracted from the table; touches read later need it.
     made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
@@ -99,11 +112,46 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
     assert isinstance(model, PadModel)
     listed = EffectList(setting, tuple(each.effect for each in added), noise.added)
     values = {each.effect.name: each.values for each in added}
-    return PadEffects(listed, values, model.peak, model.chain(fitted.vector).offset, model.element_place)
+    effects = PadEffects(listed, values, model.peak, model.chain(fitted.vector).offset, model.element_place)
+    first = np.cumsum([model.n_base, *(len(effect.parameters) for effect in model.effects)])
+    rows_of = {e.name: np.arange(a, b) for e, a, b in zip(model.effects, first[:-1], first[1:], strict=True)}
+    rows = [rows_of[effect.name] for effect in effects.corrected_for]
+    if not rows:
+        return effects
+    chosen = np.concatenate(rows)
+    covariance = fitted.linear.covariance()[np.ix_(chosen, chosen)]
+    root = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance) + 1e-300))
+    return replace(effects, root=np.asarray(root))
+
+
+def _following(effects: PadEffects, moved: Callable[[PadEffects], Touches], chosen: ChosenPad, map_: PadMap) -> PadMap:
+    """The map with its changes by the values of the effects.
+
+    Parameters
+    ----------
+    effects : PadEffects
+        The effects.
+    moved : callable
+        Known touches corrected with other values.
+    chosen : ChosenPad
+        The model whose map it is.
+    map_ : PadMap
+        The map.
+    """
+    if not len(effects.root):
+        return map_
+    problem, known = chosen.problem, chosen.problem.known
+
+    def columns(values: PadEffects) -> FloatArray:
+        means = pad_readings(moved(values).baseline_corrected(), known.location.shape[1], problem.samples)
+        return np.column_stack([means.readings, means.load])[np.isin(means.touch, known.touch)]
+
+    changes = np.nan_to_num(changes_of(effects, columns))
+    return with_changes(map_, chosen.model, changes[:, :, :-1], changes[:, :, -1])
 
 
 def _notes(effects: PadEffects) -> list[str]:
-    notes = ["effects are taken at their most probable values when touches are read"]
+    notes = []
     if effects.left_to_map:
         notes.append(f"{' and '.join(effects.left_to_map)}: left to the empirical map, as it goes with the location")
     if effects.listed.drifts:

@@ -9,7 +9,7 @@ The *acting load* is the load after all effects on it; the *true load* is the on
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,11 +22,12 @@ from bayestouch.effects import Effect, Values
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.observations import history_of
 from bayestouch.model.timing import Timing
-from bayestouch.results.keys import EFFECT_PEAK, EFFECT_VALUES, EFFECT_ZERO
+from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-# Number of Newton steps for the signal; each reduces the error at least by half.
-STEPS = 25
+# Number of Newton steps for the signal, each of which reduces the error at least by half; and from a signal that is
+# nearly right, for its change to a thousandth.
+STEPS, STEPS_NEAR = 25, 10
 # Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
 # Number of loads at which effects of the load are tabulated.
@@ -49,6 +50,9 @@ class PadEffects:
         Readings without touch, minus the rest reading.
     element_place : tuple of (m,) arrays
         Nominal locations of the elements, mm.
+    root : (q, q) array
+        Lower Cholesky factor of the covariance of the values of `corrected_for`, one after the other, in the
+        coordinates that fits move; (0, 0) if the values count as exact.
     """
 
     listed: EffectList
@@ -56,6 +60,7 @@ class PadEffects:
     peak: FloatArray
     zero: FloatArray
     element_place: tuple[FloatArray, ...]
+    root: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def reference_load(self) -> float:
@@ -74,6 +79,22 @@ class PadEffects:
             if not goes_with_place(effect, values, nowhere):
                 out.append((effect, values))
         return tuple(out)
+
+    @property
+    def corrected_for(self) -> tuple[Effect, ...]:
+        """Effects that readings and loads are corrected for, in the order of `listed`."""
+        left = self.left_to_map
+        return tuple(effect for effect in self.listed.plain if effect.name not in left)
+
+    def moved(self, cause: int, share: float) -> PadEffects:
+        """The same with values moved by a share of a standard deviation of one of the independent causes of `root`."""
+        values, first = dict(self.values), 0
+        for effect in self.corrected_for:
+            there = slice(first, first + len(effect.parameters))
+            moved = zip(effect.parameters, values[effect.name], share * self.root[there, cause], strict=True)
+            values[effect.name] = tuple(p.from_unconstrained(p.to_unconstrained(v) + step) for p, v, step in moved)
+            first = there.stop
+        return replace(self, values=values)
 
     @property
     def left_to_map(self) -> tuple[str, ...]:
@@ -95,7 +116,7 @@ class PadEffects:
             signal=signal,
         )
 
-    def corrected(self, touches: Touches, clock: Timing | None = None) -> Touches:
+    def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
         """The table with signals (plus the zeros of the elements) instead of readings, and acting loads.
 
         Parameters
@@ -104,6 +125,8 @@ class PadEffects:
             Table with the rest reading subtracted.
         clock : Timing, optional
             Times of its rows; by default from the table.
+        near : Touches, optional
+            The table corrected with values that are nearly the same.
         """
         rows = np.flatnonzero(touches.in_contact)
         clock = clock or Timing.of(touches)
@@ -116,7 +139,9 @@ class PadEffects:
         )
         readings = touches.readings.copy()
         missing = np.isnan(readings[rows])
-        signal = self._signal_behind(recording, np.where(missing, 0.0, readings[rows] - self.zero))
+        read = np.where(missing, 0.0, readings[rows] - self.zero)
+        start = read if near is None else np.where(missing, 0.0, near.readings[rows] - self.zero)
+        signal = self._signal_behind(recording, read, start, STEPS if near is None else STEPS_NEAR)
         readings[rows] = np.where(missing, np.nan, signal + self.zero)
         load = touches.load.copy()
         load[rows] = self.acting(load[rows])
@@ -128,10 +153,9 @@ class PadEffects:
             recording = replace(recording, signal=effect.signal(recording, values))
         return recording.signal
 
-    def _signal_behind(self, recording: Recording, read: FloatArray) -> FloatArray:
+    def _signal_behind(self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int) -> FloatArray:
         step = SLOPE_STEP * self.peak
-        signal = read
-        for _ in range(STEPS):
+        for _ in range(steps):
             up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
             slope = np.maximum((up - down) / (2 * step), LEAST_SLOPE)
             signal = signal + (read - self._readings(recording, signal)) / slope
@@ -152,6 +176,10 @@ class PadEffects:
     def as_read(self, acting: FloatArray) -> FloatArray:
         """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
         return self._inverse(acting, self._corrected)
+
+    def acts(self, pressing: FloatArray) -> FloatArray:
+        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing(self, acting: FloatArray) -> FloatArray:
         """True load from acting loads of any shape: inverse of the effects of the contact."""
@@ -185,7 +213,8 @@ class PadEffects:
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays for the file of a calibration."""
         flat = [value for effect in self.listed.effects for value in self.values[effect.name]]
-        return {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        out = {EFFECT_PEAK: self.peak, EFFECT_ZERO: self.zero, EFFECT_VALUES: np.array(flat, dtype=np.float64)}
+        return out if not len(self.root) else {**out, EFFECT_ROOT: self.root}
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
@@ -206,6 +235,7 @@ class PadEffects:
             peak=np.asarray(calibration.extra[EFFECT_PEAK]),
             zero=np.asarray(calibration.extra[EFFECT_ZERO]),
             element_place=tuple(np.asarray(axis, dtype=float) for axis in places),
+            root=np.asarray(calibration.extra.get(EFFECT_ROOT, np.zeros((0, 0))), dtype=np.float64),
         )
 
 

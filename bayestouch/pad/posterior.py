@@ -9,10 +9,12 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.sampling import sample_density
 from bayestouch.progress import Progress
+from bayestouch.results.schema import LOG_DENSITY
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +33,8 @@ class PadPosterior:
         Name of each of its rows.
     grades : dict of str to float
         ``ess_bulk`` and ``rhat`` of the worst parameter, and ``acceptance``.
-    log_density : (chain, draw) array
-        Log posterior density of each draw, of the entries of `PadDensity`.
+    groups : dict of dict of arrays
+        As in `bayestouch.Calibration`.
     """
 
     mode: dict[str, FloatArray]
@@ -40,7 +42,7 @@ class PadPosterior:
     covariance: FloatArray
     layout: tuple[str, ...]
     grades: dict[str, float]
-    log_density: FloatArray
+    groups: dict[str, dict[str, FloatArray]]
 
     @classmethod
     def of(
@@ -50,6 +52,7 @@ class PadPosterior:
         seed: int,
         *,
         added: Sequence[AddedEffect] = (),
+        groups: Sequence[str] = (),
         progress: Progress | None = None,
     ) -> PadPosterior:
         """Draw from a density.
@@ -64,9 +67,18 @@ class PadPosterior:
             Effects with their posterior: drifts and effects of the noise, which are no entries of the density, are
             drawn from it. They have a likelihood of their own, the course of the drift or the scatter of the samples,
             which depends on the other parameters to second order only.
+        groups : sequence of str
+            Groups of the ArviZ schema: ``"log_likelihood"``, ``"log_prior"``.
         progress : callable, optional
             Called with the fraction done.
+
+        Raises
+        ------
+        InputError
+            Another group is asked for.
         """
+        if set(groups) - {"log_likelihood", "log_prior"}:
+            raise InputError("groups: a calibration of a pad has log_likelihood and log_prior, no others")
         drawn = sample_density(density, draws, seed, progress)
         values, mode = density.values(drawn.draws[:, :, 0]), density.values(density.mode)
         scale = np.where(density.logarithmic, mode, 1.0)
@@ -88,8 +100,24 @@ class PadPosterior:
                 "rhat": float(drawn.rhat.max()),
                 "acceptance": float(drawn.acceptance.min()),
             },
-            log_density=drawn.log_density[:, :, 0],
+            groups={
+                "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
+                **_requested(density, drawn.draws[:, :, 0], groups),
+            },
         )
+
+
+def _requested(density: PadDensity, vectors: FloatArray, groups: Sequence[str]) -> dict[str, dict[str, FloatArray]]:
+    """Groups that were asked for, at vectors (chain, draw, d)."""
+    out: dict[str, dict[str, FloatArray]] = {}
+    if "log_likelihood" in groups:
+        log = density.touch_log_likelihood(vectors.reshape(-1, vectors.shape[-1]))
+        out["log_likelihood"] = {"whole_touch": log.reshape(*vectors.shape[:2], -1)}
+    if "log_prior" in groups:
+        columns = np.moveaxis(density.values(vectors), -1, 0)
+        logs = [prior.log_density(column) for prior, column in zip(density.priors, columns, strict=True)]
+        out["log_prior"] = by_name(density, np.stack(logs, axis=-1))
+    return out
 
 
 def by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:

@@ -14,7 +14,6 @@ from bayestouch.pad.table import tabulate
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import REST_READING, USABLE
 from bayestouch.results.objects import Calibration
-from bayestouch.results.schema import LOG_DENSITY
 from bayestouch.version import __version__
 
 
@@ -40,6 +39,7 @@ def pad_calibration_of(
         posterior=posterior.draws,
         covariance=posterior.covariance,
         layout=posterior.layout,
+        groups=posterior.groups,
         noise=model.noise,
         rows=_rows(problem, model),
         settings={
@@ -59,7 +59,6 @@ def pad_calibration_of(
         | {USABLE: problem.usable.astype(float)}
         | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),
-        groups={"sample_stats": {LOG_DENSITY: posterior.log_density}},
     )
 
 

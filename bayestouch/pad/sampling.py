@@ -21,6 +21,8 @@ from bayestouch.sampling.streams import BlockStreams
 
 # Degrees of freedom of the Student-t proposal: in forty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
+# Those of the few shared parameters, whose posterior may have tails that are heavier than normal.
+SHARED_DOF = 8.0
 # Steps per draw that is kept, by attempt: about half of the proposals are accepted.
 THIN = (6, 18)
 # Points at which the proposal of the shared parameters is tried, and the share of them that must count.
@@ -84,7 +86,7 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
         return out.reshape(points.shape[:-1])
 
     k = len(to_vectors.shared)
-    own = _standard(d - k)
+    own = _standard(d - k, PROPOSAL_DOF)
     shared = _for_shared(log_density, k, d, seed) if k else own
     proposal = SharedThenOwn(shared, own) if k else own
     each = -(-draws // CHAINS)
@@ -110,8 +112,8 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
     return replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
 
 
-def _standard(dimension: int) -> StudentT:
-    return StudentT.from_covariance(np.zeros((1, dimension)), np.eye(dimension)[None], PROPOSAL_DOF)
+def _standard(dimension: int, dof: float) -> StudentT:
+    return StudentT.from_covariance(np.zeros((1, dimension)), np.eye(dimension)[None], dof)
 
 
 def _for_shared(
@@ -126,7 +128,7 @@ def _for_shared(
     def of_shared(points: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
         return log_density(np.concatenate([points, np.zeros((*points.shape[:-1], d - k))], axis=-1), blocks)
 
-    proposal, numbers = _standard(k), np.zeros(1, dtype=np.intp)
+    proposal, numbers = _standard(k, SHARED_DOF), np.zeros(1, dtype=np.intp)
     x, log_q = proposal.draw(BlockStreams(seed, numbers, purpose=PURPOSE), TRIED)
     if effective_number((of_shared(x, numbers) - log_q)[0]) >= GOOD * TRIED:
         return proposal

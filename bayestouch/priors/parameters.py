@@ -7,7 +7,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import ndtr, ndtri
+from scipy.special import gammaln, ndtr, ndtri, stdtr, stdtrit
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
@@ -124,6 +124,90 @@ class LogNormal:
 
 
 @dataclass(frozen=True)
+class StudentT:
+    """Student-t prior with `dof` degrees of freedom, truncated to `low` … `high`: normal with heavy tails."""
+
+    centre: float
+    scale: float
+    dof: float
+    low: float = -np.inf
+    high: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.centre) and 0 < self.scale < np.inf and 0 < self.dof < np.inf):
+            raise InputError(
+                "Student-t prior: expected a finite centre, scale > 0 and degrees of freedom > 0, got "
+                f"{self.centre:g}, {self.scale:g}, {self.dof:g}"
+            )
+        if not self.low < self.high or self._mass <= 0:
+            raise InputError(f"Student-t prior: nothing of it lies between {self.low:g} and {self.high:g}")
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return self.low, self.high
+
+    def _below(self, value: float) -> float:
+        return float(stdtr(self.dof, (value - self.centre) / self.scale))
+
+    @property
+    def _mass(self) -> float:
+        return self._below(self.high) - self._below(self.low)
+
+    def log_density(self, value: ArrayLike) -> FloatArray:
+        value = np.asarray(value, dtype=float)
+        density = _log_student((value - self.centre) / self.scale, self.dof) - np.log(self.scale * self._mass)
+        return np.where((value >= self.low) & (value <= self.high), density, -np.inf)
+
+    def quantile(self, probability: ArrayLike) -> FloatArray:
+        below = self._below(self.low) + np.asarray(probability, dtype=float) * self._mass
+        return np.asarray(self.centre + self.scale * stdtrit(self.dof, below))
+
+    def __str__(self) -> str:
+        ends = "" if np.isinf(self.low) and np.isinf(self.high) else f", within {self.low:g} to {self.high:g}"
+        return f"Student-t, {self.centre:g} ± {self.scale:g}, {self.dof:.3g} degrees of freedom{ends}"
+
+
+@dataclass(frozen=True)
+class LogStudentT:
+    """Log-Student-t prior: the logarithm is Student-t with centre ``log(median)`` and scale `spread`."""
+
+    median: float
+    spread: float
+    dof: float
+
+    def __post_init__(self) -> None:
+        if not (0 < self.median < np.inf and 0 < self.spread < np.inf and 0 < self.dof < np.inf):
+            raise InputError(
+                "log-Student-t prior: expected median, spread, degrees of freedom > 0, got "
+                f"{self.median:g}, {self.spread:g}, {self.dof:g}"
+            )
+
+    @property
+    def support(self) -> tuple[float, float]:
+        return 0.0, np.inf
+
+    def log_density(self, value: ArrayLike) -> FloatArray:
+        value = np.asarray(value, dtype=float)
+        safe = np.where(value > 0, value, 1.0)
+        density = _log_student(np.log(safe / self.median) / self.spread, self.dof) - np.log(safe * self.spread)
+        return np.where(value > 0, density, -np.inf)
+
+    def quantile(self, probability: ArrayLike) -> FloatArray:
+        t = stdtrit(self.dof, np.asarray(probability, dtype=float))
+        return np.asarray(self.median * np.exp(self.spread * t))
+
+    def __str__(self) -> str:
+        factor = np.exp(self.spread)
+        return f"log-Student-t, median {self.median:g}, factor {factor:.3g}, {self.dof:.3g} degrees of freedom"
+
+
+def _log_student(t: FloatArray, dof: float) -> FloatArray:
+    """Log density of Student's t, (...)."""
+    constant = gammaln(0.5 * (dof + 1)) - gammaln(0.5 * dof) - 0.5 * np.log(dof * np.pi)
+    return np.asarray(constant - 0.5 * (dof + 1) * np.log1p(t * t / dof))
+
+
+@dataclass(frozen=True)
 class Parameter:
     """An unknown of the measuring chain.
 
@@ -182,7 +266,12 @@ def truncated(prior: Prior, low: float, high: float) -> Prior:
         if not inside[0] < inside[1] or share < LEAST_MASS:
             raise InputError(message)
         return Normal(prior.mean, prior.sd, *inside)
-    raise InputError(f"the prior ({prior}) reaches beyond {low:g} to {high:g}: give a normal or uniform one")
+    if isinstance(prior, StudentT):
+        whole = prior._mass
+        if not inside[0] < inside[1] or (prior._below(inside[1]) - prior._below(inside[0])) / whole < LEAST_MASS:
+            raise InputError(message)
+        return StudentT(prior.centre, prior.scale, prior.dof, *inside)
+    raise InputError(f"the prior ({prior}) reaches beyond {low:g} to {high:g}: give a normal, uniform or Student-t one")
 
 
 def moved(prior: Prior, factor: float, shift: float) -> Prior:

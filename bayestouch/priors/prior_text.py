@@ -7,9 +7,14 @@ from collections.abc import Iterable
 import numpy as np
 
 from bayestouch.errors import InputError, shown
-from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
+from bayestouch.priors.parameters import LogNormal, LogStudentT, Normal, Prior, StudentT, Uniform
 
-FORMS = "normal:MEAN,SD, uniform:LOW,HIGH or log-normal:MEDIAN,FACTOR"
+FORMS = (
+    "normal:MEAN,SD, uniform:LOW,HIGH, log-normal:MEDIAN,FACTOR, student-t:CENTRE,SCALE,DOF or "
+    "log-student-t:MEDIAN,FACTOR,DOF"
+)
+# How many numbers each kind has.
+NUMBERS = {"normal": 2, "uniform": 2, "log-normal": 2, "student-t": 3, "log-student-t": 3}
 
 
 def priors_from_text(pairs: Iterable[str]) -> dict[str, Prior]:
@@ -35,10 +40,11 @@ def priors_from_text(pairs: Iterable[str]) -> dict[str, Prior]:
 
 
 def prior_from_text(text: str) -> Prior:
-    """Return the prior that a text describes: ``normal:MEAN,SD``, ``uniform:LOW,HIGH`` or ``log-normal:MEDIAN,FACTOR``.
+    """Return the prior that a text describes, such as ``normal:MEAN,SD`` or ``log-normal:MEDIAN,FACTOR``; see `FORMS`.
 
     The factor corresponds to one standard deviation: with ``log-normal:0.15,1.35`` a value is between 0.111 and 0.2025
-    with a probability of 68 %.
+    with a probability of 68 %. For a Student-t prior, scale and factor are those of the normal prior that it becomes
+    with many degrees of freedom.
 
     Raises
     ------
@@ -47,15 +53,19 @@ def prior_from_text(text: str) -> Prior:
     """
     kind, _, rest = text.partition(":")
     try:
-        first, second = (float(part) for part in rest.split(","))
+        numbers = [float(part) for part in rest.split(",")]
     except ValueError:
         raise InputError(f"expected {FORMS}, got {shown(text)}") from None
+    if len(numbers) != NUMBERS.get(kind):
+        raise InputError(f"expected {FORMS}, got {shown(text)}")
+    first, second = numbers[:2]
     if kind == "normal":
         return Normal(first, second)
     if kind == "uniform":
         return Uniform(first, second)
-    if kind == "log-normal":
-        if not second > 1:
-            raise InputError(f"log-normal prior: expected a factor above 1, got {second:g}")
-        return LogNormal(first, float(np.log(second)))
-    raise InputError(f"expected {FORMS}, got {shown(text)}")
+    if kind == "student-t":
+        return StudentT(first, second, numbers[2])
+    if not second > 1:
+        raise InputError(f"{kind} prior: expected a factor above 1, got {second:g}")
+    spread = float(np.log(second))
+    return LogNormal(first, spread) if kind == "log-normal" else LogStudentT(first, spread, numbers[2])

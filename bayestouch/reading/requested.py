@@ -8,10 +8,8 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.reading.touch_reader import Drawn, TouchModel
+from bayestouch.results.schema import Requested
 from bayestouch.sampling.streams import BlockStreams
-
-#: Arrays by group and variable, (chain, draw, touch) or (chain, draw, touch, element).
-Requested = dict[str, dict[str, FloatArray]]
 
 # Numbers in one array of a piece of touches: 32 MB.
 _NUMBERS = 1 << 22

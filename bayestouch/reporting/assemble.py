@@ -9,6 +9,7 @@ from bayestouch.reporting.about import about_data
 from bayestouch.reporting.answer import answer
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import about_calibration
+from bayestouch.reporting.checks import about_checks
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.made import command, versions
 from bayestouch.reporting.next_steps import next_steps
@@ -47,6 +48,7 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
             "convergence": convergence(evidence.posteriors),
             "calibration_convergence": calibration_convergence(evidence.calibration),
         },
+        "checks": about_checks(evidence),
         "paper": own.paper,
     }
     numbers["places"] = own.places

@@ -10,7 +10,9 @@ import numpy as np
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
+from bayestouch.model.body import body_of
 from bayestouch.reporting.bodies import PAGES
+from bayestouch.reporting.checks import CALIBRATION_GROUPS, MOST_PREDICTED, TOUCH_GROUPS
 from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
@@ -61,10 +63,14 @@ def gather(
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
-    calibration = calibrate(dataset, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
+    body = body_of(dataset.sensor)
+    groups = CALIBRATION_GROUPS if "groups" in body.options else ()
+    calibration = calibrate(dataset, groups=groups, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
     advance(_CALIBRATED)
     both_ways = bool(PAGES[dataset.sensor.body.kind].plug_in_compared)
     runs = 4 if both_ways else 2
+
+    predicted = len(np.unique(dataset.touches.touch)) * dataset.sensor.n_elements * draws
 
     def read(exact: bool, use_load: bool, run: int) -> TouchPosteriors:
         return infer(
@@ -72,6 +78,7 @@ def gather(
             calibration,
             plug_in=exact,
             use_load=use_load,
+            groups=TOUCH_GROUPS if run == 0 and predicted <= MOST_PREDICTED else (),
             draws=draws,
             seed=seed,
             progress=lambda done: advance(_CALIBRATED + (_READ - _CALIBRATED) * (run + done) / runs),

@@ -7,6 +7,7 @@ from typing import Any
 from bayestouch.output.pictures import Picture
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_pictures import calibration_pictures
+from bayestouch.reporting.check_pictures import check_pictures
 from bayestouch.reporting.corner_pictures import element_corner, touch_corners
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.trust_pictures import trust_pictures
@@ -22,6 +23,7 @@ def report_pictures(evidence: Evidence, numbers: dict[str, Any]) -> tuple[Pictur
         *element_corner(evidence),
         *pages.pictures(evidence, numbers),
         *trust_pictures(evidence),
+        *check_pictures(numbers),
         *touch_corners(evidence),
         *diagnosed,
     )

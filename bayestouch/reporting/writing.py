@@ -11,6 +11,7 @@ from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.live import live_figures
 from bayestouch.reporting.page import render
 from bayestouch.reporting.picture_list import report_pictures
+from bayestouch.results.files import save_calibration, save_touches, without_requested
 
 
 def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
@@ -19,8 +20,8 @@ def write_report(evidence: Evidence, folder: Path) -> dict[str, Any]:
     pictures = report_pictures(evidence, numbers)
     numbers["figures"] = [picture.described for picture in pictures]
     write_pictures(folder, pictures)
-    evidence.calibration.save(folder / "calibration.nc")
-    evidence.posteriors.save(folder / "posterior.nc")
+    save_calibration(without_requested(evidence.calibration), folder / "calibration.nc")
+    save_touches(without_requested(evidence.posteriors), folder / "posterior.nc")
     write_numbers(folder / NUMBERS, numbers)
     write_text(folder / PAGE, render(numbers, pictures, live_figures(numbers)))
     return numbers

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -16,11 +16,13 @@ from bayestouch.data.arrays import quantiles
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.groups import Attributes, Groups, calibration_groups, touch_groups
 from bayestouch.results.netcdf import write_groups
-from bayestouch.results.schema import schema_attributes
+from bayestouch.results.schema import GROUPS, schema_attributes
 from bayestouch.results.summaries import PROBABILITIES
 
 if TYPE_CHECKING:
     import pandas as pd
+
+AnyResult = TypeVar("AnyResult", CalibrationData, PosteriorsData)
 
 
 def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
@@ -37,6 +39,11 @@ def save_calibration(calibration: CalibrationData, path: str | Path) -> None:
 def save_touches(result: PosteriorsData, path: str | Path) -> None:
     """Save posteriors of touches as netCDF; same conditions as `save_calibration`."""
     write_groups(path, *touch_groups(result))
+
+
+def without_requested(result: AnyResult) -> AnyResult:
+    """Result without the groups that are written on request."""
+    return replace(result, groups={name: group for name, group in result.groups.items() if name not in GROUPS})
 
 
 def to_arviz(result: CalibrationData | PosteriorsData) -> Any:

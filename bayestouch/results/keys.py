@@ -14,6 +14,9 @@ EFFECTS = "effects"
 #: Arrays of a calibration with effects: the peaks (m,) that shares refer to; on a pad also the readings without a
 #: signal (m,) and the values of the effects one after the other (`bayestouch.pad.corrected.PadEffects`).
 EFFECT_PEAK, EFFECT_ZERO, EFFECT_VALUES = "effect_peak", "effect_zero", "effect_values"
+#: Array (q, q) of a pad with effects: lower Cholesky factor of the covariance of the values of effects that readings
+#: are corrected for, in the coordinates that fits move. Absent in files of version 0.1: there the values are exact.
+EFFECT_ROOT = "effect_root"
 #: Array (m,): reading at rest that was subtracted from the calibration touches. Read by `CalibrationData.rest_reading`.
 REST_READING = "rest_reading"
 #: Setting: `MODEL_MAP`, or `IDENTIFIED_MAP` for a finger whose E map was identified by regression; read by
@@ -21,6 +24,9 @@ REST_READING = "rest_reading"
 E_MAP, MODEL_MAP, IDENTIFIED_MAP = "e_map", "model", "empirical"
 #: Array (m,): 1 for elements of a pad that responded in the calibration, otherwise 0.
 USABLE = "usable"
+#: Setting: names of the earlier calibrations from which priors were learned; absent if there were none. Written by
+#: `bayestouch.calibration.like.Learned`.
+LIKE = "like"
 
 
 def effect_names(settings: Mapping[str, str | float]) -> list[str]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.results.data import TouchRows
 from bayestouch.version import __version__
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 #: Groups of the ArviZ schema that are written on request. With ``log_likelihood`` comes ``lp`` in ``sample_stats``.
 GROUPS = ("log_likelihood", "log_prior", "prior", "prior_predictive", "posterior_predictive")
 LOG_DENSITY = "lp"
+#: Arrays by group and variable: (chain, draw, ...).
+Requested = dict[str, dict[str, FloatArray]]
 #: Coordinates of touches besides their number, see `touch_coordinates`.
 TOUCH_COORDINATES = ("index", "tip", "place", "place_x", "place_y")
 #: Places are rounded to so many decimals, so that a mean over samples equals the number that the table states.

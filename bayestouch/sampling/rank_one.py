@@ -82,6 +82,37 @@ def normal_log_density(root: FloatArray, rows: FloatArray) -> float:
     return float(-0.5 * (z**2).sum() + np.where(diagonal > 0, volume, 0.0).sum())
 
 
+def shared_directions(weight: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Inverse of ``diag(1/weight) + Σ v_j v_jᵀ`` as ``diag(weight) - Σ u_j u_jᵀ``, for rows of m entries.
+
+    One shared error after the other (Sherman-Morrison), without a factor of any matrix: many rows with few shared
+    errors.
+
+    Parameters
+    ----------
+    weight : (..., m) array
+        Inverse variance of the independent errors; zero leaves an entry out.
+    shared : (..., q, m) array
+        ``v_j``: change of each entry by one standard deviation of each shared error.
+
+    Returns
+    -------
+    (..., q, m) array, (...) array
+        ``u_j``, and the log determinant of the covariance over that of its diagonal.
+    """
+    out = np.empty(shared.shape)
+    log_determinant = np.zeros(shared.shape[:-2])
+    for j in range(shared.shape[-2]):
+        v = shared[..., j, :]
+        pulled = weight * v
+        for i in range(j):
+            pulled = pulled - out[..., i, :] * (out[..., i, :] * v).sum(axis=-1, keepdims=True)
+        length = 1 + (pulled * v).sum(axis=-1)
+        out[..., j, :] = pulled / np.sqrt(length)[..., None]
+        log_determinant += np.log(length)
+    return out, log_determinant
+
+
 def shared_error(
     rows: FloatArray, slope: FloatArray, sd: FloatArray, shared_sd: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -11,6 +11,8 @@ from bayestouch.array_types import FloatArray, IndexArray
 # Points of a round for each coefficient, and rounds at most. A proposal is good enough if the log ratios have this
 # standard deviation: most proposals are then accepted.
 POINTS, ROUNDS, ENOUGH = 4, 6, 1.0
+# Errors of a coefficient below which it counts as zero.
+SIGNIFICANT = 2.5
 # Range of the factor by which one round changes a precision, and of the shift in standard deviations.
 NARROWER, WIDER, FARTHEST = 6.0, 0.4, 3.0
 
@@ -54,6 +56,10 @@ def refined(
             break
         terms = np.column_stack([np.ones(len(z)), z, z**2, z[:, pairs[0]] * z[:, pairs[1]]])
         coefficients = np.linalg.lstsq(terms[there], ratio[there], rcond=None)[0]
+        # What is not larger than its error would make the proposal worse.
+        left = ratio[there] - terms[there] @ coefficients
+        error = float(left.std()) / np.sqrt(there.sum() * terms[there].var(axis=0).clip(1e-300))
+        coefficients = np.where(np.abs(coefficients) > SIGNIFICANT * error, coefficients, 0.0)
         precision = np.eye(d) - 2 * np.diag(coefficients[d + 1 : 2 * d + 1])
         precision[pairs[0], pairs[1]] -= coefficients[2 * d + 1 :]
         precision[pairs[1], pairs[0]] -= coefficients[2 * d + 1 :]

@@ -3,7 +3,9 @@
 The kernel looks a touch up in the reading table, subtracts the reading, whitens and sums the squares in one pass, in
 float32 as numpy does it. It takes the place of `FingerPosterior.log_density`, and a second one that of `residual`,
 which the search for modes and the proposals call. Printed are the time of one log density, the processor time of both
-methods on 4,800 touches, and how much of it is left when all densities are free: no such kernel can save more.
+methods on 4,800 touches, how much of it is left when all densities are free (no such kernel can save more), and the
+floor: the multiplications and additions of all densities that a method needs, on arrays, as `log_likelihood.py` counts
+them.
 
     pip install numba                                    # in an environment of its own
     python studies/benchmarks/compiled.py [touches]
@@ -40,7 +42,7 @@ def kernel(squared: bool) -> Callable[..., None]:
     """Compile the whitened residuals of all elements, or the sum of their squares."""
 
     @numba.njit(fastmath=True, error_model="numpy")
-    def compute(rows, shape, grid, modulus, radius, angle, load, readings, columns, out):  # type: ignore[no-untyped-def]
+    def compute(rows, shape, grid, modulus, radius, angle, load, readings, columns, out):
         n_kappa, n_angles = shape
         m = rows.shape[1]
         scale, kappa_first, kappa_step, angle_first, angle_step = grid
@@ -72,7 +74,7 @@ def kernel(squared: bool) -> Callable[..., None]:
                     for e in range(m):
                         out[b, w, e] = white[e]
 
-    return compute  # type: ignore[no-any-return]
+    return compute
 
 
 def arguments(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> tuple[Any, ...]:
@@ -91,11 +93,11 @@ def arguments(posterior: FingerPosterior, x: np.ndarray, blocks: np.ndarray) -> 
 @contextmanager
 def replaced(residual: Callable[..., Any], log_density: Callable[..., Any]) -> Iterator[None]:
     """Take other functions for residuals and log densities for a while."""
-    FingerPosterior.residual, FingerPosterior.log_density = residual, log_density  # type: ignore[method-assign]
+    FingerPosterior.residual, FingerPosterior.log_density = residual, log_density
     try:
         yield
     finally:
-        FingerPosterior.residual, FingerPosterior.log_density = USUAL  # type: ignore[method-assign]
+        FingerPosterior.residual, FingerPosterior.log_density = USUAL
 
 
 def compiled(m: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
@@ -115,8 +117,8 @@ def compiled(m: int) -> tuple[Callable[..., Any], Callable[..., Any]]:
     return residual, log_density
 
 
-def timed(spent: list[float]) -> tuple[Callable[..., Any], Callable[..., Any]]:
-    """numpy's `residual` and `log_density`, whose processor time is added to `spent`."""
+def timed(spent: list[float], points: list[int]) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """numpy's `residual` and `log_density`; processor time and number of points of each call go to the lists."""
     inside = [False]
 
     def noted(usual: Callable[..., Any]) -> Callable[..., Any]:
@@ -129,6 +131,7 @@ def timed(spent: list[float]) -> tuple[Callable[..., Any], Callable[..., Any]]:
             finally:
                 inside[0] = False
                 spent.append(time.process_time() - begun)
+                points.append(int(np.prod(arguments[1].shape[:2])))
 
         return call
 
@@ -140,6 +143,20 @@ def processor(call: Callable[[], object]) -> float:
     begun = time.process_time()
     call()
     return time.process_time() - begun
+
+
+def floor() -> float:
+    """Seconds of the multiplications and additions of one density, all elements."""
+    rng = np.random.default_rng(1)
+    a, b = (rng.random((log_likelihood.TOUCHES * log_likelihood.WALKERS, many_touches.ELEMENTS)) for _ in range(2))
+    out = np.empty_like(a)
+
+    def passes() -> None:
+        for _ in range(10):
+            np.multiply(a, b, out=out)
+            np.add(out, a, out=out)
+
+    return min(timeit.repeat(passes, number=3, repeat=5)) / 3 / len(a)
 
 
 def one_density(functions: tuple[Callable[..., Any], Callable[..., Any]]) -> dict[str, float]:
@@ -174,7 +191,7 @@ def main(n: int = 4800) -> dict[str, dict[str, float]]:
     plans: dict[str, DrawPlan] = {"importance": many_touches.BY_WEIGHTS, "emcee": many_touches.BY_CHAINS}
     times = {}
     for method, plan in plans.items():
-        runs: dict[str, list[float]] = {"numpy": [], "compiled": [], "densities free": []}
+        runs: dict[str, list[float]] = {"numpy": [], "compiled": [], "densities free": [], "floor": []}
 
         def run(plan: DrawPlan = plan) -> float:
             return processor(lambda: draw(sampler, touches, plan, workers=1))
@@ -185,9 +202,10 @@ def main(n: int = 4800) -> dict[str, dict[str, float]]:
             runs["numpy"].append(run())
             with replaced(*functions):
                 runs["compiled"].append(run())
-            spent: list[float] = []
-            with replaced(*timed(spent)):
+            spent, points = list[float](), list[int]()
+            with replaced(*timed(spent, points)):
                 runs["densities free"].append(run() - sum(spent))
+            runs["floor"].append(floor() * sum(points))
         times[method] = {name: statistics.median(values) for name, values in runs.items()}
         print(
             f"  {method:12s}" + "".join(f"{name} {value:5.2f}   " for name, value in times[method].items()), flush=True

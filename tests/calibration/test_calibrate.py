@@ -91,7 +91,5 @@ def test_a_pad_is_calibrated_with_stated_effects(pad: bayestouch.DataSet) -> Non
 def test_what_cannot_go_together_is_refused_in_a_line(finger: bayestouch.DataSet, pad: bayestouch.DataSet) -> None:
     with pytest.raises(bayestouch.InputError, match="model is that of a finger, this sensor is a pad"):
         bayestouch.calibrate(pad, model=CROSSTALK)
-    with pytest.raises(bayestouch.InputError, match="prior of discrepancy_sd"):
-        bayestouch.calibrate(finger, model=CROSSTALK, priors={"discrepancy_sd": Normal(1.0, 0.1)})
     with pytest.raises(bayestouch.InputError, match="map of a pad has it already"):
         bayestouch.calibrate(pad, model=StatedModel("pad", "", (("soft_spot", {}),)))

@@ -1,4 +1,4 @@
-"""What a calibration with effects says of the touches it was fitted to."""
+"""What a calibration with effects says of the touches it was fitted to, and its draws."""
 
 from __future__ import annotations
 
@@ -8,47 +8,62 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.finger import calibration_with_effects as module
+import bayestouch
+from bayestouch.chain.noise import Noise
+from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.calibration_with_effects import fit_statistics, touch_rows
 
 
-class Enough(Exception):
-    """The rows are made: what comes after them is not looked at."""
-
-
-def test_readings_that_are_missing_count_as_none(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_readings_that_are_missing_count_as_none() -> None:
     """Nothing was read where the mean reading is missing, and its standard deviation has no end."""
     readings, one = np.array([[1.0, np.nan], [3.0, 4.0]]), np.zeros(2)
     means = SimpleNamespace(readings=readings, counts=np.array([[5, 5], [2, 4]]), touch=np.arange(2))
     means.angle_deg = means.indenter_radius_mm = means.load = one
     model = SimpleNamespace(
-        known=SimpleNamespace(means=means),
-        n_elements=2,
-        layout=SimpleNamespace(response=slice(0, 2)),
-        sign=1.0,
-        chain=lambda vector: None,
-        predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2))),
+        known=SimpleNamespace(means=means), predict=lambda vector: SimpleNamespace(touches=np.zeros((2, 2)))
     )
-    fitted: Any = SimpleNamespace(
-        model=model,
-        vector=one,
-        drifted=0.0,
-        linear=SimpleNamespace(covariance=lambda: np.eye(2)),
-        noise=SimpleNamespace(sd=np.array([2.0, 2.0]), added=None),
+    fitted: Any = SimpleNamespace(model=model, vector=one, drifted=0.0)
+    rows = touch_rows(fitted, Noise(np.array([2.0, 2.0]), one, 0.0, 0.0))
+    np.testing.assert_array_equal(rows.counts, [[5, 0], [2, 4]])
+    np.testing.assert_allclose(rows.sd, [[2 / np.sqrt(5), np.inf], [2 / np.sqrt(2), 1.0]])
+
+
+def test_error_and_noise_are_shares_of_the_peaks_of_elements_that_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Peaks of 20 and 40 under 10 N/m, noise of 1 and 4: 5 % and 10 %. A third element has no reading."""
+    rows: Any = SimpleNamespace(
+        observed=np.array([[21.0, 42.0, np.nan], [19.0, 38.0, np.nan]]),
+        predicted=np.array([[20.0, 40.0, 0.0]] * 2),
+        counts=np.array([[1, 1, 0]] * 2),
     )
-    rows: dict[str, Any] = {}
+    model = SimpleNamespace(
+        known=SimpleNamespace(n_touches=2),
+        n_base=0,
+        layout=SimpleNamespace(response=slice(0, 3)),
+        reference_load=10.0,
+    )
+    monkeypatch.setattr("bayestouch.finger.calibration_with_effects.finger_model", lambda model: model)
+    fitted: Any = SimpleNamespace(model=model, vector=np.log([2.0, 4.0, 1.0]), chi_square=lambda: 6.0)
+    found = fit_statistics(fitted, rows, Noise(np.array([1.0, 4.0, 100.0]), np.zeros(3), 0.0, 0.0))
+    assert found["error_percent_peak"] == pytest.approx(5.0)
+    assert found["noise_percent_peak"] == pytest.approx(100 * (1 / 20 + 4 / 40) / 2)
+    assert found["lack_of_fit"] == pytest.approx(6 / 4)
 
-    def keep(**columns: Any) -> None:
-        rows.update(columns)
-        raise Enough
 
-    monkeypatch.setattr(module, "TouchRows", keep)
-    monkeypatch.setattr(module, "finger_model", lambda model: model)
-    monkeypatch.setattr(module, "_draws", lambda *given: None)
-    monkeypatch.setattr(module, "discrepancy", lambda fitted: one)
-    monkeypatch.setattr(module, "force_noise", lambda fitted: 0.0)
-    sensor: Any = None
-    setting: Any = None
-    with pytest.raises(Enough):
-        module.calibration_with_effects(fitted, (), sensor=sensor, setting=setting, rest=None, draws=4, seed=0)
-    np.testing.assert_array_equal(rows["counts"], [[5, 0], [2, 4]])
-    np.testing.assert_allclose(rows["sd"], [[2 / np.sqrt(5), np.inf], [2 / np.sqrt(2), 1.0]])
+def test_two_effects_are_drawn_with_all_parameters() -> None:
+    """Cross-talk and creep of a finger of four elements: grades, and the truth within the posterior."""
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=8.0)
+    made = bayestouch.simulate(design, effects={"crosstalk": 0.04, "creep": 0.05}, seed=3)
+    stated = StatedModel("finger", "layer", (("crosstalk", {}), ("creep", {})))
+    calibration = bayestouch.calibrate(made.dataset, model=stated, seed=1)
+    assert calibration.statistics["rhat"] < 1.02 and calibration.statistics["ess_bulk"] > 400
+    assert "sampler" not in calibration.settings
+    draws = calibration.posterior
+    for name, truth in {"crosstalk_share": 0.04, "creep_share": 0.05, "sigma": 0.46, "mu": 0.15}.items():
+        # Four of them: none is four standard deviations off by chance.
+        assert abs(draws[name].mean() - truth) < 4 * draws[name].std(), name
+    # A share of elements further away cannot be below zero: the normal approximation would be.
+    assert draws["crosstalk_reach"].min() > 0
+    names = [name.removeprefix("log ") for name in calibration.layout]
+    for name in ("crosstalk_share", "creep_share", "sigma"):
+        row = names.index(name)
+        assert np.sqrt(calibration.covariance[row, row]) == pytest.approx(draws[name].std(ddof=1), rel=1e-6)

@@ -88,3 +88,17 @@ def test_with_effects_it_is_independent_from_touch_to_touch() -> None:
     model = bayestouch.effects.StatedModel(body="finger", contact="layer", effects=(("crosstalk", {}),))
     with pytest.raises(InputError, match="discrepancy"):
         bayestouch.calibrate(missed_data(NOTHING), model=model, discrepancy="place")
+
+
+def test_its_density_is_that_which_was_drawn_from() -> None:
+    """`log_density` at the draws differs from the log density of the chains by a constant."""
+    calibration = calibrated(MAP, None)
+    density = bayestouch.log_density(calibration, missed_data(MAP))
+    draws = {name: values[0, :12] for name, values in calibration.posterior.items()}
+    found = density(density.coordinates(draws)) - calibration.groups["sample_stats"]["lp"][0, :12]
+    np.testing.assert_allclose(found, found.mean(), atol=1e-6)
+
+
+def test_no_discrepancy_has_no_density_as_a_function() -> None:
+    with pytest.raises(InputError, match="none"):
+        bayestouch.log_density(calibrated(NOTHING, "none"), missed_data(NOTHING))

@@ -113,7 +113,23 @@ def test_groups_change_no_draw_and_the_log_posterior_is_always_there(calibration
     np.testing.assert_array_equal(without.posterior["mu"], calibration.posterior["mu"])
 
 
-def test_a_normal_approximation_has_no_likelihood() -> None:
+def test_an_identified_map_has_no_groups() -> None:
+    with pytest.raises(InputError, match=r"groups: .*identified E map"):
+        bayestouch.calibrate(DATA, e_map="empirical", groups="log_likelihood")
+
+
+def test_with_effects_there_are_likelihood_and_prior() -> None:
+    """Crosstalk that is not there adds parameters and hardly changes how well touches are predicted."""
     model = StatedModel("finger", "layer", (("crosstalk", {}),))
-    with pytest.raises(InputError, match=r"groups: .*normal approximation"):
-        bayestouch.calibrate(DATA, model=model, groups="log_likelihood")
+    fit = bayestouch.calibrate(DATA, model=model, groups="log_likelihood,log_prior", draws=200)
+    log, prior = fit.groups["log_likelihood"]["whole_touch"], fit.groups["log_prior"]
+    assert log.shape == (4, 50, len(fit.rows.touch))
+    effects = [parameter.name for parameter in fit.parameters if parameter.name.startswith("crosstalk")]
+    assert effects and set(effects) <= set(prior)
+    by_name = {parameter.name: parameter.prior for parameter in fit.parameters}
+    np.testing.assert_allclose(prior["sigma"], by_name["sigma"].log_density(fit.posterior["sigma"]))
+    # the sum over touches goes with the log posterior that was sampled
+    rest = fit.groups["sample_stats"]["lp"] - log.sum(axis=-1)
+    assert np.std(rest) < 3 * np.sqrt(fit.covariance.shape[0])
+    with pytest.raises(InputError, match=r"groups: .*log_likelihood and log_prior, no others"):
+        bayestouch.calibrate(DATA, model=model, groups="prior", draws=200)

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 import written_out as w
 from calibrated_files import Calibrated
-from scipy import stats
 
 from bayestouch.effects.element import Crosstalk
 from bayestouch.effects.random import BaselineDrift, GainDrift, RandomEffect
@@ -54,39 +53,39 @@ def test_readings_that_say_nothing_leave_every_prior_as_it_is(data: SplitData, b
     np.testing.assert_allclose(np.exp(found.vector[:M]), largest, rtol=1e-3)
 
 
-def test_the_covariance_on_file_is_that_of_readings_and_priors(with_crosstalk: Calibrated) -> None:
-    """All twenty parameters, to the error of the differences (1e-3 of each variance); noise as the repeats have it."""
-    mode, noise = with_crosstalk.group("mode"), with_crosstalk.group("noise")
+def test_draws_with_effects_on_file_spread_as_readings_and_priors_say(with_crosstalk: Calibrated) -> None:
+    """All twenty parameters against the normal distribution at the mode, with the noise that the draws have.
+
+    4,000 draws of an effective size of about 2,000: the mean ratio of 20 variances is good to 0.7 %, each sd to 1.6 %.
+    The posterior is not quite normal: with 40 touches the sd of one depth is 8 % smaller, and that of most parameters
+    2 % larger, as the noise is unknown, too.
+    """
+    mode, draws = with_crosstalk.group("mode"), with_crosstalk.draws
     values = np.array([mode[f"crosstalk_{name}"] for name in ("share", "reach", "lean")])
     vector = np.concatenate([w.parameters_of(mode), values])
     means = with_crosstalk.table.averaged()
     as_read = w.Pressed(with_crosstalk.pressed.radius, with_crosstalk.pressed.angle, means.load)
     by_load = crosstalk.leaked(w.slope_over_load(w.finger_at(vector[:-3]), as_read), values)
-    raw = with_crosstalk.table.readings.reshape(len(means.load), 2, M)
-    variance = raw.var(axis=1, ddof=1).mean(axis=0)
-    np.testing.assert_allclose(noise["tactile_sd"] ** 2, variance, rtol=1e-9)
+    variance = 1 / (1 / (draws["noise_sd"] ** 2 / 2 + draws["discrepancy_sd"] ** 2)).mean(axis=0)
     slope = crosstalk.slopes(vector, as_read)
-    total = w.information(slope, by_load, variance / 2, float(noise["force_sd"]) ** 2 / 2)
+    total = w.information(slope, by_load, variance, float(np.mean(draws["force_noise_sd"] ** 2)) / 2)
     expected = np.linalg.inv(total + np.diag(crosstalk.prior_sd(vector) ** -2.0))
-    found = with_crosstalk.group("laplace")["covariance"]
-    np.testing.assert_allclose(np.diag(found), np.diag(expected), rtol=2e-3)
-    assert w.mean_ratio(found, expected) == pytest.approx(1, abs=1e-3)
-
-
-def test_draws_with_effects_on_file_spread_as_that_covariance(with_crosstalk: Calibrated) -> None:
-    """4,000 independent draws: the mean ratio of 20 variances is good to 0.5 %, each sd to 1.1 %."""
-    draws = with_crosstalk.draws
     own = [draws[f"crosstalk_{name}"][:, None] for name in ("share", "reach", "lean")]
     found = np.cov(np.concatenate([w.parameters_of(draws), *own], axis=1).T)
-    expected = with_crosstalk.group("laplace")["covariance"]
-    assert w.mean_ratio(found, expected) == pytest.approx(1, abs=4 * np.sqrt(2 / (4000 * 20)))
-    np.testing.assert_allclose(np.sqrt(np.diag(found) / np.diag(expected)), 1, atol=4 / np.sqrt(8000))
-    # repeats of 40 touches: the noise of an element is known to 40 degrees of freedom, s² ν/χ²
-    repeats = len(with_crosstalk.pressed.load)
-    ratio = (draws["noise_sd"] / with_crosstalk.group("mode")["noise_sd"]) ** 2
-    law = stats.invgamma(repeats / 2, scale=repeats / 2)
-    np.testing.assert_allclose(ratio.std(axis=0), law.std(), rtol=0.08)
-    np.testing.assert_allclose(ratio.mean(axis=0), law.mean(), atol=4 * law.std() / np.sqrt(4000))
+    np.testing.assert_allclose(found, with_crosstalk.group("laplace")["covariance"], rtol=1e-9)
+    assert w.mean_ratio(found, expected) == pytest.approx(1, abs=0.05)
+    np.testing.assert_allclose(np.sqrt(np.diag(found) / np.diag(expected)), 1, rtol=0, atol=0.12)
+
+
+def test_noise_of_draws_with_effects_is_that_of_repeats_and_residuals(with_crosstalk: Calibrated) -> None:
+    """Between 40 degrees of freedom, of the repeats alone, and 80, with residuals without any discrepancy."""
+    draws, raw = with_crosstalk.draws["noise_sd"], with_crosstalk.table.readings.reshape(-1, 2, M)
+    precision = raw.var(axis=1, ddof=1).mean(axis=0) / draws**2
+    relative = precision.std(axis=0) / precision.mean(axis=0)
+    few, many = np.sqrt(2 / len(raw)), np.sqrt(2 / (2 * len(raw)))
+    # 2,000 independent draws: 1.6 % of an sd.
+    assert np.all((relative > 0.95 * many) & (relative < 1.05 * few))
+    assert np.all(np.abs(precision.mean(axis=0) - 1) < 3 * few)
 
 
 def matern(first: np.ndarray, second: np.ndarray, length: float) -> np.ndarray:

@@ -87,7 +87,7 @@ def check_every_report(report: Report, *, simulated: bool) -> None:
     assert ("simulated" in str(report)) is simulated
     marked = [title for title in re.findall(r"<h2[^>]*>([^<]*)", text) if "(simulated)" in title]
     # calibration, places, estimates, residuals, diagnosis, trust; and on a finger what can be told apart
-    assert len(marked) == (6 + (report.numbers["data"]["body"] == "finger") if simulated else 0)
+    assert len(marked) == (7 + (report.numbers["data"]["body"] == "finger") if simulated else 0)
 
 
 def check_finger_numbers_are_those_of_the_posterior(finger_report: Report) -> None:

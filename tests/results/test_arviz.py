@@ -15,9 +15,11 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from report_cases import FINGER
 
 import bayestouch
 from bayestouch.commands.cli import main
+from bayestouch.effects.stated import StatedModel
 
 matplotlib.use("Agg")
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,6 +81,18 @@ def test_compare(folder: Path, calibration: Any) -> None:
     hertz = bayestouch.calibrate(data, contact="hertz", groups="log_likelihood")
     table = az.compare({"layer": calibration, "hertz": hertz.to_arviz()})
     assert list(table.index) == ["layer", "hertz"]
+
+
+def test_compare_with_and_without_an_effect() -> None:
+    """Crosstalk of 4 % that was simulated is found worth its parameters."""
+    data = bayestouch.simulate(FINGER, effects={"crosstalk": 0.04}, seed=3).dataset
+    model = StatedModel("finger", "layer", (("crosstalk", {}),))
+    fits = {
+        name: bayestouch.calibrate(data, model=stated, draws=400, groups="log_likelihood").to_arviz()
+        for name, stated in (("without", None), ("with", model))
+    }
+    table = az.compare(fits)
+    assert list(table.index) == ["with", "without"]
 
 
 def test_predictive_checks_and_prior_sensitivity(calibration: Any, touches: Any) -> None:

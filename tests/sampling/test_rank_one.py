@@ -10,7 +10,9 @@ from bayestouch.sampling.rank_one import (
     DiagonalPlusRankOne,
     inverse_root,
     log_density_with_shared_error,
+    log_density_with_shared_errors,
     normal_log_density,
+    shared_directions,
     shared_error,
 )
 
@@ -119,3 +121,37 @@ def test_log_density_of_rows_with_a_shared_error_each() -> None:
             density = stats.multivariate_normal(cov=covariance).logpdf(rows[n, t, here])
             total += density + 0.5 * here.sum() * np.log(2 * np.pi) - 0.5 * np.log(weight[n, t, here]).sum()
         assert found[n] == pytest.approx(total, rel=1e-10)
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_inverse_of_a_covariance_with_several_shared_errors(count: int) -> None:
+    """Against the inverse and the determinant of the full matrix; an entry of weight zero does not count."""
+    rng = np.random.default_rng(5)
+    weight, shared = rng.uniform(0.5, 3.0, (4, 5)), rng.normal(size=(4, count, 5))
+    weight[2, 1] = 0.0
+    directions, log_determinant = shared_directions(weight, shared)
+    for row in range(4):
+        here = weight[row] > 0
+        v = shared[row][:, here]
+        covariance = np.diag(1 / weight[row, here]) + v.T @ v
+        found = np.diag(weight[row]) - directions[row].T @ directions[row]
+        np.testing.assert_allclose(found[np.ix_(here, here)], np.linalg.inv(covariance), atol=1e-12)
+        assert not found[~here].any()
+        independent = -np.log(weight[row, here]).sum()
+        np.testing.assert_allclose(log_determinant[row], np.linalg.slogdet(covariance)[1] - independent, atol=1e-12)
+
+
+def test_density_with_several_shared_errors_is_that_of_scipy() -> None:
+    rng = np.random.default_rng(4)
+    rows, slopes, sd = rng.normal(size=(2, 3, 5)), rng.normal(size=(2, 2, 3, 5)), rng.uniform(0.5, 2, (2, 3, 5))
+    weight = sd**-2.0
+    weight[1, 2, 4] = 0.0  # left out
+    found = log_density_with_shared_errors(rows, slopes, weight)
+    for n in range(2):
+        for t in range(3):
+            there = weight[n, t] > 0
+            directions = slopes[:, n, t, there]
+            covariance = np.diag(sd[n, t, there] ** 2) + directions.T @ directions
+            expected = stats.multivariate_normal(np.zeros(there.sum()), covariance).logpdf(rows[n, t, there])
+            own = 0.5 * np.log(weight[n, t, there] / (2 * np.pi)).sum()
+            assert found[n, t] + own == pytest.approx(expected, abs=1e-10)

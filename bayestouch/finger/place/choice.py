@@ -23,10 +23,10 @@ from bayestouch.finger.place.functions import (
     PLACE,
     PlaceFunctions,
     by_curvature,
+    felt_modes,
     fourier,
-    modes_of,
     per_weight,
-    pressed,
+    process_modes,
 )
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
 
@@ -92,14 +92,16 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
         return None
     elements = linear_elements(fit.likelihood, fit.vector)
     touch = (known.radius_mm, known.angle, known.load)
-    n_modes = modes_of(min(OWN_LENGTHS))
+    n_modes = process_modes(min(OWN_LENGTHS))
     own = fourier(known.angle[:, None] - chain.angle, n_modes)
     own *= (known.load[:, None] * np.abs(chain.response))[:, :, None]
-    surface = fourier(known.angle, modes_of(min(SURFACE_LENGTHS)))
+    surface = fourier(known.angle, process_modes(min(SURFACE_LENGTHS)))
     surface = (by_curvature(chain, *touch) / chain.outer_radius_mm)[:, :, None] * surface[:, None, :]
     independent = without_functions(elements)
     kinds = [
-        with_own(elements, kind, own * per_weight(pressed(chain, kind, known.radius_mm, known.load, n_modes))[:, None])
+        with_own(
+            elements, kind, own * per_weight(felt_modes(chain, kind, known.radius_mm, known.load, n_modes))[:, None]
+        )
         for kind in (MAP, PLACE)
     ]
     best = max(kinds, key=lambda each: each.log_evidence)
@@ -134,7 +136,7 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
 def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
     """Log marginal likelihood of smooth functions of time, of each element's own, in the order of the touches."""
     chain, n = fit.chain, len(fit.likelihood.known.load)
-    turn = fourier(np.pi * np.arange(n) / n, modes_of(min(TIME_LENGTHS)))
+    turn = fourier(np.pi * np.arange(n) / n, process_modes(min(TIME_LENGTHS)))
     columns = turn[:, None, :] * (np.abs(chain.response) * fit.likelihood.known.typical_load)[:, None]
     return with_own(elements, "", columns, TIME_LENGTHS).log_evidence
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.place.functions import PlaceFunctions, Process, modes_of, spectrum
+from bayestouch.finger.place.functions import PlaceFunctions, Process, process_modes, spectrum
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior
 
 # Lengths of functions of time, where all touches are half a circle.
@@ -123,7 +123,7 @@ def with_surface(elements: Sequence[LinearElement], before: Scored, own: FloatAr
     n = sum(len(element.rows) for element in elements)
     best: Scored | None = None
     for length in SURFACE_LENGTHS:
-        k = 2 * modes_of(length) + 1
+        k = 2 * process_modes(length) + 1
         scale = np.sqrt(spectrum(length))
         values, turn = np.linalg.eigh(information[:k, :k] * np.outer(scale, scale))
         part = Spectral(np.maximum(values, 0.0), turn.T @ (slope[:k] * scale), linear.squares, n)

@@ -16,6 +16,8 @@ from bayestouch.finger.place.touches import PlacedTouches
 #: The discrepancy: none, independent from touch to touch, functions of place beside that, or what predicts held-out
 #: places best.
 AUTO, NO_DISCREPANCY, OF_TOUCH, OF_PLACE = "auto", "none", "touch", "place"
+#: Setting of a calibration that says that its discrepancy is none.
+DISCREPANCY_SETTING = "discrepancy"
 # Fits, each about the finger and the curvatures that the one before found: own functions are linear, and the second fit
 # has their angles right; with curvatures the third changes nothing that matters.
 FITS, FITS_OF_SURFACE = 2, 3

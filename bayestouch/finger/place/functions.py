@@ -48,7 +48,7 @@ class Process:
     @property
     def n_modes(self) -> int:
         """Highest Fourier mode."""
-        return modes_of(self.length_deg)
+        return process_modes(self.length_deg)
 
     @property
     def weight_sd(self) -> FloatArray:
@@ -56,14 +56,14 @@ class Process:
         return self.sd * np.sqrt(spectrum(self.length_deg))
 
 
-def modes_of(length_deg: float) -> int:
+def process_modes(length_deg: float) -> int:
     """Highest Fourier mode of a process of this length."""
     return int(np.ceil(MODES_A_LENGTH / np.radians(length_deg)))
 
 
 def spectrum(length_deg: float) -> FloatArray:
     """Variances of the weights of a process of variance one, in the order of `fourier`."""
-    modes = np.arange(modes_of(length_deg) + 1)
+    modes = np.arange(process_modes(length_deg) + 1)
     power = (1 + (modes * np.radians(length_deg)) ** 2 / 5) ** -3.0
     power[0] /= 2
     power /= power.sum()
@@ -108,7 +108,7 @@ class PlaceFunctions:
         if self.own is None:
             return np.zeros((len(load), chain.n_elements, 0))
         n = self.own.n_modes
-        through = per_weight(pressed(chain, self.kind, radius_mm, load, n)) * self.own.weight_sd
+        through = per_weight(felt_modes(chain, self.kind, radius_mm, load, n)) * self.own.weight_sd
         columns = fourier(angle[:, None] - chain.angle, n)
         columns *= through[:, None, :]
         columns *= (load[:, None] * np.abs(chain.response))[:, :, None]
@@ -133,7 +133,7 @@ class PlaceFunctions:
         return np.asarray(by_curvature(chain, radius_mm, angle, load)[:, :, None] * weight[:, None, :])
 
 
-def pressed(chain: FingerChain, kind: str, radius_mm: FloatArray, load: FloatArray, n_modes: int) -> FloatArray:
+def felt_modes(chain: FingerChain, kind: str, radius_mm: FloatArray, load: FloatArray, n_modes: int) -> FloatArray:
     """How much of each Fourier mode of the own functions touches feel, (t, n_modes + 1)."""
     if kind == PLACE:
         return np.ones((len(load), n_modes + 1))

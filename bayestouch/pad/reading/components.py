@@ -182,11 +182,40 @@ def _refine(
         if step == _ITERATIONS:
             break
         gradient = np.einsum("nim,nm->ni", design, weight * residual) + prior * (centre - x)
+        if touches.changes is not None:
+            along, missed, _ = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
+            hessian -= np.einsum("nqi,nqj->nij", along, along)
+            gradient -= np.einsum("nqi,nq->ni", along, missed)
         x = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
     misses = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
+    if touches.changes is not None:
+        along, missed, log_determinant = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
+        hessian -= np.einsum("nqi,nqj->nij", along, along)
+        misses += log_determinant - (missed**2).sum(axis=1)
     misses += (prior * (x - centre) ** 2).sum(axis=1) + np.linalg.slogdet(hessian)[1]
     place = lattice.place[node] // stride[:, None]
     return Components(touch, place, -0.5 * misses, x, np.linalg.inv(hessian))
+
+
+def _shared(
+    reader: PadReader,
+    touches: PadTouches,
+    touch: IntArray,
+    x: FloatArray,
+    signal: FloatArray,
+    variance: FloatArray,
+    design: FloatArray,
+    residual: FloatArray,
+    centre: FloatArray,
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """What uncertain values of effects take from the information of pairs (n,): along the coordinates (n, q, d), of the
+    residual (n, q), and the log determinant of the covariance (n,).
+    """
+    directions, log_determinant = reader.shared(touches, x[:, None], touch, signal[:, None], variance[:, None])
+    full = np.concatenate([design, np.eye(x.shape[1])[:, -1:] * np.ones((len(x), 1, 1))], axis=2)
+    along = np.einsum("nqm,nim->nqi", directions[:, 0], full)
+    missed = np.concatenate([residual, (centre - x)[:, -1:]], axis=1)
+    return along, np.einsum("nqm,nm->nq", directions[:, 0], missed), log_determinant[:, 0]
 
 
 def _near_best(components: Components, n_touches: int, depth: float) -> NDArray[np.bool_]:

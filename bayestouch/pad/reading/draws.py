@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IndexArray
+from bayestouch.array_types import BoolArray, FloatArray, IndexArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.data.averages import TouchMeans
-from bayestouch.pad.reading.components import components_of
+from bayestouch.pad.reading.components import Components, components_of
 from bayestouch.pad.reading.lattice import Lattice, lattice_for
 from bayestouch.pad.reading.proposal import ManyParts, count_places, many_parts
 from bayestouch.pad.reading.reader import PadReader, PadTouches
@@ -24,6 +24,10 @@ _TOGETHER = 128
 
 # Draws of each touch used for the level of its reference and for the prediction of its readings.
 _THINNED = 200
+
+# Variance of readings by uncertain effects, over that of their noise, summed over the elements: below it no standard
+# deviation is larger by a thousandth.
+_NEGLIGIBLE = 2e-3
 
 #: Results about the location, (t,); predicted readings and their standard deviations, (m, t), are in `PREDICTED`.
 PLACES = ("modes", "reference_level")
@@ -115,12 +119,25 @@ class PadSampler:
         components = components_of(self.reader, known, self.lattice)
         modes = count_places(components, len(rows))
         parts = many_parts(components, len(rows))
+        uncertain = _uncertain(self.reader, known, components)
         order = np.argsort((parts.weight > 0).sum(axis=1), kind="stable")
         for start in range(0, len(order), _TOGETHER):
             some = np.sort(order[start : start + _TOGETHER])
-            yield PadGroup(
-                rows[some], self.reader, known.select(some), window.location[some], parts.select(some), modes[some]
-            )
+            group = known.select(some) if uncertain[some].any() else replace(known, changes=None).select(some)
+            yield PadGroup(rows[some], self.reader, group, window.location[some], parts.select(some), modes[some])
+
+
+def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> BoolArray:
+    """Touches (t,) whose effects are so uncertain that it shows in a posterior."""
+    out = np.zeros(known.n_touches, dtype=bool)
+    if known.changes is not None:
+        x, touch = components.mean, components.touch
+        signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts[touch])
+        changes = reader.changes(known, x[:, None], touch, signal[:, None])[:, 0] ** 2
+        share = np.where(known.present[touch], changes[:, :, :-1].sum(axis=1) / variance, 0.0).sum(axis=1)
+        share += changes[:, :, -1].sum(axis=1) / known.load_sd[touch] ** 2
+        out[touch[share > _NEGLIGIBLE]] = True
+    return out
 
 
 def coordinates(reader: PadReader) -> tuple[str, ...]:

@@ -79,7 +79,9 @@ class PadMisfit:
             counts=np.where(out[:m], 0, self.readings.counts),
             load=np.full(self.readings.n_touches, np.nan) if out[m] else self.readings.load,
         )
-        known = reader.touches(touches)
+        with_effects = reader.touches(touches)
+        # What the values of effects leave open is an error that readings share, as that of the map.
+        known = replace(with_effects, changes=None)
         read = np.isfinite(touches.load) & reader.load_measured
         x = _modes(reader, known, self.lattice)
         signal, slope, variance = _expand(reader, known, x)
@@ -103,6 +105,9 @@ class PadMisfit:
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
         _, open_, covariance = reader.map.at(x[:, :-1])
         uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
+        if with_effects.changes is not None:
+            changes = reader.changes(with_effects, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
+            uncertain = uncertain + (changes**2).sum(axis=1)
         # Correlations of errors of the map between locations are not known here: full correlation is assumed.
         shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
         return SensorMisfit(

@@ -12,8 +12,14 @@ from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.averages import TouchMeans
 from bayestouch.errors import InputError
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.effect_changes import CorrectedMeans, changes_of_load
 from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
+from bayestouch.sampling.rank_one import shared_directions
+
+# Loads up to which, in reference loads, and how many, the change of a load by effects is tabulated.
+MOST_LOAD, LOADS = 10.0, 1001
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,12 +34,16 @@ class PadTouches:
         Number of raw readings in each mean, 0 where missing.
     load, load_sd : (t,) arrays
         Prior mean and standard deviation of each load: from its measurement, else from the calibration.
+    changes : (t, q, m + 1) array, optional
+        Change of readings and load by one standard deviation of each of q independent causes, as of
+        `bayestouch.pad.effect_changes.CorrectedMeans`.
     """
 
     readings: FloatArray
     counts: IntArray
     load: FloatArray
     load_sd: FloatArray
+    changes: FloatArray | None = None
 
     @property
     def n_touches(self) -> int:
@@ -47,7 +57,8 @@ class PadTouches:
 
     def select(self, index: IntArray) -> PadTouches:
         """Some of the touches."""
-        return PadTouches(self.readings[index], self.counts[index], self.load[index], self.load_sd[index])
+        changes = None if self.changes is None else self.changes[index]
+        return PadTouches(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], changes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +79,8 @@ class PadReader:
         Samples of a touch that are used: ``"mean"``, ``"first"`` or ``"last"``.
     usable : (m,) bool array
         Elements that responded in the calibration.
+    changes_of_load : (1 + q, n) array, optional
+        Loads as they act, and their change by one standard deviation of each cause at the same true load.
     """
 
     map: PadMap
@@ -77,6 +90,7 @@ class PadReader:
     load_measured: bool
     samples: str
     usable: NDArray[np.bool_]
+    changes_of_load: FloatArray | None = None
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, *, plug_in: bool = False) -> PadReader:
@@ -98,25 +112,32 @@ class PadReader:
         if settings.get("body") != "pad":
             raise InputError("expected the calibration of a pad, got that of a finger")
         map_ = PadMap.from_arrays(calibration.extra)
+        map_ = map_.exact() if plug_in else map_
         return cls(
-            map=map_.exact() if plug_in else map_,
+            map=map_,
             noise=calibration.noise,
             load=float(settings["load_mean"]),
             load_sd=float(settings["load_sd"]),
             load_measured=bool(settings["load_measured"]),
             samples=str(settings["samples"]),
             usable=np.asarray(calibration.extra[USABLE]) > 0,
+            changes_of_load=_changes_of_load(calibration) if map_.n_causes else None,
         )
 
     def touches(self, readings: TouchMeans) -> PadTouches:
         """Touches with the priors of their loads: from the force sensor, else from the calibration."""
         here = np.isfinite(readings.load) & self.load_measured
         reads = np.maximum(readings.counts.max(axis=1), 1)
+        changes = None
+        if self.map.n_causes and isinstance(readings, CorrectedMeans) and readings.changes is not None:
+            changes = readings.changes.copy()
+            changes[~here, :, -1] = 0.0
         return PadTouches(
             readings=np.where(readings.counts > 0, readings.readings, 0.0),
             counts=np.where(self.usable, readings.counts, 0),
             load=np.where(here, readings.load, self.load),
             load_sd=np.where(here, self.noise.mean_load_sd(reads), self.load_sd),
+            changes=changes,
         )
 
     def log_density(self, touches: PadTouches, x: FloatArray, blocks: IntArray) -> FloatArray:
@@ -145,7 +166,49 @@ class PadReader:
         residual = touches.readings[blocks][:, None] - self.map.offset - signal
         misses = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
         off = (load - touches.load[blocks][:, None]) / touches.load_sd[blocks][:, None]
-        return np.where(allowed, -0.5 * (misses + off * off), -np.inf)
+        misses += off * off
+        if touches.changes is not None:
+            directions, log_determinant = self.shared(touches, x, blocks, signal, variance)
+            residual = np.concatenate(
+                [np.where(here, residual, 0.0), (touches.load[blocks][:, None] - load)[..., None]], -1
+            )
+            misses += log_determinant - ((directions * residual[..., None, :]).sum(axis=-1) ** 2).sum(axis=-1)
+        return np.where(allowed, -0.5 * misses, -np.inf)
+
+    def shared(
+        self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray, variance: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """What the values of effects add to the covariance of readings and load.
+
+        Parameters
+        ----------
+        touches, x, blocks
+            As of `log_density`; the touches have changes.
+        signal, variance : (B, n, m) arrays
+            Expected signal and variance of each reading alone, from `predict`.
+
+        Returns
+        -------
+        (B, n, q, m + 1) array, (B, n) array
+            As `bayestouch.sampling.rank_one.shared_directions`.
+        """
+        here = np.broadcast_to(touches.present[blocks][:, None], signal.shape)
+        load_weight = np.broadcast_to(1 / touches.load_sd[blocks][:, None] ** 2, x.shape[:-1])
+        weight = np.concatenate([np.where(here, 1 / variance, 0.0), load_weight[..., None]], axis=-1)
+        return shared_directions(weight, self.changes(touches, x, blocks, signal))
+
+    def changes(self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray) -> FloatArray:
+        """Change of what readings and load miss (B, n, q, m + 1), by one sd of each cause; as `shared`."""
+        assert touches.changes is not None and self.changes_of_load is not None
+        assert self.map.offset_by_effect is not None
+        load = x[..., -1]
+        expected = self.map.changes(x[..., :-1]) * load[..., None, None] + self.map.offset_by_effect
+        acting, *changes = self.changes_of_load
+        of_load = np.stack([np.interp(load, acting, change) for change in changes], axis=-1)
+        expected += of_load[..., None] * (signal / load[..., None])[..., None, :]
+        out = np.broadcast_to(touches.changes[blocks][:, None], (*expected.shape[:-1], signal.shape[-1] + 1)).copy()
+        out[..., :-1] -= expected
+        return out
 
     def predict(self, location: FloatArray, load: FloatArray, counts: IntArray) -> tuple[FloatArray, FloatArray]:
         """Expected signal (reading minus offset) and variance of a mean reading, (..., m) each.
@@ -164,3 +227,12 @@ class PadReader:
         noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)
         return signal, np.where(counts > 0, total, 1.0)
+
+
+def _changes_of_load(calibration: Calibration) -> FloatArray:
+    """`PadReader.changes_of_load` over the loads that may act."""
+    effects = PadEffects.of(calibration)
+    assert effects is not None
+    acting = effects.acts(effects.reference_load * np.linspace(0.0, MOST_LOAD, LOADS))
+    acting = np.maximum.accumulate(acting)
+    return np.concatenate([acting[None], changes_of_load(effects, acting)])

@@ -13,6 +13,7 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
 from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.effect_changes import corrected_means
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.reading.draws import PREDICTED, PadSampler, coordinates
 from bayestouch.pad.reading.effects import true_load_prior, with_true_loads
@@ -26,6 +27,8 @@ from bayestouch.reading.options import Options
 from bayestouch.reading.touch_reader import Drawn, Estimates
 from bayestouch.results.data import TouchRows
 from bayestouch.results.objects import Calibration
+
+EXACT = ", at its most probable values"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,8 +108,13 @@ class PadTouchReader:
 
     def average(self, piece: Touches) -> TouchMeans:
         """Means of the touches in a piece of the table, minus the rest reading, corrected for effects."""
-        corrected = piece if self.effects is None else self.effects.corrected(piece)
-        readings = pad_readings(corrected, self.sampler.reader.map.dimensions, self.sampler.reader.samples)
+        reader = self.sampler.reader
+        if self.effects is None:
+            readings = pad_readings(piece, reader.map.dimensions, reader.samples)
+        elif reader.map.n_causes:
+            readings = corrected_means(self.effects, piece, reader.map.dimensions, reader.samples)
+        else:
+            readings = pad_readings(self.effects.corrected(piece), reader.map.dimensions, reader.samples)
         return readings if self.options.use_load else readings.without_load()
 
     def ready(self, touches: TouchMeans) -> TouchMeans:
@@ -178,9 +186,10 @@ class PadTouchReader:
         effects = self.effects
         if effects is None:
             return []
-        corrected = [effect.name for effect in effects.listed.plain if effect.name not in effects.left_to_map]
+        corrected = [effect.name for effect in effects.corrected_for]
+        known = self.sampler.reader.map.n_causes > 0
         notes = (
-            [f"readings and loads are corrected for {' and '.join(corrected)}, at its most probable values"]
+            [f"readings and loads are corrected for {' and '.join(corrected)}" + ("" if known else EXACT)]
             if corrected
             else []
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from known_fingers import true_chain
 
-from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process, fourier, modes_of, spectrum
+from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process, fourier, process_modes, spectrum
 
 CHAIN = true_chain()
 RNG = np.random.default_rng(3)
@@ -17,7 +17,7 @@ RADIUS, ANGLE, LOAD = RNG.uniform(2.0, 12.7, 9), RNG.uniform(-0.6, 0.6, 9), RNG.
 def test_process_has_a_matern_correlation(length: float) -> None:
     away = np.radians(np.array([0.0, 0.5, 1.0, 2.0]) * length)
     weights = spectrum(length)
-    found = fourier(away, modes_of(length)) @ (weights * fourier(np.zeros(1), modes_of(length))[0])
+    found = fourier(away, process_modes(length)) @ (weights * fourier(np.zeros(1), process_modes(length))[0])
     scaled = np.sqrt(5.0) * away / np.radians(length)
     # Modes that are left out hold half a percent of the power, which the others have instead.
     np.testing.assert_allclose(found, (1 + scaled + scaled**2 / 3) * np.exp(-scaled), atol=7e-3)

@@ -1,0 +1,62 @@
+"""Option `like` of `bayestouch.calibrate`: priors that are learned from earlier calibrations."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from bayestouch.data.sensor import Sensor
+from bayestouch.model.body import Body
+from bayestouch.results.keys import LIKE
+from bayestouch.results.objects import Calibration
+from bayestouch.results.reading import load_calibration
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What earlier calibrations change in a calibration.
+
+    Attributes
+    ----------
+    options : dict
+        Options of the body, with the learned priors instead of the earlier calibrations.
+    names : tuple of str
+        Names of the earlier calibrations: of their files, else of their sensors.
+    notes : tuple of str
+        What was learned.
+    """
+
+    options: dict[str, Any]
+    names: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, body: Body, options: Mapping[str, Any], sensor: Sensor) -> Learned:
+        """Learn priors from the option ``like``, if it is given; stated priors replace those that are learned.
+
+        Raises
+        ------
+        InputError
+            A file cannot be read, or a calibration is of another build.
+        """
+        others = {name: value for name, value in options.items() if name != LIKE}
+        like = options.get(LIKE)
+        if not like or body.learned_priors is None:
+            return cls(others)
+        earlier = [
+            (each.sensor.name, each) if isinstance(each, Calibration) else (Path(each).name, load_calibration(each))
+            for each in like
+        ]
+        learned, notes = body.learned_priors(earlier, sensor, others["contact"])
+        stated = others["priors"] or {}
+        kept = tuple(note for name, note in zip(learned, notes, strict=True) if name not in stated)
+        return cls({**others, "priors": {**learned, **stated}}, tuple(name for name, _ in earlier), kept)
+
+    def noted(self, calibration: Calibration) -> Calibration:
+        """The calibration with the names of the earlier ones in its settings, and with the notes."""
+        if not self.names:
+            return calibration
+        settings = {**calibration.settings, LIKE: ", ".join(self.names)}
+        return replace(calibration, settings=settings, notes=(*calibration.notes, *self.notes))

@@ -1,0 +1,138 @@
+"""What the uncertain values of effects change on a pad: its map, and the touches that it reads.
+
+Readings of the calibration and of touches to be read are corrected for effects with the same values. Where these are
+wrong, both corrections are, and the map has taken most of it up: what is left of a touch is the difference. All changes
+are for one standard deviation of each of the independent causes of `bayestouch.pad.corrected.PadEffects.root`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.touches import Touches
+from bayestouch.pad.candidates import PadCandidate, kernel_shape
+from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.known_touches import pad_readings
+
+# Central differences, as a share of the standard deviation of a cause.
+STEP = 0.1
+# Grid points of a map at a time: with 1,400 touches 16 MB.
+CHUNK = 1500
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CorrectedMeans(TouchMeans):
+    """Touches whose readings and loads are corrected for effects; q causes, t touches, m elements.
+
+    Attributes
+    ----------
+    changes : (t, q, m + 1) array
+        Change of the corrected readings, and of the corrected load at the same true load.
+    """
+
+    changes: FloatArray | None = None
+
+
+def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> FloatArray:
+    """Change of what a function makes of effects, (q, ...)."""
+    if not len(effects.root):
+        return np.empty((0, *of(effects).shape))
+    moved = ([of(effects.moved(cause, sign * STEP)) for sign in (1, -1)] for cause in range(len(effects.root)))
+    return np.stack([(up - down) / (2 * STEP) for up, down in moved])
+
+
+def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samples: str) -> CorrectedMeans:
+    """Touches of a table, the rest reading subtracted, averaged over the samples that count; with their changes.
+
+    Parameters
+    ----------
+    effects : PadEffects
+        Of the calibration.
+    touches : Touches
+    dimensions, samples
+        As `bayestouch.pad.known_touches.pad_readings`.
+    """
+
+    corrected = effects.corrected(touches)
+
+    def columns(effects: PadEffects) -> FloatArray:
+        means = pad_readings(effects.corrected(touches, near=corrected), dimensions, samples)
+        return np.column_stack([means.readings, means.load])
+
+    means = pad_readings(corrected, dimensions, samples)
+    changes = np.nan_to_num(changes_of(effects, columns))
+    # The load that acts is what the calibration takes it for, and another under other values; true loads are the same.
+    pressing = effects.pressing(np.nan_to_num(means.load, nan=effects.reference_load))
+    changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, changes_of(effects, lambda moved: moved.acts(pressing)))
+    of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
+    return CorrectedMeans(**of_means, changes=changes.swapaxes(0, 1))
+
+
+def changes_of_load(effects: PadEffects, acting: FloatArray) -> FloatArray:
+    """Change of the loads that act, (q, n), where now `acting` (n,) does, at the same true loads."""
+    pressing = effects.pressing(acting)
+    return changes_of(effects, lambda moved: moved.acts(pressing))
+
+
+def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: FloatArray) -> PadMap:
+    """The map, and how it follows changes of the touches that it was found from.
+
+    Linear about the mode of the calibration, with kernel, noise, and length and size of the empirical map held.
+
+    Parameters
+    ----------
+    map_ : PadMap
+        Tables of the model.
+    model : PadCandidate
+        A calibrated pad; n touches, m elements.
+    readings, load : (q, n, m), (q, n) arrays
+        Changes of the touches.
+    """
+    fit = model.fit
+    chain, m = fit.chain, fit.chain.n_elements
+    signal = fit.predicted() - chain.offset
+    moved = readings - load[:, :, None] * signal / fit.known.load[:, None]
+    moved = np.where(fit.misfit.present, moved, 0.0)
+    pull = np.zeros((len(chain.flat), len(readings)))
+    precision = [fit.misfit.precision(e) for e in range(m)]
+    for e, (columns, jacobian) in enumerate(fit.jacobian):
+        pull[columns] += _times(precision[e], jacobian).T @ moved[:, :, e].T
+    flat = fit.laplace.covariance @ pull
+    grid = np.stack(
+        np.meshgrid(
+            *(a + s * np.arange(n) for a, s, n in zip(map_.origin, map_.step, map_.sensitivity.shape, strict=False)),
+            indexing="ij",
+        ),
+        axis=-1,
+    )
+    points = grid.reshape(-1, grid.shape[-1])
+    weights = [
+        _times(precision[e], moved[:, :, e].T - jacobian @ flat[columns])
+        for e, (columns, jacobian) in enumerate(fit.jacobian)
+    ]
+    parts = [_followed(model, points[i : i + CHUNK], flat, weights) for i in range(0, len(points), CHUNK)]
+    by_effect = np.concatenate(parts).reshape(*grid.shape[:-1], -1)
+    return replace(map_, by_effect=by_effect, offset_by_effect=flat[m : 2 * m].T)
+
+
+def _followed(model: PadCandidate, points: FloatArray, flat: FloatArray, weights: list[FloatArray]) -> FloatArray:
+    """Change of the sensitivity at points (k, D), (k, q m), of the changes of chain (d, q) and map, m (n, q) arrays."""
+    fit = model.fit
+    derivative, shape = fit.chain.sensitivity_derivatives(points), kernel_shape(model.shape, points)
+    out = np.empty((len(points), flat.shape[1], fit.chain.n_elements))
+    for e, (columns, _) in enumerate(fit.jacobian):
+        out[:, :, e] = derivative[:, e, columns] @ flat[columns]
+        if model.has_map:
+            out[:, :, e] += fit.misfit.cross(e, points, shape[:, e]) @ weights[e]
+    return out.reshape(len(points), -1)
+
+
+def _times(precision: FloatArray, rows: FloatArray) -> FloatArray:
+    """Precision (n, n), or its diagonal, times rows (n, ...)."""
+    return np.asarray(precision[:, None] * rows if precision.ndim == 1 else precision @ rows)

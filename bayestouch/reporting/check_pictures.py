@@ -1,0 +1,44 @@
+"""Figure of the predictive check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from bayestouch.output.pictures import BLUE, GREY, Picture, canvas, drawing, element_ticks, rendered
+from bayestouch.output.text import number
+
+
+def check_pictures(numbers: dict[str, Any]) -> Iterator[Picture]:
+    """Readings inside their predicted intervals by element, if this was checked; from the numbers of a report."""
+    check = numbers["checks"]["predictive"]
+    if not check or not check["by_element"]:
+        return
+    rows = check["by_element"]
+    place = np.arange(len(rows))
+    low, high = (np.array([row[key] for row in rows]) for key in ("expected_low", "expected_high"))
+    inside = np.array([row["percent_inside"]["90"] for row in rows])
+    with drawing():
+        figure, axes = canvas(3.0)
+        ax = axes[0, 0]
+        ax.bar(place, high - low, bottom=low, width=0.6, color=GREY, alpha=0.35, label="98 % scatter if right")
+        ax.plot(place, inside, "o", color=BLUE, label="readings of the element")
+        ax.axhline(90, color=GREY, ls=":")
+        ax.set(xlabel="element", ylabel="readings inside 90 % (%)")
+        ax.set_ylim(min(60.0, 0.95 * float(inside.min())), 102)
+        element_ticks(ax, len(rows), "x")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.02, 1))
+        content = rendered(figure)
+    named = len(check["too_often_outside"])
+    yield Picture(
+        "predictive_check",
+        "checks",
+        "How often readings are inside the interval that the other readings predict",
+        "Each reading is predicted from the other readings of its touch. A dot below its bar: the element reads other "
+        "than the model says, or with more noise. A dot above it: its noise is stated too large.",
+        f"Readings inside their predicted 90 % interval, for {len(rows)} elements: {number(float(inside.min()))} to "
+        f"{number(float(inside.max()))} %; {named} elements are outside too often.",
+        content,
+    )

@@ -1,0 +1,202 @@
+"""Posterior density of a finger with effects against the likelihood written out with scipy, at several points.
+
+Differences of log densities between points of the posterior, so that constants drop out. They agree to 0.05: tables of
+contacts are good to 1e-4 of the peak, and readings are taken as linear over the error of the load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.stats import multivariate_normal, norm
+
+import bayestouch
+from bayestouch.calibration.with_effects import StatedFit, fit_stated
+from bayestouch.chain.finger import FingerChain
+from bayestouch.contact import composite_radius
+from bayestouch.effects.stated import StatedModel
+from bayestouch.model.log_density import LogDensity
+
+FloatArray = NDArray[np.float64]
+
+DESIGN = bayestouch.FingerDesign(n_elements=3, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=20.0)
+WITHIN = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A simulated data set, its fit and the density; touches with their samples written out."""
+
+    fit: StatedFit
+    density: LogDensity
+
+    @property
+    def samples(self) -> list[NDArray[np.intp]]:
+        known = self.fit.fitted.model.known  # type: ignore[union-attr]
+        return [np.flatnonzero(known.row_touch == i) for i in range(known.n_touches)]
+
+    def points(self, n: int = 6) -> FloatArray:
+        """Points that scatter as the posterior does; those outside the bounds are moved inside."""
+        rng = np.random.default_rng(1)
+        points = rng.multivariate_normal(self.density.start, self.density.covariance, n)
+        low, high = self.density.bounds
+        ends = np.where(np.isfinite(high - low), high - low, 0.0)
+        return np.clip(points, low + 1e-3 * ends, high - 1e-3 * ends)
+
+
+@cache
+def case(name: str, size: float) -> Case:
+    made = bayestouch.simulate(DESIGN, effects={name: size}, seed=5)
+    fit = fit_stated(made.dataset, StatedModel("finger", "layer", ((name, {}),)), draws=8, seed=0, contact="layer")
+    return Case(fit, fit.evaluation.log_density(fit.fitted, fit.added, fit.correction))
+
+
+def predicted(case: Case, values: Mapping[str, FloatArray], load: FloatArray) -> FloatArray:
+    """Readings (t, m) of the finger without effects, by its tables of contacts."""
+    means = case.fit.fitted.model.known.means
+    chain = FingerChain(
+        9.4, 12.7, values["response"], values["r_s"], np.radians(values["theta_s"]), np.zeros(3),
+        float(values["sigma"]), float(values["mu"]), float(2 * load.max()),
+    )  # fmt: skip
+    return chain.predict(composite_radius(means.indenter_radius_mm, 12.7), np.radians(means.angle_deg), load)
+
+
+def shared_errors(case: Case, values: Mapping[str, FloatArray], with_effect):  # type: ignore[no-untyped-def]
+    """Prediction (t, m), and the covariance of what all samples of each touch share: discrepancy and load."""
+    load = case.fit.fitted.model.known.means.load
+    here, up, down = (with_effect(predicted(case, values, load * (1 + h)), values) for h in (0, 1e-3, -1e-3))
+    slope = (up - down) / (2e-3 * load[:, None])
+    error = float(values["force_noise_sd"]) / np.sqrt([len(rows) for rows in case.samples])
+    own = np.diag(values["discrepancy_sd"] ** 2)
+    return here, [own + e**2 * np.outer(row, row) for e, row in zip(error, slope, strict=True)]
+
+
+def load_scatter(case: Case, values: Mapping[str, FloatArray]) -> float:
+    """Log density of the readings of the load about the mean of their touch."""
+    table = case.fit.fitted.model.known.table.load
+    return sum(
+        float(norm(0, values["force_noise_sd"]).logpdf(table[rows] - table[rows].mean()).sum())
+        + float(np.log(values["force_noise_sd"]))
+        for rows in case.samples
+    )
+
+
+def written_out(case: Case, x: FloatArray, with_effect, variance) -> float:  # type: ignore[no-untyped-def]
+    """Log likelihood of all samples of all touches, each touch one normal vector."""
+    values, total = case.density.to_parameters(x), 0.0
+    readings = case.fit.fitted.model.known.table.readings
+    here, shared = shared_errors(case, values, with_effect)
+    noise = variance(here, values)
+    for touch, rows in enumerate(case.samples):
+        k, own = len(rows), noise[touch]
+        covariance = np.kron(np.ones((k, k)), shared[touch]) + np.kron(np.eye(k), np.diag(own))
+        total += multivariate_normal(np.tile(here[touch], k), covariance).logpdf(readings[rows].ravel())
+    return total + load_scatter(case, values)
+
+
+def agree(case: Case, expected: list[float], points: FloatArray) -> None:
+    found = case.density.log_likelihood(points)
+    assert np.ptp(expected) > 1
+    assert np.abs((found - found[0]) - (np.array(expected) - expected[0])).max() < WITHIN
+
+
+def own_noise(here: FloatArray, values: Mapping[str, FloatArray]) -> FloatArray:
+    return np.broadcast_to(values["noise_sd"] ** 2, here.shape)
+
+
+def test_an_effect_of_the_readout() -> None:
+    """Cross-talk: of the neighbours share (1 ± lean), and reach times that of the element beyond."""
+    one = case("crosstalk", 0.04)
+
+    def heard(clean: FloatArray, values: Mapping[str, FloatArray]) -> FloatArray:
+        share, reach, lean = (float(values[f"crosstalk_{name}"]) for name in ("share", "reach", "lean"))
+        out = clean.copy()
+        for listener in range(3):
+            for other in range(3):
+                side = np.sign(listener - other)
+                if side:
+                    out[:, listener] += (
+                        share * reach ** (abs(listener - other) - 1) * (1 + lean * side) * clean[:, other]
+                    )
+        return out
+
+    points = one.points()
+    agree(one, [written_out(one, x, heard, own_noise) for x in points], points)
+
+
+def test_an_effect_that_moves_the_touches() -> None:
+    """The angle of the prober is off by a sin θ + b cos θ: signals by polynomials in the values, too."""
+    one = case("prober_eccentricity", 0.3)
+    means, points = one.fit.fitted.model.known.means, one.points()
+    turn = np.radians(means.angle_deg)
+    expected = []
+    for x in points:
+        values = one.density.to_parameters(x)
+        error = values["prober_eccentricity_sine"] * np.sin(turn) + values["prober_eccentricity_cosine"] * np.cos(turn)
+        # The same touches at other angles are those of a finger that is read there.
+        moved = _moved(one, np.degrees(turn) + error)
+        expected.append(written_out(moved, x, lambda clean, values: clean, own_noise))
+    agree(one, expected, points)
+
+
+def _moved(one: Case, angle_deg: FloatArray) -> Case:
+    from dataclasses import replace
+
+    model = one.fit.fitted.model
+    known = replace(model.known, means=replace(model.known.means, angle_deg=angle_deg))
+    return replace(one, fit=replace(one.fit, fitted=replace(one.fit.fitted, model=model.observing(known))))
+
+
+def test_an_effect_of_the_noise() -> None:
+    """Noise that grows with the signal: sd² = s² + (share peak |y/peak|^power)², in every sample."""
+    one = case("signal_dependent_noise", 0.04)
+    peak = one.fit.fitted.noise.peak
+
+    def variance(here: FloatArray, values: Mapping[str, FloatArray]) -> FloatArray:
+        share, power = (float(values[f"signal_dependent_noise_{name}"]) for name in ("share", "power"))
+        return values["noise_sd"] ** 2 + (share * peak * np.abs(here / peak) ** power) ** 2
+
+    points = one.points()
+    agree(one, [written_out(one, x, lambda clean, values: clean, variance) for x in points], points)
+
+
+@pytest.mark.parametrize("name", ["baseline_drift", "gain_drift"])
+def test_a_drift(name: str) -> None:
+    """All mean readings one normal vector, with the Matérn covariance of smoothness 3/2 between touches."""
+    one = case(name, 0.02)
+    known, points = one.fit.fitted.model.known, one.points()
+    t, m = known.means.readings.shape
+    own = name == "baseline_drift" or one.fit.fitted.drifts[0][1][2] > 0.5
+    expected = []
+    for x in points:
+        values = one.density.to_parameters(x)
+        apart = np.sqrt(3) * np.abs(np.subtract.outer(known.touch_time_s, known.touch_time_s)) / values[f"{name}_time"]
+        course = values[f"{name}_sd"] ** 2 * (1 + apart) * np.exp(-apart)
+        covariance = np.zeros((t, m, t, m))
+        here, shared = shared_errors(one, values, lambda clean, values: clean)
+        for touch, rows in enumerate(one.samples):
+            covariance[touch, :, touch, :] = shared[touch] + np.diag(values["noise_sd"] ** 2) / len(rows)
+        scale = np.broadcast_to(one.fit.fitted.model.peak, here.shape) if name == "baseline_drift" else here
+        elements = np.eye(m) if own else np.ones((m, m))
+        covariance += np.einsum("ta,ts,sb,ab->tasb", scale, course, scale, elements)
+        total = multivariate_normal(here.ravel(), covariance.reshape(t * m, t * m)).logpdf(known.means.readings.ravel())
+        for rows in one.samples:
+            total += norm(0, values["noise_sd"]).logpdf(known.deviation[rows]).sum() + np.log(values["noise_sd"]).sum()
+        expected.append(float(total) + load_scatter(one, values))
+    agree(one, expected, points)
+
+
+def test_the_prior_is_that_of_the_parameters() -> None:
+    """Of an effect's values too: normal, and the derivative of the value where the coordinate is its logarithm."""
+    one = case("signal_dependent_noise", 0.04)
+    x = np.repeat(one.density.start[None], 2, axis=0)
+    power = one.density.names.index("log signal_dependent_noise_power")
+    x[1, power] += 0.3
+    # Log-normal of median 0.8: its logarithm is normal with sd 0.4.
+    expected = norm(np.log(0.8), 0.4).logpdf(x[:, power])
+    assert np.diff(one.density.log_prior(x)) == pytest.approx(np.diff(expected))

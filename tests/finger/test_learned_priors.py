@@ -1,0 +1,192 @@
+"""Priors learned from earlier fingers of a build; the fingers are of the independent simulator."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from build_of_fingers import Build, Built
+from click.testing import CliRunner
+from scipy.stats import t as student
+
+import bayestouch
+from bayestouch.commands.cli import main
+from bayestouch.data.dataset import DataSet
+from bayestouch.errors import InputError
+from bayestouch.finger.learned_priors import evidence_of, learned_priors, student_of
+from bayestouch.priors.parameters import Normal, StudentT
+
+BUILD = Build()
+FEW = 9
+
+
+@pytest.fixture(scope="module")
+def earlier() -> list[bayestouch.Calibration]:
+    """Calibrations of five fingers with 45 touches each."""
+    rng = np.random.default_rng(11)
+    datasets = [BUILD.draw(rng).dataset(rng) for _ in range(5)]
+    return [bayestouch.calibrate(dataset, draws=400, seed=seed) for seed, dataset in enumerate(datasets)]
+
+
+def sixth(seed: int, **how: float) -> tuple[Built, DataSet]:
+    """Another finger, and few touches."""
+    rng = np.random.default_rng([seed, 6])
+    finger = BUILD.draw(rng, **how)
+    return finger, finger.dataset(rng, FEW)
+
+
+def errors(calibration: bayestouch.Calibration, finger: Built, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Errors of the posterior means over their sds, and the sds."""
+    draws = calibration.posterior[name]
+    mean, sd = np.atleast_1d(draws.mean(axis=(0, 1))), np.atleast_1d(draws.std(axis=(0, 1)))
+    return (mean - finger.truth[name]) / sd, sd
+
+
+def test_own_prior_is_divided_out() -> None:
+    """Draws of the posterior of a known likelihood give this likelihood; of the third value the data say nothing."""
+    rng = np.random.default_rng(0)
+    data = np.array([[40.0, 12.0, 0.0], [12.0, 9.0, 0.0], [0.0, 0.0, 0.0]])
+    estimate, centre, prior = np.array([0.5, -0.4, 0.0]), np.array([0.2, 0.1, -0.3]), np.array([1.0, 2.0, 4.0])
+    covariance = np.linalg.inv(data + np.diag(prior))
+    mean = covariance @ (data @ estimate + prior * centre)
+    # 40,000 draws: elements of a precision scatter by 1 %
+    evidence = evidence_of(rng.multivariate_normal(mean, covariance, 40_000), np.inf, centre, prior)
+    np.testing.assert_allclose(evidence.precision[0], data, atol=0.9)
+    np.testing.assert_allclose(evidence.shift[0], data @ estimate, atol=0.5)
+    assert np.linalg.eigvalsh(evidence.precision[0]).min() >= -1e-9
+
+
+@pytest.mark.parametrize("dof", [5.0, 12.0])
+def test_student_of_samples(dof: float) -> None:
+    """Quantiles at equal steps of probability, so that only the shape is asked."""
+    samples = 3 + 0.5 * student.ppf((np.arange(100_000) + 0.5) / 100_000, dof)
+    assert student_of(samples) == pytest.approx((3.0, 0.5, dof), rel=1e-3)
+
+
+def test_too_heavy_tails_keep_the_central_95_percent() -> None:
+    samples = student.ppf((np.arange(100_000) + 0.5) / 100_000, 2.5)
+    centre, scale, dof = student_of(samples)
+    assert dof == 4
+    assert centre + scale * student.ppf(0.975, 4) == pytest.approx(student.ppf(0.975, 2.5), rel=1e-3)
+
+
+def test_priors_hold_what_the_fingers_had_in_common(earlier: list[bayestouch.Calibration]) -> None:
+    """The build's means within 3 sds of a mean of five fingers, and every prior wider than the population."""
+    priors, notes = learned_priors([(str(i), each) for i, each in enumerate(earlier)], BUILD.sensor, "layer")
+    sigma, depth = priors["sigma"], priors["r_s"]
+    assert isinstance(sigma, StudentT) and isinstance(depth, StudentT)
+    assert sigma.centre == pytest.approx(BUILD.sigma, abs=3 * BUILD.sigma_sd / np.sqrt(5))
+    assert BUILD.sigma_sd / 2 < sigma.scale < 0.01  # the default prior has 0.02
+    assert depth.centre == pytest.approx(BUILD.depth, abs=3 * 0.05 / np.sqrt(5))
+    assert np.hypot(BUILD.depth_sd, BUILD.depth_within) / 1.5 < depth.scale < 0.2  # the default prior has 0.33
+    low, high = np.log(priors["mu"].quantile([0.16, 0.84]))
+    assert low < np.log(BUILD.mu) < high
+    assert 2 * BUILD.mu_sd / 2 < high - low < np.log(1.35)
+    assert len(notes) == len(priors) == 5
+    assert all("5 earlier fingers" in note for note in notes)
+
+
+def test_sixth_finger_is_better_known_and_as_well_covered(earlier: list[bayestouch.Calibration]) -> None:
+    """Eight further fingers with nine touches: smaller sds, and errors of the size of the sds.
+
+    Of σ and μ there are 16 errors that are nearly independent: rms z is 1 ± 0.18, and 3 such sds are allowed.
+    """
+    z: dict[str, list[np.ndarray]] = {"sigma": [], "mu": [], "r_s": []}
+    share: dict[str, list[float]] = {name: [] for name in z}
+    for seed in range(8):
+        finger, dataset = sixth(seed)
+        alone = bayestouch.calibrate(dataset, draws=400)
+        like = bayestouch.calibrate(dataset, like=earlier, draws=400)
+        assert like.statistics["rhat"] < 1.05
+        for name in z:
+            error, sd = errors(like, finger, name)
+            z[name].append(error)
+            share[name].append(float(np.mean(sd) / np.mean(errors(alone, finger, name)[1])))
+    assert np.mean(share["sigma"]) < 0.9
+    assert np.mean(share["mu"]) < 0.95
+    assert np.mean(share["r_s"]) < 0.95
+    rubber = np.concatenate([*z["sigma"], *z["mu"]])
+    assert np.sqrt(np.mean(rubber**2)) == pytest.approx(1, abs=0.54)
+    assert np.sqrt(np.mean(np.concatenate(z["r_s"]) ** 2)) == pytest.approx(1, abs=0.5)
+
+
+def test_finger_unlike_the_others_is_not_drawn_to_them(earlier: list[bayestouch.Calibration]) -> None:
+    """σ eight sds from the build: the learned prior pulls less than a normal prior of the same scale."""
+    finger, dataset = sixth(1, off=8.0)
+    priors, _ = learned_priors([(str(i), each) for i, each in enumerate(earlier)], BUILD.sensor, "layer")
+    prior = priors["sigma"]
+    assert isinstance(prior, StudentT)
+    like = bayestouch.calibrate(dataset, like=earlier, draws=400)
+    normal = bayestouch.calibrate(dataset, like=earlier, priors={"sigma": Normal(prior.centre, prior.scale)}, draws=400)
+    z, _ = errors(like, finger, "sigma")
+    drawn, _ = errors(normal, finger, "sigma")
+    assert abs(z[0]) < 3
+    assert abs(z[0]) < abs(drawn[0])
+    assert like.statistics["rhat"] < 1.05
+
+
+def test_file_and_command_say_what_was_learned(earlier: list[bayestouch.Calibration], tmp_path: Path) -> None:
+    """Paths work as calibrations do, and a stated prior replaces one that is learned."""
+    paths = [tmp_path / f"finger-{i}.nc" for i in range(2)]
+    for path, calibration in zip(paths, earlier, strict=False):
+        calibration.save(path)
+    _, dataset = sixth(0)
+    stated = {"sigma": Normal(0.47, 0.01)}
+    bayestouch.calibrate(dataset, like=paths, priors=stated, draws=64).save(tmp_path / "sixth.nc")
+    saved = bayestouch.load(tmp_path / "sixth.nc")
+    assert isinstance(saved, bayestouch.Calibration)
+    assert saved.settings["like"] == "finger-0.nc, finger-1.nc"
+    assert [note.split()[2] for note in saved.notes if "learned" in note] == ["mu", "r_s", "response", "noise_sd"]
+    kinds = {each.name: type(each.prior).__name__ for each in saved.parameters}
+    assert kinds["sigma"] == "Normal"
+    assert (kinds["r_s"], kinds["mu"], kinds["noise_sd"]) == ("StudentT", "LogStudentT", "LogStudentT")
+    with pytest.raises(InputError, match=r"sixth\.nc was itself calibrated with like"):
+        bayestouch.calibrate(dataset, like=[tmp_path / "sixth.nc"])
+
+
+def test_command(earlier: list[bayestouch.Calibration], tmp_path: Path) -> None:
+    """`--like` twice; a file that is no calibration is one line and status 2."""
+    for i in range(2):
+        earlier[i].save(tmp_path / f"{i}.nc")
+    bayestouch.write_dataset(sixth(0)[1], tmp_path / "sixth")
+    like = ["--like", str(tmp_path / "0.nc"), "--like", str(tmp_path / "1.nc")]
+    command = ["calibrate", str(tmp_path / "sixth"), "-o", str(tmp_path / "sixth.nc"), "--draws", "64", *like]
+    done = CliRunner().invoke(main, command)
+    assert done.exit_code == 0, done.output
+    assert "learned from 2 earlier fingers" in done.output
+    (tmp_path / "0.nc").write_text("nothing")
+    (tmp_path / "sixth.nc").unlink()
+    failed = CliRunner().invoke(main, command)
+    assert failed.exit_code == 2
+    assert "0.nc" in failed.output and "Traceback" not in failed.output
+    assert not (tmp_path / "sixth.nc").exists()
+
+
+def test_other_builds_are_refused(earlier: list[bayestouch.Calibration]) -> None:
+    one, (_, dataset) = earlier[0], sixth(0)
+    body = replace(one.sensor.body, outer_radius_mm=13.0)
+    deeper = replace(one.sensor.body, sensing_radius_mm=10.5)
+    turned = replace(one.sensor.body, element_angles_deg=tuple(BUILD.angles + 1))
+    fewer = replace(one.sensor.body, element_angles_deg=tuple(BUILD.angles[1:]))
+    for changed, text in (
+        (replace(one, sensor=replace(one.sensor, body=body)), "outer_radius_mm is 13, here 12.7"),
+        (replace(one, sensor=replace(one.sensor, body=deeper)), "sensing_radius_mm is 10.5, here 9.9"),
+        (replace(one, sensor=replace(one.sensor, body=turned)), "the angles of its elements"),
+        (replace(one, sensor=replace(one.sensor, body=fewer)), "has 3 elements, this finger 4"),
+        (replace(one, sensor=replace(one.sensor, reading_unit="mV")), "has readings in mV, this finger in counts"),
+        (replace(one, settings={**one.settings, "contact": "hertz"}), "contact model 'hertz'"),
+        (replace(one, posterior={"sigma": one.posterior["sigma"][:, :5]}), "has 20 draws; expected 30 or more"),
+    ):
+        with pytest.raises(InputError, match=f"^like: finger of a build .*{text}"):
+            bayestouch.calibrate(dataset, like=[changed])
+    with pytest.raises(InputError, match="are the same calibration"):
+        bayestouch.calibrate(dataset, like=[one, one])
+
+
+def test_pads_are_refused() -> None:
+    from pad_simulation import simulated_pad
+
+    with pytest.raises(InputError, match="like is an option of fingers; this sensor is a pad"):
+        bayestouch.calibrate(simulated_pad(), like=["finger.nc"])

@@ -1,0 +1,79 @@
+"""Model checks of a report: ranks of readings that are left out, and sensitivity to the prior, in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from posterior_cases import calibration, touches
+from scipy.stats import norm
+
+from bayestouch.reporting.check_pictures import check_pictures
+from bayestouch.reporting.checks import left_out_ranks, predictive_check, prior_sensitivity
+from bayestouch.results.objects import TouchPosteriors
+
+
+def read(t: int, m: int, wrong: float = 1.0, seed: int = 1) -> TouchPosteriors:
+    """Touches whose m readings have a common unknown mean and noise of sd one; the first element has more of it.
+
+    The posterior of the mean under a flat prior is normal about the mean of the readings, with variance 1/m.
+    """
+    rng = np.random.default_rng(seed)
+    observed = rng.normal(size=(t, 1)) + rng.normal(size=(t, m)) * np.where(np.arange(m) == 0, wrong, 1.0)
+    mean = observed.mean(axis=1) + rng.normal(size=(4, 500, t)) / np.sqrt(m)
+    again = mean[..., None] + rng.normal(size=(4, 500, t, m))
+    log = norm(mean[..., None], 1).logpdf(observed)
+    result = touches()
+    rows = replace(result.rows, observed=observed)
+    groups = {"log_likelihood": {"reading": log}, "posterior_predictive": {"reading": again}}
+    return replace(result, rows=rows, groups=groups)
+
+
+def test_ranks_are_those_of_a_fit_without_the_reading() -> None:
+    """Without it, a reading is normal about the mean of the others with variance ``1 + 1/(m - 1)``."""
+    result = read(12, 6)
+    observed = result.rows.observed.copy()
+    observed[3, 2] = np.nan
+    log, again = result.groups["log_likelihood"]["reading"], result.groups["posterior_predictive"]["reading"]
+    rank = left_out_ranks(observed, again, log)
+    others = (result.rows.observed.sum(axis=1, keepdims=True) - result.rows.observed) / 5
+    expected = norm(others, np.sqrt(1 + 1 / 5)).cdf(result.rows.observed)
+    assert np.isnan(rank[3, 2])
+    # 2,000 weighted draws, of which more than 700 count
+    np.testing.assert_allclose(np.delete(rank, 20), np.delete(expected, 20), atol=0.06)
+
+
+def test_an_element_with_more_noise_than_stated_is_named() -> None:
+    right, wrong = (predictive_check(read(150, 6, wrong=size)) for size in (1.0, 2.0))
+    assert right is not None and wrong is not None
+    assert right["readings"] == 900 and right["percent_inside_90"] == pytest.approx(90, abs=3)
+    assert right["too_often_outside"] == [] == right["too_often_inside"]
+    assert wrong["too_often_outside"] == ["e01"]
+    (picture,) = check_pictures({"checks": {"predictive": wrong}})
+    assert "1 elements are outside too often" in picture.alt
+
+
+def test_a_check_that_is_not_possible_is_left_out() -> None:
+    assert predictive_check(touches()) is None and prior_sensitivity(calibration()) is None
+    assert list(check_pictures({"checks": {"predictive": None}})) == []
+
+
+def test_the_prior_that_decides_is_told_from_the_touches_that_decide() -> None:
+    """Normal prior and likelihood of one parameter; where the likelihood is flat, the prior decides."""
+    rng = np.random.default_rng(2)
+    found = {}
+    for case, sd in (("touches", 0.05), ("prior", 20.0)):
+        precision = 1 + 1 / sd**2
+        sigma = 0.3 / sd**2 / precision + rng.normal(size=(4, 500)) / np.sqrt(precision)
+        groups = {
+            "log_likelihood": {"whole_touch": np.repeat(norm(sigma, sd).logpdf(0.3)[..., None], 6, axis=2) / 6},
+            "log_prior": {"sigma": norm(0, 1).logpdf(sigma)},
+        }
+        result = replace(calibration(), posterior={"sigma": sigma}, groups=groups)
+        sensitivity = prior_sensitivity(result)
+        assert sensitivity is not None
+        (found[case],) = sensitivity["parameters"]
+    assert found["touches"]["prior"] < 0.02 and found["touches"]["likelihood"] > 0.05
+    assert found["touches"]["finding"] == "the touches decide"
+    assert found["prior"]["finding"] == "the prior decides" and found["prior"]["likelihood"] < 0.05
