@@ -54,9 +54,9 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
 
 
 def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
-    from bayestouch.pad.log_density import stated_of
+    from bayestouch.pad.log_density import stated_pad
 
-    return stated_of(calibration)
+    return stated_pad(calibration)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:

@@ -16,7 +16,7 @@ from bayestouch.pad.posterior import by_name
 from bayestouch.results.objects import Calibration
 
 
-def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+def stated_pad(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     """Effects of a calibration with their values, and the options of its fit."""
     listed = EffectList.of(calibration)
     effects = tuple(

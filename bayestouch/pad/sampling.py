@@ -26,7 +26,7 @@ SHARED_DOF = 8.0
 # Steps per draw that is kept, by attempt: about half of the proposals are accepted.
 THIN = (6, 18)
 # Points at which the proposal of the shared parameters is tried, and the share of them that must count.
-TRIED, GOOD = 128, 0.35
+TRIED, GOOD = 128, 0.2
 # Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 12
 
