@@ -12,7 +12,6 @@ from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
 #: What is said if the density of another body is asked for.
-FINGERS_ONLY = "log_density: the posterior density is available for fingers, this sensor is a pad"
 
 
 @dataclass(frozen=True, eq=False)

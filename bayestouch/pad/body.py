@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
@@ -54,9 +53,9 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
 
 
 def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
-    from bayestouch.model.log_density import FINGERS_ONLY
+    from bayestouch.pad.log_density import stated_pad
 
-    raise InputError(FINGERS_ONLY)
+    return stated_pad(calibration)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:
