@@ -63,8 +63,9 @@ def calibrate(
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
         ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
     like : sequence of Calibration or path, optional
-        Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response`` and
-        ``noise_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors` replaces these.
+        Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response``,
+        ``noise_sd`` and ``discrepancy_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors`
+        replaces these.
     model : StatedModel, optional
         Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects,
         their values are unknowns beside the other parameters; a model without is that of a call without `model`.
@@ -115,7 +116,7 @@ def calibrate(
             if model.body != body.kind:
                 raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
             own = body.own({**given, "contact": contact or model.contact or None})
-        learned = Learned.of(body, own, dataset.sensor)
+        learned = Learned.of(body, own, dataset)
         own = learned.options
         if model is None or not (model.effects or model.correction):
             return learned.noted(body.calibrate(with_calibration(dataset), **own, **common))

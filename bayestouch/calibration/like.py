@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bayestouch.data.sensor import Sensor
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.splits import with_calibration
 from bayestouch.model.body import Body
 from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
@@ -33,7 +34,7 @@ class Learned:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, body: Body, options: Mapping[str, Any], sensor: Sensor) -> Learned:
+    def of(cls, body: Body, options: Mapping[str, Any], dataset: DataSet) -> Learned:
         """Learn priors from the option ``like``, if it is given; stated priors replace those that are learned.
 
         Raises
@@ -49,7 +50,7 @@ class Learned:
             (each.sensor.name, each) if isinstance(each, Calibration) else (Path(each).name, load_calibration(each))
             for each in like
         ]
-        learned, notes = body.learned_priors(earlier, sensor, others["contact"])
+        learned, notes = body.learned_priors(earlier, with_calibration(dataset), others["contact"])
         stated = others["priors"] or {}
         kept = tuple(note for name, note in zip(learned, notes, strict=True) if name not in stated)
         return cls({**others, "priors": {**learned, **stated}}, tuple(name for name, _ in earlier), kept)

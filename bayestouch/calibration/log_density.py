@@ -21,7 +21,8 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     Parameters
     ----------
     calibration : Calibration
-        A calibration of a finger, with or without effects.
+        A calibration of a finger or a pad, with or without effects. On a pad the empirical map is integrated out, and
+        the noise, and the size and length of the map, are those that the calibration found.
     touches : DataSet
         The data set that it was made from.
 
@@ -33,11 +34,11 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     Raises
     ------
     InputError
-        The sensor is not a finger, its E map is an identified one, or the data set does not fit the calibration.
+        The E map of a finger is an identified one, or the data set does not fit the calibration.
     """
     if touches.sensor.body != calibration.sensor.body:
         raise InputError("the data set is of another sensor than the calibration", file=touches.path)
     with about(touches.path):
         model, options = body_of(calibration.sensor).stated(calibration)
-        fit = fit_stated(touches, model, draws=8, seed=0, **options)
+        fit = fit_stated(touches, model, draws=8, seed=int(calibration.settings["seed"]), **options)
         return fit.evaluation.log_density(fit.fitted, fit.added, fit.correction)

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
-    from bayestouch.data.sensor import Sensor
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.split_data import SplitData
@@ -52,11 +51,13 @@ def _calibrate(
 
 
 def _learned_priors(
-    earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str
+    earlier: Sequence[tuple[str, Calibration]], dataset: DataSet, contact: str
 ) -> tuple[dict[str, Prior], tuple[str, ...]]:
     from bayestouch.finger.learned_priors import learned_priors
 
-    return learned_priors(earlier, sensor, contact)
+    assert dataset.calibration is not None
+    counts = dataset.calibration.averaged().counts
+    return learned_priors(earlier, dataset.sensor, contact, float(np.median(counts[counts > 0])))
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:

@@ -70,7 +70,7 @@ class EffectPosterior:
         known, used = KnownTouches.of(model.known.means, model.finger)
         assert used.all()
         known = replace(known, load=model.load)
-        effects = joint_effects(tuple(effect for effect, _ in fitted.noise.effects))
+        effects = joint_effects(tuple(effect for effect, _ in fitted.noise.effects), raw.deviation.size)
         prior = priors.flat(model.finger, known).with_values(
             [(p.prior, p.logarithmic) for effect in model.effects for p in effect.parameters],
             [

@@ -6,35 +6,34 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 from scipy.special import stdtrit
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor, finger_of
-from bayestouch.errors import InputError
 from bayestouch.finger.layout import normal_approximation
 from bayestouch.finger.population import Evidence, NextFinger, Population, predict
-from bayestouch.finger.priors import FingerPriors
+from bayestouch.finger.priors import DISCREPANCY, FingerPriors
+from bayestouch.finger.same_build import check_same_build
 from bayestouch.priors.parameters import LogStudentT, Parameter, Prior, StudentT, Uniform
-from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
 
 # Half-normal scales of the sds of log responses and log noise; the default priors of one finger have these sds.
 RESPONSE_SPREAD, NOISE_SPREAD = float(np.log(3.0)), float(np.log(10.0))
 # Chains with normal proposals stick in heavier tails than those of 4 degrees of freedom; with 200 the prior is normal.
 DOF = 4.0, 200.0
-# Draws of an earlier calibration for each of the m + 2 coordinates whose covariance is needed.
-LEAST_DRAWS = 5
 SEED = 0
 
 
 def learned_priors(
-    earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str
+    earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str, samples: float
 ) -> tuple[dict[str, Prior], tuple[str, ...]]:
     """Priors of the next finger by name, and notes on what was learned.
 
-    Learned are σ, log μ and the depths of the elements together, log responses, and the log noise of the readings.
-    What is specific to a finger (angles, discrepancies) or to the rig (force noise) keeps its default prior.
+    Learned are σ, log μ and the depths of the elements together, log responses, the log noise of the readings, and
+    the log discrepancies, if every earlier calibration has draws of them. Angles are well known from few touches, and
+    the noise of the force sensor belongs to the rig: they keep their default priors.
 
     Parameters
     ----------
@@ -44,6 +43,8 @@ def learned_priors(
         The next finger.
     contact : str
         Its contact model.
+    samples : float
+        Number of readings in the mean of a typical touch, in units of whose noise discrepancies are.
 
     Raises
     ------
@@ -51,32 +52,30 @@ def learned_priors(
         A calibration is of another body, geometry, unit or contact model, was itself made with `like`, or is given
         twice.
     """
-    for i, (name, calibration) in enumerate(earlier):
-        _check(name, calibration, sensor, contact)
-        for other, before in earlier[:i]:
-            if _same(calibration, before):
-                raise InputError(f"like: {name} and {other} are the same calibration; its touches would count twice")
+    check_same_build(earlier, sensor, contact)
     calibrations = [calibration for _, calibration in earlier]
     build = _elastic(calibrations, sensor)
     default, _ = FingerPriors.of(sensor)
     rng = np.random.default_rng(SEED)
     sigma, log_mu, depth = (build.prior(i, rng) for i in range(3))
-    response = _of_elements(calibrations, "response", RESPONSE_SPREAD)
-    noise = _of_elements(calibrations, "noise_sd", NOISE_SPREAD)
+    of_elements = {
+        "response": _of_elements(calibrations, "response", RESPONSE_SPREAD),
+        "noise_sd": _of_elements(calibrations, "noise_sd", NOISE_SPREAD),
+    }
+    if all(_has_discrepancies(each) for each in calibrations):
+        of_elements["discrepancy_sd"] = _discrepancies(calibrations, samples)
     priors: dict[str, Prior] = {
         "sigma": StudentT(*sigma, *default.poisson_ratio.support),
         "mu": _log_student(*log_mu),
         "r_s": StudentT(*depth, *default.sensing_radius.support),
-        "response": _log_student(*response.prior(0, rng)),
-        "noise_sd": _log_student(*noise.prior(0, rng)),
+        **{name: _log_student(*each.prior(0, rng)) for name, each in of_elements.items()},
     }
     count = f"{len(earlier)} earlier finger{'s' if len(earlier) > 1 else ''}"
     said = {
         "sigma": f"sd between fingers {build.sd(0):.2g}",
         "mu": f"between fingers a factor of {np.exp(build.sd(1)):.3g}",
         "r_s": f"sd between fingers {build.sd(2):.2g} mm, between elements {build.sd(3):.2g} mm",
-        "response": _factors(response),
-        "noise_sd": _factors(noise),
+        **{name: _factors(each) for name, each in of_elements.items()},
     }
     return priors, tuple(f"Prior of {name} learned from {count}: {priors[name]}; {said[name]}." for name in priors)
 
@@ -173,19 +172,55 @@ def _elastic(calibrations: Sequence[Calibration], sensor: Sensor) -> Learned:
 
 
 def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) -> Learned:
-    """Logarithms of a value of each element."""
+    """Logarithms of responses or noise.
+
+    Their default priors are relative to the readings, and files do not have the centre; they are a hundred times as
+    wide as the posterior. The mean is taken as this centre, so that for a dead element nothing is left.
+    """
     draws = [np.log(np.abs(_flat(calibration.posterior[name]))) for calibration in calibrations]
     middle = float(np.median([each.mean(axis=0) for each in draws]))
-    found = []
-    for calibration, each in zip(calibrations, draws, strict=True):
-        # The default priors are relative to the readings, and the file does not have their centre; they are a hundred
-        # times as wide as the posterior. For a dead element both are equal, and nothing is left.
-        _, precision = _precision(_priors_of(calibration.parameters)[name], True)
-        scaled = (each - middle) / spread
-        m = scaled.shape[1]
-        own = np.full(m, precision * spread**2)
-        found.append(evidence_of(scaled, _ess(calibration), scaled.mean(axis=0), own))
+    centres = [each.mean(axis=0) for each in draws]
+    return _logarithms(calibrations, name, draws, centres, middle, spread)
+
+
+def _discrepancies(calibrations: Sequence[Calibration], samples: float) -> Learned:
+    """Logarithms of discrepancies in units of the noise of a mean of so many readings."""
+    draws, centres = [], []
+    for calibration in calibrations:
+        own, _ = _precision(_priors_of(calibration.parameters)["discrepancy_sd"], True)
+        counts = calibration.rows.counts
+        rescaled = 0.5 * np.log(samples / np.median(counts[counts > 0]))
+        centres.append(own + rescaled)
+        share = _flat(calibration.posterior["discrepancy_sd"]) / _flat(calibration.posterior["noise_sd"])
+        draws.append(np.log(share) + 0.5 * np.log(samples))
+    return _logarithms(
+        calibrations, "discrepancy_sd", draws, centres, float(np.log(DISCREPANCY.median)), DISCREPANCY.spread
+    )
+
+
+def _has_discrepancies(calibration: Calibration) -> bool:
+    """Whether discrepancies were drawn; a normal approximation holds them at one value."""
+    draws = calibration.posterior.get("discrepancy_sd")
+    known = "discrepancy_sd" in _priors_of(calibration.parameters)
+    return known and draws is not None and bool((_flat(draws).std(axis=0) > 0).all() and (draws > 0).all())
+
+
+def _logarithms(
+    calibrations: Sequence[Calibration],
+    name: str,
+    draws: Sequence[FloatArray],
+    centres: Sequence[ArrayLike],
+    middle: float,
+    spread: float,
+) -> Learned:
+    """Population of a value of each element, from draws (n, m) of its logarithm and centres of the earlier priors."""
     m = draws[0].shape[1]
+    found = []
+    for calibration, each, centre in zip(calibrations, draws, centres, strict=True):
+        _, precision = _precision(_priors_of(calibration.parameters)[name], True)
+        own = np.broadcast_to((np.asarray(centre) - middle) / spread, m)
+        scaled = (each - middle) / spread
+        found.append(evidence_of(scaled, _ess(calibration), own, np.full(m, precision * spread**2)))
     return Learned(predict(Population.of(0, m), _joined(found), SEED), np.full(m, middle), np.full(m, spread))
 
 
@@ -220,42 +255,3 @@ def _log_student(centre: float, scale: float, dof: float) -> LogStudentT:
 def _factors(learned: Learned) -> str:
     between, within = (np.exp(learned.sd(i)) for i in range(2))
     return f"between fingers a factor of {between:.3g}, between elements {within:.3g}"
-
-
-def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) -> None:
-    """Raise `InputError` if a calibration says nothing of this sensor."""
-    if calibration.sensor.body.kind != sensor.body.kind:
-        raise InputError(f"like: {name} is of a {calibration.sensor.body.kind}, this sensor is a {sensor.body.kind}")
-    theirs, ours = finger_of(calibration.sensor), finger_of(sensor)
-    if theirs.n_elements != ours.n_elements:
-        raise InputError(f"like: {name} has {theirs.n_elements} elements, this finger {ours.n_elements}")
-    for what in ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm"):
-        if getattr(theirs, what) != getattr(ours, what):
-            raise InputError(
-                f"like: {name} is of another build: {what} is {getattr(theirs, what):g}, here {getattr(ours, what):g}"
-            )
-    if not np.allclose(theirs.element_angles_deg, ours.element_angles_deg):
-        raise InputError(f"like: {name} is of another build: the angles of its elements are others")
-    if calibration.sensor.reading_unit != sensor.reading_unit:
-        raise InputError(
-            f"like: {name} has readings in {calibration.sensor.reading_unit}, this finger in {sensor.reading_unit}"
-        )
-    draws = calibration.posterior["sigma"].size
-    if draws < (needed := LEAST_DRAWS * (ours.n_elements + 2)):
-        raise InputError(f"like: {name} has {draws} draws; expected {needed} or more for their covariance")
-    used = str(calibration.settings["contact"])
-    if used != contact:
-        raise InputError(f"like: {name} has contact model {used!r}, this calibration {contact!r}")
-    if calibration.settings.get(LIKE):
-        raise InputError(
-            f"like: {name} was itself calibrated with like; its posterior has what earlier fingers say, which would "
-            "count twice: calibrate it without like"
-        )
-
-
-def _same(one: Calibration, other: Calibration) -> bool:
-    """Whether two calibrations are of the same touches."""
-    return bool(
-        one.rows.observed.shape == other.rows.observed.shape
-        and np.array_equal(one.rows.observed, other.rows.observed, equal_nan=True)
-    )

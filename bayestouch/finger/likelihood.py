@@ -172,9 +172,8 @@ class FingerLikelihood:
     def with_prior_about(self, vector: FloatArray) -> FingerLikelihood:
         """The likelihood with the normal approximation of Student-t priors about a flat vector."""
         assert self.model.flat_prior is not None
-        return FingerLikelihood(
-            replace(self.model, flat_prior=self.model.flat_prior.about(vector)), self.known, self.start
-        )
+        model = replace(self.model, flat_prior=self.model.flat_prior.about(vector))
+        return FingerLikelihood(model, self.known, self.start, self.placed)
 
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
         """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""

@@ -83,7 +83,7 @@ class LocalSeries:
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Expected readings (n, t, m) at the measured loads, and their derivative over the load (n, t, m)."""
-        place = (coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
+        place = (chain_coordinates(self.series.layout, vectors) - self.centre[:, None]) / self.half_width[:, None]
         beyond = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.series.sign * np.exp(vectors[:, self.series.layout.response])
         terms = (monomials(place, DEGREE) * response).transpose(2, 0, 1)
@@ -127,8 +127,8 @@ def local_series(
     noise = noise_sd / np.abs(response)
     local = LocalSeries(
         series,
-        coordinates(at, middle),
-        coordinates(at, half),
+        chain_coordinates(at, middle),
+        chain_coordinates(at, half),
         Polynomials.of(nodes[COMPARED:], readings[COMPARED:] / response, DEGREE, noise),
         Polynomials.of(
             nodes[COMPARED:], slopes[COMPARED:] / response, SLOPE_DEGREE, noise / series.known.load[:, None]
@@ -138,7 +138,7 @@ def local_series(
     return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
 
 
-def coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
+def chain_coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:
     """Depth, angle, σ and log μ of each element, (4, ..., m), of vectors (..., d)."""
     depth = vectors[..., at.depth]
     shared = (np.broadcast_to(vectors[..., place, None], depth.shape) for place in (at.sigma, at.log_mu))

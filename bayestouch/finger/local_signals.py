@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, coordinates, monomials, powers
+from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
 
 # Range of the polynomials in standard deviations, and their total degree for slopes over the load.
@@ -152,6 +152,6 @@ def _moved(model: FingerModel) -> IntArray:
 
 def _variables(model: FingerModel, moved: IntArray, vectors: FloatArray) -> FloatArray:
     """Variables (v, ..., m) of each element, from vectors (..., d)."""
-    own = coordinates(model.layout, vectors)
+    own = chain_coordinates(model.layout, vectors)
     shared = [np.broadcast_to(vectors[..., i, None], own.shape[1:]) for i in moved]
     return np.concatenate([own, np.stack(shared)]) if shared else own

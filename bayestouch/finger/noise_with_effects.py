@@ -19,6 +19,9 @@ from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
+# Readings of samples up to which the likelihood of outliers takes about two milliseconds.
+MOST_READINGS = 4000
+
 
 @dataclass(frozen=True, eq=False)
 class TouchSquares:
@@ -205,7 +208,11 @@ def noise_with_effects(
     return replace(out, scale=scatter.sd * model.peak, terms=terms_of(scatter, effects[0]))
 
 
-def joint_effects(effects: tuple[NoiseEffect, ...]) -> tuple[NoiseEffect, ...]:
-    """Noise effects whose values are drawn with all parameters: those that add noise, else the first one."""
+def joint_effects(effects: tuple[NoiseEffect, ...], readings: int) -> tuple[NoiseEffect, ...]:
+    """Noise effects whose values are drawn with all parameters, among those of a fit to so many readings of samples.
+
+    Those that add noise, else the first one if there are few enough readings. Values of others are independent of the
+    other parameters, given which readings are wrong; they have draws of their own (`AddedEffect.draws`).
+    """
     adding = tuple(effect for effect in effects if effect.added(effect.probes[0]))
-    return adding or effects[:1]
+    return adding or (effects[:1] if readings <= MOST_READINGS else ())

@@ -78,7 +78,7 @@ class Body:
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
         would profit from; `known` has the means of the touches with references.
     learned_priors : callable or None
-        ``(earlier, sensor, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
+        ``(earlier, dataset, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
         the option ``like``.
     """
 

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 
+#: What is said if the density of another body is asked for.
+
 
 @dataclass(frozen=True, eq=False)
 class LogDensity:

@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
+from bayestouch.data.sensor import pad_of
 from bayestouch.effects import Effect, Setting, catalogue
 from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
@@ -21,12 +22,14 @@ from bayestouch.model.observations import Observations
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
 from bayestouch.model.touch_errors import Infer, TouchReading
-from bayestouch.pad.body import NO_DENSITY
+from bayestouch.pad.calibration import choose_pad
 from bayestouch.pad.calibration_with_effects import pad_calibration
 from bayestouch.pad.corrected import goes_with_place
+from bayestouch.pad.density import PadDensity
 from bayestouch.pad.held_out import held_out
+from bayestouch.pad.log_density import public_density
 from bayestouch.pad.model import PadModel
-from bayestouch.pad.start import pad_fit
+from bayestouch.pad.start import fit_without_effects, pad_fit
 from bayestouch.pad.touch_errors import read_held_out
 from bayestouch.results.objects import Calibration
 
@@ -114,8 +117,17 @@ class PadEvaluation:
         )
 
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:
-        """Not yet for pads."""
-        raise InputError(NO_DENSITY)
+        """Posterior density of the fit as a function."""
+        sensor = self.data.dataset.sensor
+        if added:
+            density = PadDensity.of(fitted)
+        else:
+            model = fitted.model
+            assert isinstance(model, PadModel)
+            chosen = choose_pad(self.data.dataset, kernel=self.kernel or model.pad.kernel.name, seed=self.seed)
+            density = PadDensity.of(fit_without_effects(chosen.problem, chosen.model, pad_of(sensor)))
+        measured = np.isfinite(density.model.known.table.load).any()
+        return public_density(density, sensor.reading_unit, sensor.body.load_unit if measured else "")
 
     def held_out(self, fitted: Fitted, correction: Correction | None, *, stated: bool = False) -> HeldOut | None:
         """Residuals of the held-out touches (at stated references if `stated`); None if no touch is held out."""

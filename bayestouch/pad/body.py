@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayestouch.errors import InputError
 from bayestouch.model.body import Body, Option
 
 if TYPE_CHECKING:
@@ -24,8 +23,6 @@ if TYPE_CHECKING:
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
-#: What is said where the density of a calibration is asked for.
-NO_DENSITY = "log_density: the posterior density is available for fingers, this sensor is a pad"
 # A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
 MOST_TOUCHES = 1000
 # Smallest range of the loads, over their median, at which an error of the load can be observed.
@@ -56,7 +53,9 @@ def _begin(data: SplitData, **options: Any) -> Beginning:
 
 
 def _stated(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
-    raise InputError(NO_DENSITY)
+    from bayestouch.pad.log_density import stated_pad
+
+    return stated_pad(calibration)
 
 
 def _reader(calibration: Calibration, options: Options) -> TouchReader:

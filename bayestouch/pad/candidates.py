@@ -13,7 +13,7 @@ from bayestouch.chain.pad import PadChain
 from bayestouch.pad.fit import PadFit, fit_chain
 from bayestouch.pad.known_touches import location_spacing
 from bayestouch.pad.misfit_fit import fit_misfit
-from bayestouch.pad.noise import LeftOut, fit_noise, log_density
+from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import MapDiscrepancy
 
@@ -159,5 +159,5 @@ def _judged(problem: PadProblem, fit: PadFit, shape: PadChain) -> PadCandidate:
         load_share=problem.load_share,
     )
     noise, spread = fit_noise(left_out, problem.known.pure_error_variance, problem.force_sd)
-    score = float(log_density(left_out, noise, spread).sum())
+    score = float(left_out_density(left_out, noise, spread).sum())
     return PadCandidate(fit, shape, left_out, noise, spread, score)

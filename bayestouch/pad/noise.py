@@ -40,7 +40,7 @@ class LeftOut:
     load_share: FloatArray
 
 
-def log_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArray:
+def left_out_density(left_out: LeftOut, noise: Noise, load_spread: float) -> FloatArray:
     """Joint log predictive density of the readings of each touch, shape (n,).
 
     An error of the load changes all readings of a touch in proportion to their signal v: the covariance is
@@ -96,7 +96,7 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
 
     def cost(vector: FloatArray) -> float:
         departure = vector[3:] / _FLOOR_SPREAD
-        return 0.5 * float(departure @ departure) - float(log_density(left_out, *unpack(vector)).sum())
+        return 0.5 * float(departure @ departure) - float(left_out_density(left_out, *unpack(vector)).sum())
 
     # Lower bounds: a share of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration shows that loads
     # repeat to better than 1e-3.

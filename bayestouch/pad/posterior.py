@@ -82,8 +82,8 @@ class PadPosterior:
         drawn = sample_density(density, draws, seed, progress)
         values, mode = density.values(drawn.draws[:, :, 0]), density.values(density.mode)
         scale = np.where(density.logarithmic, mode, 1.0)
-        named = _by_name(density, values)
-        at_mode = {name: value[0, 0] for name, value in _by_name(density, mode[None, None]).items()}
+        named = by_name(density, values)
+        at_mode = {name: value[0, 0] for name, value in by_name(density, mode[None, None]).items()}
         rng = np.random.default_rng([seed, 3])
         for each in added:
             for i, parameter in enumerate(each.effect.public_parameters()):
@@ -116,12 +116,12 @@ def _requested(density: PadDensity, vectors: FloatArray, groups: Sequence[str]) 
     if "log_prior" in groups:
         columns = np.moveaxis(density.values(vectors), -1, 0)
         logs = [prior.log_density(column) for prior, column in zip(density.priors, columns, strict=True)]
-        out["log_prior"] = _by_name(density, np.stack(logs, axis=-1))
+        out["log_prior"] = by_name(density, np.stack(logs, axis=-1))
     return out
 
 
-def _by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
-    """Values (chain, draw, d) by name, (chain, draw) or (chain, draw, m) arrays."""
+def by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
+    """Values (..., d) of the entries by name, (...) or (..., m) arrays."""
     m, dimensions = density.model.pad.position.shape
     own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
     out = {name: values[..., i * m : (i + 1) * m] for i, name in enumerate(own)}

@@ -132,10 +132,10 @@ class PadPosteriorMap:
             solved = [_Solved.at(density, np.concatenate([mode[own], each]), own, unit) for each in found]
             log_weight = np.array([each.log_density for each in solved])
             log_weight += 0.5 * (points**2).sum(axis=1) + log_derivative
-            if not len(shared) or _effective(log_weight) >= ENOUGH * count:
+            if not len(shared) or effective_number(log_weight) >= ENOUGH * count:
                 break
             # Far from normal, or from its mode: the moments of the points by weight, which none of them dominates.
-            power = next(p for p in POWERS if _effective(p * log_weight) >= ENOUGH * count or p == POWERS[-1])
+            power = next(p for p in POWERS if effective_number(p * log_weight) >= ENOUGH * count or p == POWERS[-1])
             weight = np.exp(power * (log_weight - log_weight.max()))
             centre = weight @ found / weight.sum()
             spread = (found - centre).T @ (weight[:, None] * (found - centre)) / weight.sum()
@@ -204,7 +204,7 @@ class _Solved:
         return cls(np.asarray(solve_triangular(root.T, pull, lower=False)), root, log_density)
 
 
-def _effective(log_weight: FloatArray) -> float:
+def effective_number(log_weight: FloatArray) -> float:
     """Effective number of weights."""
     weight = np.exp(log_weight - log_weight.max())
     return float(weight.sum() ** 2 / (weight**2).sum())

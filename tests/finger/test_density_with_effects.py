@@ -1,6 +1,6 @@
 """Posterior density of a finger with effects against the likelihood written out with scipy, at several points.
 
-Differences of log densities between points of the posterior, so that constants drop out. They agree to 0.05: tables of
+Differences of log densities between points of the posterior, so that constants drop out. They agree to 0.01: tables of
 contacts are good to 1e-4 of the peak, and readings are taken as linear over the error of the load.
 """
 
@@ -20,12 +20,13 @@ from bayestouch.calibration.with_effects import StatedFit, fit_stated
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.local_signals import LARGEST_ERROR
 from bayestouch.model.log_density import LogDensity
 
 FloatArray = NDArray[np.float64]
 
 DESIGN = bayestouch.FingerDesign(n_elements=3, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=20.0)
-WITHIN = 0.05
+WITHIN = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,10 +100,10 @@ def written_out(case: Case, x: FloatArray, with_effect, variance) -> float:  # t
     return total + load_scatter(case, values)
 
 
-def agree(case: Case, expected: list[float], points: FloatArray) -> None:
+def agree(case: Case, expected: list[float], points: FloatArray, within: float = WITHIN) -> None:
     found = case.density.log_likelihood(points)
     assert np.ptp(expected) > 1
-    assert np.abs((found - found[0]) - (np.array(expected) - expected[0])).max() < WITHIN
+    assert np.abs((found - found[0]) - (np.array(expected) - expected[0])).max() < within
 
 
 def own_noise(here: FloatArray, values: Mapping[str, FloatArray]) -> FloatArray:
@@ -141,7 +142,8 @@ def test_an_effect_that_moves_the_touches() -> None:
         # The same touches at other angles are those of a finger that is read there.
         moved = _moved(one, np.degrees(turn) + error)
         expected.append(written_out(moved, x, lambda clean, values: clean, own_noise))
-    agree(one, expected, points)
+    # The polynomials are good to so much, see `bayestouch.finger.local_signals`.
+    agree(one, expected, points, LARGEST_ERROR)
 
 
 def _moved(one: Case, angle_deg: FloatArray) -> Case:

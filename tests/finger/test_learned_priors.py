@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from build_of_fingers import Build, Built
-from click.testing import CliRunner
+from build_of_fingers import SAMPLES, Build, Built
+from pad_simulation import line
 from scipy.stats import t as student
 
 import bayestouch
 from bayestouch.commands.cli import main
-from bayestouch.data.dataset import DataSet
+from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
 from bayestouch.finger.learned_priors import evidence_of, learned_priors, student_of
-from bayestouch.priors.parameters import Normal, StudentT
+from bayestouch.priors.parameters import Normal, Prior, StudentT
 
 BUILD = Build()
 FEW = 9
@@ -28,6 +28,12 @@ def earlier() -> list[bayestouch.Calibration]:
     rng = np.random.default_rng(11)
     datasets = [BUILD.draw(rng).dataset(rng) for _ in range(5)]
     return [bayestouch.calibrate(dataset, draws=400, seed=seed) for seed, dataset in enumerate(datasets)]
+
+
+@pytest.fixture(scope="module")
+def learned(earlier: list[bayestouch.Calibration]) -> tuple[dict[str, Prior], tuple[str, ...]]:
+    """Priors of the sixth finger, and notes."""
+    return learned_priors([(str(i), each) for i, each in enumerate(earlier)], BUILD.sensor, "layer", SAMPLES)
 
 
 def sixth(seed: int, **how: float) -> tuple[Built, DataSet]:
@@ -72,9 +78,9 @@ def test_too_heavy_tails_keep_the_central_95_percent() -> None:
     assert centre + scale * student.ppf(0.975, 4) == pytest.approx(student.ppf(0.975, 2.5), rel=1e-3)
 
 
-def test_priors_hold_what_the_fingers_had_in_common(earlier: list[bayestouch.Calibration]) -> None:
+def test_priors_hold_what_the_fingers_had_in_common(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
     """The build's means within 3 sds of a mean of five fingers, and every prior wider than the population."""
-    priors, notes = learned_priors([(str(i), each) for i, each in enumerate(earlier)], BUILD.sensor, "layer")
+    priors, notes = learned
     sigma, depth = priors["sigma"], priors["r_s"]
     assert isinstance(sigma, StudentT) and isinstance(depth, StudentT)
     assert sigma.centre == pytest.approx(BUILD.sigma, abs=3 * BUILD.sigma_sd / np.sqrt(5))
@@ -84,11 +90,11 @@ def test_priors_hold_what_the_fingers_had_in_common(earlier: list[bayestouch.Cal
     low, high = np.log(priors["mu"].quantile([0.16, 0.84]))
     assert low < np.log(BUILD.mu) < high
     assert 2 * BUILD.mu_sd / 2 < high - low < np.log(1.35)
-    assert len(notes) == len(priors) == 5
+    assert len(notes) == len(priors) == 6
     assert all("5 earlier fingers" in note for note in notes)
 
 
-def test_sixth_finger_is_better_known_and_as_well_covered(earlier: list[bayestouch.Calibration]) -> None:
+def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
     """Eight further fingers with nine touches: smaller sds, and errors of the size of the sds.
 
     Of σ and μ there are 16 errors that are nearly independent: rms z is 1 ± 0.18, and 3 such sds are allowed.
@@ -98,7 +104,7 @@ def test_sixth_finger_is_better_known_and_as_well_covered(earlier: list[bayestou
     for seed in range(8):
         finger, dataset = sixth(seed)
         alone = bayestouch.calibrate(dataset, draws=400)
-        like = bayestouch.calibrate(dataset, like=earlier, draws=400)
+        like = bayestouch.calibrate(dataset, priors=learned[0], draws=400)
         assert like.statistics["rhat"] < 1.05
         for name in z:
             error, sd = errors(like, finger, name)
@@ -112,14 +118,14 @@ def test_sixth_finger_is_better_known_and_as_well_covered(earlier: list[bayestou
     assert np.sqrt(np.mean(np.concatenate(z["r_s"]) ** 2)) == pytest.approx(1, abs=0.5)
 
 
-def test_finger_unlike_the_others_is_not_drawn_to_them(earlier: list[bayestouch.Calibration]) -> None:
+def test_finger_unlike_the_others_is_not_drawn_to_them(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
     """σ eight sds from the build: the learned prior pulls less than a normal prior of the same scale."""
     finger, dataset = sixth(1, off=8.0)
-    priors, _ = learned_priors([(str(i), each) for i, each in enumerate(earlier)], BUILD.sensor, "layer")
+    priors, _ = learned
     prior = priors["sigma"]
     assert isinstance(prior, StudentT)
-    like = bayestouch.calibrate(dataset, like=earlier, draws=400)
-    normal = bayestouch.calibrate(dataset, like=earlier, priors={"sigma": Normal(prior.centre, prior.scale)}, draws=400)
+    like = bayestouch.calibrate(dataset, priors=priors, draws=400)
+    normal = bayestouch.calibrate(dataset, priors={**priors, "sigma": Normal(prior.centre, prior.scale)}, draws=400)
     z, _ = errors(like, finger, "sigma")
     drawn, _ = errors(normal, finger, "sigma")
     assert abs(z[0]) < 3
@@ -138,7 +144,13 @@ def test_file_and_command_say_what_was_learned(earlier: list[bayestouch.Calibrat
     saved = bayestouch.load(tmp_path / "sixth.nc")
     assert isinstance(saved, bayestouch.Calibration)
     assert saved.settings["like"] == "finger-0.nc, finger-1.nc"
-    assert [note.split()[2] for note in saved.notes if "learned" in note] == ["mu", "r_s", "response", "noise_sd"]
+    assert [note.split()[2] for note in saved.notes if "learned" in note] == [
+        "mu",
+        "r_s",
+        "response",
+        "noise_sd",
+        "discrepancy_sd",
+    ]
     kinds = {each.name: type(each.prior).__name__ for each in saved.parameters}
     assert kinds["sigma"] == "Normal"
     assert (kinds["r_s"], kinds["mu"], kinds["noise_sd"]) == ("StudentT", "LogStudentT", "LogStudentT")
@@ -146,21 +158,20 @@ def test_file_and_command_say_what_was_learned(earlier: list[bayestouch.Calibrat
         bayestouch.calibrate(dataset, like=[tmp_path / "sixth.nc"])
 
 
-def test_command(earlier: list[bayestouch.Calibration], tmp_path: Path) -> None:
+def test_command(earlier: list[bayestouch.Calibration], tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """`--like` twice; a file that is no calibration is one line and status 2."""
     for i in range(2):
         earlier[i].save(tmp_path / f"{i}.nc")
-    bayestouch.write_dataset(sixth(0)[1], tmp_path / "sixth")
+    save_dataset(sixth(0)[1], tmp_path / "sixth")
     like = ["--like", str(tmp_path / "0.nc"), "--like", str(tmp_path / "1.nc")]
     command = ["calibrate", str(tmp_path / "sixth"), "-o", str(tmp_path / "sixth.nc"), "--draws", "64", *like]
-    done = CliRunner().invoke(main, command)
-    assert done.exit_code == 0, done.output
-    assert "learned from 2 earlier fingers" in done.output
+    assert main(command) == 0
+    assert "learned from 2 earlier fingers" in "".join(capsys.readouterr())
     (tmp_path / "0.nc").write_text("nothing")
     (tmp_path / "sixth.nc").unlink()
-    failed = CliRunner().invoke(main, command)
-    assert failed.exit_code == 2
-    assert "0.nc" in failed.output and "Traceback" not in failed.output
+    assert main(command) == 2
+    said = "".join(capsys.readouterr())
+    assert "0.nc" in said and "Traceback" not in said
     assert not (tmp_path / "sixth.nc").exists()
 
 
@@ -186,7 +197,7 @@ def test_other_builds_are_refused(earlier: list[bayestouch.Calibration]) -> None
 
 
 def test_pads_are_refused() -> None:
-    from pad_simulation import simulated_pad
-
     with pytest.raises(InputError, match="like is an option of fingers; this sensor is a pad"):
-        bayestouch.calibrate(simulated_pad(), like=["finger.nc"])
+        pad = line()
+        touches = pad.touch(np.linspace(-4.0, 4.0, 9), np.random.default_rng(0))
+        bayestouch.calibrate(pad.dataset(touches), like=["finger.nc"])

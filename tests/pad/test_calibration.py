@@ -20,7 +20,7 @@ from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.load import load_statistics
 from bayestouch.pad.misfit_fit import _evidence
-from bayestouch.pad.noise import LeftOut, fit_noise, log_density
+from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.pad.table import tabulate
@@ -191,7 +191,7 @@ def test_log_density_of_left_out_is_normal_with_a_common_load() -> None:
     residual[1, 2] = np.nan
     left_out = LeftOut(residual, variance, signal, np.ones((3, 4), dtype=np.int64), np.array([np.nan, np.nan, 0.3]))
     noise = Noise(np.full(4, 0.1), np.full(4, 0.2), 0.05)
-    found = log_density(left_out, noise, 0.1)
+    found = left_out_density(left_out, noise, 0.1)
     for t, spread in enumerate((0.1, 0.1, 0.3)):
         here = np.isfinite(residual[t])
         diagonal = noise.mean_sd(np.ones(4), signal[t]) ** 2 + variance[t]

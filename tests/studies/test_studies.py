@@ -322,6 +322,24 @@ def test_pooling(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "pooling.png")
 
 
+def test_from_finger_to_finger() -> None:
+    """One sixth finger with nine touches, and how many touches a finger alone needs for the same sd of R."""
+    module = study("from_finger_to_finger")
+    found = module.compare(module.BUILDS["one batch of rubber"], 1, (9,))
+    alone, like = found["alone", 9], found["like", 9]
+    assert like.sigma_sd[0] < 0.75 * alone.sigma_sd[0]
+    assert like.typical_sd < 1.1 * alone.typical_sd
+    assert module.table(found).count("\n") == 3
+
+    def read(sd: float) -> object:
+        return module.Read(np.array([sd]), *[np.zeros(1)] * 4, 1.0)
+
+    # half way from 0.08 to 0.02, on a logarithmic scale of touches
+    made = {("alone", 10): read(0.08), ("alone", 40): read(0.02), ("like", 10): read(0.05), ("like", 40): read(0.01)}
+    assert module.needed(made, 10) == pytest.approx(10 * 4 ** (0.03 / 0.06))
+    assert [row.split("|")[-2].strip() for row in module.table(made).splitlines()[2:]] == ["20", "more than 40"]
+
+
 def test_coverage() -> None:
     """The study's intervals that propagate the calibration cover more than those that plug it in.
 

@@ -1,0 +1,69 @@
+"""Whether calibrations of earlier fingers say anything of the next one: the same build, touched in other touches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bayestouch.data.sensor import Sensor, finger_of
+from bayestouch.errors import InputError
+from bayestouch.results.keys import LIKE
+from bayestouch.results.objects import Calibration
+
+# Draws of an earlier calibration for each of the m + 2 coordinates whose covariance is needed.
+LEAST_DRAWS = 5
+
+
+def check_same_build(earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str) -> None:
+    """Raise an error if a calibration cannot be learned from.
+
+    Raises
+    ------
+    InputError
+        As `bayestouch.finger.learned_priors.learned_priors` says.
+    """
+    for i, (name, calibration) in enumerate(earlier):
+        _check(name, calibration, sensor, contact)
+        for other, before in earlier[:i]:
+            if _same(calibration, before):
+                raise InputError(f"like: {name} and {other} are the same calibration; its touches would count twice")
+
+
+def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) -> None:
+    """Raise `InputError` if a calibration says nothing of this sensor."""
+    if calibration.sensor.body.kind != sensor.body.kind:
+        raise InputError(f"like: {name} is of a {calibration.sensor.body.kind}, this sensor is a {sensor.body.kind}")
+    theirs, ours = finger_of(calibration.sensor), finger_of(sensor)
+    if theirs.n_elements != ours.n_elements:
+        raise InputError(f"like: {name} has {theirs.n_elements} elements, this finger {ours.n_elements}")
+    for what in ("core_radius_mm", "outer_radius_mm", "sensing_radius_mm"):
+        if getattr(theirs, what) != getattr(ours, what):
+            raise InputError(
+                f"like: {name} is of another build: {what} is {getattr(theirs, what):g}, here {getattr(ours, what):g}"
+            )
+    if not np.allclose(theirs.element_angles_deg, ours.element_angles_deg):
+        raise InputError(f"like: {name} is of another build: the angles of its elements are others")
+    if calibration.sensor.reading_unit != sensor.reading_unit:
+        raise InputError(
+            f"like: {name} has readings in {calibration.sensor.reading_unit}, this finger in {sensor.reading_unit}"
+        )
+    draws = calibration.posterior["sigma"].size
+    if draws < (needed := LEAST_DRAWS * (ours.n_elements + 2)):
+        raise InputError(f"like: {name} has {draws} draws; expected {needed} or more for their covariance")
+    used = str(calibration.settings["contact"])
+    if used != contact:
+        raise InputError(f"like: {name} has contact model {used!r}, this calibration {contact!r}")
+    if calibration.settings.get(LIKE):
+        raise InputError(
+            f"like: {name} was itself calibrated with like; its posterior has what earlier fingers say, which would "
+            "count twice: calibrate it without like"
+        )
+
+
+def _same(one: Calibration, other: Calibration) -> bool:
+    """Whether two calibrations are of the same touches."""
+    return bool(
+        one.rows.observed.shape == other.rows.observed.shape
+        and np.array_equal(one.rows.observed, other.rows.observed, equal_nan=True)
+    )

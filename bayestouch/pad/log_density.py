@@ -1,0 +1,60 @@
+"""The posterior density of the calibration of a pad as a `LogDensity`, and the model that it is of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.effects.stated import StatedModel
+from bayestouch.model.effect_list import EffectList
+from bayestouch.model.log_density import LogDensity
+from bayestouch.pad.density import PadDensity
+from bayestouch.pad.posterior import by_name
+from bayestouch.results.objects import Calibration
+
+
+def stated_pad(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
+    """Effects of a calibration with their values, and the options of its fit."""
+    listed = EffectList.of(calibration)
+    effects = tuple(
+        (
+            effect.name,
+            {
+                own.name: float(calibration.mode[public.name])
+                for own, public in zip(effect.parameters, effect.public_parameters(), strict=True)
+            },
+        )
+        for effect in (() if listed is None else listed.effects)
+    )
+    return StatedModel("pad", "", effects, False), {"kernel": str(calibration.settings["kernel"])}
+
+
+def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> LogDensity:
+    """Density of a pad, with or without effects, for any sampler."""
+    m, dimensions = density.model.pad.position.shape
+    per_load = f"{reading_unit}/{load_unit}" if load_unit else reading_unit
+    own = [per_load] * m + [reading_unit] * m + ["mm"] * (m * dimensions)
+    effects = [each.unit for effect in density.model.effects for each in effect.parameters]
+
+    def coordinates(values: Mapping[str, FloatArray]) -> FloatArray:
+        names = by_name(density, density.mode[None])
+        columns = [values[name].reshape(len(values[name]), -1) for name in names]
+        flat = np.concatenate(columns, axis=1)
+        return np.where(density.logarithmic, np.log(np.where(density.logarithmic, flat, 1.0)), flat)
+
+    logarithmic = zip(density.names, density.logarithmic, strict=True)
+    return LogDensity(
+        names=tuple(f"log {name}" if log else name for name, log in logarithmic),
+        units=(*own, *(each.unit for each in density.model.pad.kernel.parameters), *effects),
+        start=density.mode,
+        covariance=density.covariance,
+        bounds=density.bounds,
+        posterior=density,
+        prior=density.log_prior,
+        touches=density.touch_log_likelihood if density.functions is None else None,
+        values=lambda points: by_name(density, density.values(points)),
+        coordinates=coordinates,
+    )
