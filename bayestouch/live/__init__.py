@@ -23,7 +23,7 @@ class Reader:
     """Reads touches one at a time, or sample by sample while a touch is held.
 
     The density of a touch is that of `bayestouch.infer` with ``check_sensor=False``. It is integrated by deterministic
-    quadrature instead of sampling: no random numbers, about half a millisecond for a finger. A result that this
+    quadrature instead of sampling: no random numbers, and less than a millisecond for a finger. A result that this
     quadrature cannot vouch for has `LiveTouch.flags`.
 
     Parameters
