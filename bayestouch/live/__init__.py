@@ -13,13 +13,15 @@ from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError, shown
 from bayestouch.live.files import load_setup, save_setup
 from bayestouch.model.body import body_of
+from bayestouch.output.summary import Summarised
+from bayestouch.output.text import plural
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.reading.live import HeldTouch, LiveBody, LiveTouch
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
 
 
-class Reader:
+class Reader(Summarised):
     """Reads touches one at a time, or sample by sample while a touch is held.
 
     The density of a touch is that of `bayestouch.infer` with ``check_sensor=False``. It is integrated by deterministic
@@ -82,6 +84,12 @@ class Reader:
         rest = calibration.rest_reading
         self.rest_reading: FloatArray = np.zeros(self._body.n_elements) if rest is None else np.nan_to_num(rest)
         self.restart()
+
+    def summary_lines(self) -> list[str]:
+        """Lines that ``repr`` shows."""
+        samples = 0 if self._held is None else self._held.samples
+        held = f"a touch of {plural(samples, 'sample')} is held" if samples else "no touch is held"
+        return [f"Reader of a {self.calibration.sensor.body.kind}, {plural(self._body.n_elements, 'element')}", held]
 
     def restart(self) -> None:
         """Forget all touches: the next sample is the first one of a new stream."""

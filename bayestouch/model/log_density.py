@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, few
+from bayestouch.output.summary import Summarised
+from bayestouch.output.text import plural
 
-#: What is said if the density of another body is asked for.
 
-
-@dataclass(frozen=True, eq=False)
-class LogDensity:
+@dataclass(frozen=True, eq=False, repr=False)
+class LogDensity(Summarised):
     """Log posterior density of a calibration in d coordinates, vectorised; of t touches.
 
     Coordinates are the parameters, or the logarithms of those that are positive (`names` says which); an angle is in
@@ -56,6 +56,14 @@ class LogDensity:
     touches: Callable[[FloatArray], FloatArray] | None
     values: Callable[[FloatArray], dict[str, FloatArray]]
     coordinates: Callable[[Mapping[str, FloatArray]], FloatArray]
+
+    def summary_lines(self) -> list[str]:
+        """Lines that ``repr`` shows."""
+        touches = "no likelihood" if self.touches is None else "a likelihood"
+        return [
+            f"LogDensity of {plural(self.dimension, 'coordinate')}, {touches} of each touch",
+            few(list(self.names)),
+        ]
 
     @property
     def dimension(self) -> int:

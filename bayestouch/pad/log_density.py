@@ -52,7 +52,7 @@ def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> Lo
         start=density.mode,
         covariance=density.covariance,
         bounds=density.bounds,
-        posterior=density,
+        posterior=density.__call__,
         prior=density.log_prior,
         touches=density.touch_log_likelihood if density.functions is None else None,
         values=lambda points: by_name(density, density.values(points)),

@@ -10,6 +10,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.output.summary import Summarised
+from bayestouch.output.text import plural
 
 #: Probabilities of the quantiles of a `LiveTouch`.
 LEVELS = np.array([0.05, 0.5, 0.95])
@@ -68,7 +69,7 @@ class LiveTouch(Summarised):
         rows = zip(self.names, self.units, self.mean, self.sd, strict=True)
         lines = [f"{name} = {mean:.4g} ± {sd:.2g} {unit}".rstrip() for name, unit, mean, sd in rows]
         lines += [f"tip {name}: {probability:.3f}" for name, probability in self.tips.items()]
-        return [f"touch of {self.samples} samples", *lines, *self.flags]
+        return [f"LiveTouch of {plural(self.samples, 'sample')}", *lines, *self.flags]
 
 
 @dataclass(frozen=True, eq=False)
