@@ -95,13 +95,13 @@ def test_priors_hold_what_the_fingers_had_in_common(learned: tuple[dict[str, Pri
 
 
 def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
-    """Eight further fingers with nine touches: smaller sds, and errors of the size of the sds.
+    """Five further fingers with nine touches: smaller sds, and errors of the size of the sds.
 
-    Of σ and μ there are 16 errors that are nearly independent: rms z is 1 ± 0.18, and 3 such sds are allowed.
+    Of σ and μ there are 10 errors that are nearly independent: rms z is 1 ± 0.22, and 3 such sds are allowed.
     """
     z: dict[str, list[np.ndarray]] = {"sigma": [], "mu": [], "r_s": []}
     share: dict[str, list[float]] = {name: [] for name in z}
-    for seed in range(8):
+    for seed in range(5):
         finger, dataset = sixth(seed)
         alone = bayestouch.calibrate(dataset, draws=400)
         like = bayestouch.calibrate(dataset, priors=learned[0], draws=400)
@@ -114,7 +114,7 @@ def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[st
     assert np.mean(share["mu"]) < 0.95
     assert np.mean(share["r_s"]) < 0.95
     rubber = np.concatenate([*z["sigma"], *z["mu"]])
-    assert np.sqrt(np.mean(rubber**2)) == pytest.approx(1, abs=0.54)
+    assert np.sqrt(np.mean(rubber**2)) == pytest.approx(1, abs=0.66)
     assert np.sqrt(np.mean(np.concatenate(z["r_s"]) ** 2)) == pytest.approx(1, abs=0.5)
 
 
