@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.calibration.like import Learned
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
@@ -116,7 +115,9 @@ def calibrate(
             if model.body != body.kind:
                 raise InputError(f"the model is that of a {model.body}, this sensor is a {body.kind}")
             own = body.own({**given, "contact": contact or model.contact or None})
-        learned = Learned.of(body, own, dataset)
+        from bayestouch.calibration.like import LikeEarlier
+
+        learned = LikeEarlier.of(body, own, dataset)
         own = learned.options
         if model is None or not (model.effects or model.correction):
             return learned.noted(body.calibrate(with_calibration(dataset), **own, **common))

@@ -14,9 +14,12 @@ from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
 from bayestouch.results.reading import load_calibration
 
+# Above it the posterior has two parts between which no chain moves: as the touches say, and as the earlier fingers say.
+LARGEST_RHAT = 1.2
+
 
 @dataclass(frozen=True)
-class Learned:
+class LikeEarlier:
     """What earlier calibrations change in a calibration.
 
     Attributes
@@ -34,7 +37,7 @@ class Learned:
     notes: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, body: Body, options: Mapping[str, Any], dataset: DataSet) -> Learned:
+    def of(cls, body: Body, options: Mapping[str, Any], dataset: DataSet) -> LikeEarlier:
         """Learn priors from the option ``like``, if it is given; stated priors replace those that are learned.
 
         Raises
@@ -60,4 +63,10 @@ class Learned:
         if not self.names:
             return calibration
         settings = {**calibration.settings, LIKE: ", ".join(self.names)}
-        return replace(calibration, settings=settings, notes=(*calibration.notes, *self.notes))
+        notes = (*calibration.notes, *self.notes)
+        if (rhat := calibration.statistics.get("rhat", 1.0)) > LARGEST_RHAT:
+            notes += (
+                f"R-hat is {rhat:.2f}: touches and learned priors contradict each other, and this finger may be unlike "
+                "the earlier ones; calibrate it without like.",
+            )
+        return replace(calibration, settings=settings, notes=notes)

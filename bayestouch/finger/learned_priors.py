@@ -13,7 +13,7 @@ from scipy.special import stdtrit
 from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.finger.layout import normal_approximation
-from bayestouch.finger.population import Evidence, NextFinger, Population, predict
+from bayestouch.finger.population import EarlierFingers, NextFinger, Population, predict
 from bayestouch.finger.priors import DISCREPANCY, FingerPriors
 from bayestouch.finger.same_build import check_same_build
 from bayestouch.priors.parameters import LogStudentT, Parameter, Prior, StudentT, Uniform
@@ -81,7 +81,7 @@ def learned_priors(
 
 
 @dataclass(frozen=True, eq=False)
-class Learned:
+class LearnedPrior:
     """Predictive distribution of the next finger, with the units of its coordinates.
 
     Attributes
@@ -130,7 +130,7 @@ def student_of(samples: FloatArray) -> tuple[float, float, float]:
     return float(centre), float((high - low) / (2 * stdtrit(dof, 0.975))), dof
 
 
-def evidence_of(draws: FloatArray, ess: float, prior_mean: FloatArray, prior_precision: FloatArray) -> Evidence:
+def evidence_of(draws: FloatArray, ess: float, prior_mean: FloatArray, prior_precision: FloatArray) -> EarlierFingers:
     """Normal likelihood of one finger from draws (n, d) of its posterior; its own independent priors are divided out.
 
     Directions in which the posterior is not narrower than the prior have no information.
@@ -143,10 +143,10 @@ def evidence_of(draws: FloatArray, ess: float, prior_mean: FloatArray, prior_pre
     informed = values > 0
     shift = axes.T @ (posterior @ mean - prior_precision * prior_mean)
     precision = (axes * np.where(informed, values, 0.0)) @ axes.T
-    return Evidence(precision[None], (axes @ np.where(informed, shift, 0.0))[None])
+    return EarlierFingers(precision[None], (axes @ np.where(informed, shift, 0.0))[None])
 
 
-def _elastic(calibrations: Sequence[Calibration], sensor: Sensor) -> Learned:
+def _elastic(calibrations: Sequence[Calibration], sensor: Sensor) -> LearnedPrior:
     """σ, log μ and the depths together: their errors are correlated in every calibration."""
     finger, (default, _) = finger_of(sensor), FingerPriors.of(sensor)
     m = finger.n_elements
@@ -168,10 +168,10 @@ def _elastic(calibrations: Sequence[Calibration], sensor: Sensor) -> Learned:
         found.append(
             evidence_of((draws - centre) / scale, _ess(calibration), (mean - centre) / scale, precision * scale**2)
         )
-    return Learned(predict(Population.of(2, m), _joined(found), SEED), centre, scale)
+    return LearnedPrior(predict(Population.of(2, m), _joined(found), SEED), centre, scale)
 
 
-def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) -> Learned:
+def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) -> LearnedPrior:
     """Logarithms of responses or noise.
 
     Their default priors are relative to the readings, and files do not have the centre; they are a hundred times as
@@ -183,7 +183,7 @@ def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) 
     return _logarithms(calibrations, name, draws, centres, middle, spread)
 
 
-def _discrepancies(calibrations: Sequence[Calibration], samples: float) -> Learned:
+def _discrepancies(calibrations: Sequence[Calibration], samples: float) -> LearnedPrior:
     """Logarithms of discrepancies in units of the noise of a mean of so many readings."""
     draws, centres = [], []
     for calibration in calibrations:
@@ -212,7 +212,7 @@ def _logarithms(
     centres: Sequence[ArrayLike],
     middle: float,
     spread: float,
-) -> Learned:
+) -> LearnedPrior:
     """Population of a value of each element, from draws (n, m) of its logarithm and centres of the earlier priors."""
     m = draws[0].shape[1]
     found = []
@@ -221,7 +221,7 @@ def _logarithms(
         own = np.broadcast_to((np.asarray(centre) - middle) / spread, m)
         scaled = (each - middle) / spread
         found.append(evidence_of(scaled, _ess(calibration), own, np.full(m, precision * spread**2)))
-    return Learned(predict(Population.of(0, m), _joined(found), SEED), np.full(m, middle), np.full(m, spread))
+    return LearnedPrior(predict(Population.of(0, m), _joined(found), SEED), np.full(m, middle), np.full(m, spread))
 
 
 def _precision(prior: Prior, logarithmic: bool) -> tuple[float, float]:
@@ -244,14 +244,14 @@ def _ess(calibration: Calibration) -> float:
     return float(calibration.statistics.get("ess_bulk", np.inf))
 
 
-def _joined(found: Sequence[Evidence]) -> Evidence:
-    return Evidence(np.concatenate([e.precision for e in found]), np.concatenate([e.shift for e in found]))
+def _joined(found: Sequence[EarlierFingers]) -> EarlierFingers:
+    return EarlierFingers(np.concatenate([e.precision for e in found]), np.concatenate([e.shift for e in found]))
 
 
 def _log_student(centre: float, scale: float, dof: float) -> LogStudentT:
     return LogStudentT(float(np.exp(centre)), scale, dof)
 
 
-def _factors(learned: Learned) -> str:
+def _factors(learned: LearnedPrior) -> str:
     between, within = (np.exp(learned.sd(i)) for i in range(2))
     return f"between fingers a factor of {between:.3g}, between elements {within:.3g}"

@@ -23,6 +23,8 @@ from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 LOAD_REACH = 3.2
 # Range in which a series is valid: standard deviations of the prior before the fit, and of the posterior after it.
 PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
+# Largest number of ranges that a fit tries; two are usual.
+MOST_RANGES = 6
 
 
 class FingerLikelihood:
@@ -135,7 +137,10 @@ class FingerLikelihood:
         """
         fit = self._maximum(spread)
         reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH)
-        while not self.series.reach.covers(reach):
+        # Where touches and a narrow prior contradict each other, modes of two ranges may alternate without end.
+        for _ in range(MOST_RANGES):
+            if self.series.reach.covers(reach):
+                break
             self.model, self.start = replace(self.model, evaluator=self._series(reach)), fit.mode
             fit = self._maximum(spread)
             # The posterior may extend beyond the range of the old series.

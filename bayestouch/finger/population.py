@@ -23,7 +23,7 @@ START = np.log(0.01), 0.0
 
 
 @dataclass(frozen=True, eq=False)
-class Evidence:
+class EarlierFingers:
     """Normal likelihoods of K earlier fingers, of d coordinates.
 
     Attributes
@@ -71,7 +71,7 @@ class Population:
         """Covariance (..., d, d) of the coordinates about the mean of the build, for log sds (..., c)."""
         return np.tensordot(np.exp(2 * log_sd), self.components, axes=1)
 
-    def posterior(self, log_sd: FloatArray, evidence: Evidence) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def posterior(self, log_sd: FloatArray, evidence: EarlierFingers) -> tuple[FloatArray, FloatArray, FloatArray]:
         """For log sds (n, c): log posterior density (n,), and mean (n, q) and covariance (n, q, q) of the means M."""
         cov = self.covariance(log_sd)[:, None]
         precision, shift = evidence.precision, evidence.shift[..., None]
@@ -87,7 +87,7 @@ class Population:
         half_normal = (log_sd - 0.5 * np.exp(2 * log_sd)).sum(axis=1)
         return 0.5 * (log_volume + explained) + half_normal, mean[..., 0], spread
 
-    def sample(self, evidence: Evidence, seed: int) -> FloatArray:
+    def sample(self, evidence: EarlierFingers, seed: int) -> FloatArray:
         """Draws (n, c) of the log sds from their posterior."""
         c = len(self.components)
         rng = np.random.RandomState(seed)
@@ -121,7 +121,7 @@ class NextFinger:
         return np.asarray(self.mean[:, coordinate] + np.sqrt(self.variance[:, coordinate]) * noise).ravel()
 
 
-def predict(population: Population, evidence: Evidence, seed: int) -> NextFinger:
+def predict(population: Population, evidence: EarlierFingers, seed: int) -> NextFinger:
     """What the earlier fingers say of the next one.
 
     The coordinates of the next finger are correlated: its elements share what its batch has in common, and the means of

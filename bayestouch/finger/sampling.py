@@ -16,7 +16,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.quantiles import QuantileMaps
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentTProposal, sample_blocks
 from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.diagnostics import bulk_statistics
@@ -199,7 +199,7 @@ def draw_points(
         vectors, log_derivative = to_vectors(points)
         return density(vectors) + log_derivative
 
-    proposal = StudentT.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
+    proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     each = -(-draws // CHAINS)
     for attempt, thin in enumerate(thins if moves is None else (1,)):
         drawn = sample_blocks(

@@ -12,7 +12,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.posterior_map import PadPosteriorMap, effective_number
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, StudentT, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentTProposal, sample_blocks
 from bayestouch.sampling.adapt import adapt
 from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
 from bayestouch.sampling.diagnostics import bulk_statistics
@@ -112,8 +112,8 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
     return replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
 
 
-def _standard(dimension: int, dof: float) -> StudentT:
-    return StudentT.from_covariance(np.zeros((1, dimension)), np.eye(dimension)[None], dof)
+def _standard(dimension: int, dof: float) -> StudentTProposal:
+    return StudentTProposal.from_covariance(np.zeros((1, dimension)), np.eye(dimension)[None], dof)
 
 
 def _for_shared(

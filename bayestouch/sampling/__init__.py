@@ -5,7 +5,7 @@ from bayestouch.sampling.draws import BlockDraws, Demands
 from bayestouch.sampling.importance import ImportanceDraws, importance_blocks
 from bayestouch.sampling.lockstep import sample_blocks
 from bayestouch.sampling.pareto import pareto_shape, pareto_smooth
-from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentT
+from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentTProposal
 from bayestouch.sampling.streams import BlockStreams
 
 __all__ = [
@@ -15,7 +15,7 @@ __all__ = [
     "Demands",
     "ImportanceDraws",
     "Mixture",
-    "StudentT",
+    "StudentTProposal",
     "bulk_statistics",
     "ess_bulk",
     "importance_blocks",

@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.density import LogDensity, of_blocks
 from bayestouch.sampling.pareto import systematic_resample
-from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentT
+from bayestouch.sampling.proposals import BlockProposal, Mixture, StudentTProposal
 from bayestouch.sampling.streams import BlockStreams
 
 # Purpose number of the random streams, see `BlockStreams`.
@@ -90,8 +90,8 @@ def fit_mixture(points: FloatArray, spread: FloatArray) -> Mixture:
         share = _expect(y, weight, mean, covariance)
     weight, mean, covariance = _maximise(y, share, overall)
 
-    def component(at: FloatArray, matrix: FloatArray, scale: float) -> StudentT:
-        return StudentT(centre + sd * at, sd[:, :, None] * scale * np.linalg.cholesky(matrix), DOF)
+    def component(at: FloatArray, matrix: FloatArray, scale: float) -> StudentTProposal:
+        return StudentTProposal(centre + sd * at, sd[:, :, None] * scale * np.linalg.cholesky(matrix), DOF)
 
     parts = [component(mean[:, k], covariance[:, k], SCALE) for k in range(COMPONENTS)]
     wide = component(np.zeros((n_blocks, d)), overall, WIDE_SCALE)

@@ -42,7 +42,7 @@ class BlockProposal(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class StudentT:
+class StudentTProposal:
     """Multivariate Student-t distribution for each block.
 
     Attributes
@@ -62,7 +62,7 @@ class StudentT:
     @classmethod
     def from_covariance(
         cls, centre: ArrayLike, covariance: ArrayLike, dof: float = 7.0, scale: float = 1.0
-    ) -> StudentT:
+    ) -> StudentTProposal:
         """Return Student-t distributions with scale matrix ``scale² covariance``, usually from a Laplace fit.
 
         Raises
@@ -98,10 +98,10 @@ class StudentT:
         z = self._inverse_root @ (np.swapaxes(x, 1, 2) - self.centre[:, :, None])
         return self._log_density_of_squares((z * z).sum(axis=1))
 
-    def select(self, blocks: ArrayLike) -> StudentT:
+    def select(self, blocks: ArrayLike) -> StudentTProposal:
         """Return the proposal of the selected blocks, by index or mask."""
         index = np.asarray(blocks)
-        return StudentT(self.centre[index], self.root[index], self.dof)
+        return StudentTProposal(self.centre[index], self.root[index], self.dof)
 
     @cached_property
     def _inverse_root(self) -> FloatArray:
@@ -123,13 +123,13 @@ class Mixture:
 
     Attributes
     ----------
-    components : tuple of StudentT
+    components : tuple of StudentTProposal
         The components, each for all B blocks.
     weights : (B, k) array
         Weights of the components; each row adds up to 1.
     """
 
-    components: tuple[StudentT, ...]
+    components: tuple[StudentTProposal, ...]
     weights: FloatArray
 
     @property
@@ -169,7 +169,9 @@ class Mixture:
     def concatenate(cls, mixtures: Sequence[Mixture]) -> Mixture:
         """Return one mixture of all blocks from mixtures with equal numbers of components."""
         components = tuple(
-            StudentT(np.concatenate([p.centre for p in parts]), np.concatenate([p.root for p in parts]), parts[0].dof)
+            StudentTProposal(
+                np.concatenate([p.centre for p in parts]), np.concatenate([p.root for p in parts]), parts[0].dof
+            )
             for parts in zip(*(mixture.components for mixture in mixtures), strict=True)
         )
         return cls(components, np.concatenate([mixture.weights for mixture in mixtures]))

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from build_of_fingers import SAMPLES, Build, Built
-from pad_simulation import line
 from scipy.stats import t as student
 
 import bayestouch
@@ -16,6 +15,7 @@ from bayestouch.commands.cli import main
 from bayestouch.data.dataset import DataSet, save_dataset
 from bayestouch.errors import InputError
 from bayestouch.finger.learned_priors import evidence_of, learned_priors, student_of
+from bayestouch.model.body import body_of_kind
 from bayestouch.priors.parameters import Normal, Prior, StudentT
 
 BUILD = Build()
@@ -95,13 +95,13 @@ def test_priors_hold_what_the_fingers_had_in_common(learned: tuple[dict[str, Pri
 
 
 def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
-    """Eight further fingers with nine touches: smaller sds, and errors of the size of the sds.
+    """Five further fingers with nine touches: smaller sds, and errors of the size of the sds.
 
-    Of σ and μ there are 16 errors that are nearly independent: rms z is 1 ± 0.18, and 3 such sds are allowed.
+    Of σ and μ there are 10 errors that are nearly independent: rms z is 1 ± 0.22, and 3 such sds are allowed.
     """
     z: dict[str, list[np.ndarray]] = {"sigma": [], "mu": [], "r_s": []}
     share: dict[str, list[float]] = {name: [] for name in z}
-    for seed in range(8):
+    for seed in range(5):
         finger, dataset = sixth(seed)
         alone = bayestouch.calibrate(dataset, draws=400)
         like = bayestouch.calibrate(dataset, priors=learned[0], draws=400)
@@ -114,23 +114,17 @@ def test_sixth_finger_is_better_known_and_as_well_covered(learned: tuple[dict[st
     assert np.mean(share["mu"]) < 0.95
     assert np.mean(share["r_s"]) < 0.95
     rubber = np.concatenate([*z["sigma"], *z["mu"]])
-    assert np.sqrt(np.mean(rubber**2)) == pytest.approx(1, abs=0.54)
+    assert np.sqrt(np.mean(rubber**2)) == pytest.approx(1, abs=0.66)
     assert np.sqrt(np.mean(np.concatenate(z["r_s"]) ** 2)) == pytest.approx(1, abs=0.5)
 
 
-def test_finger_unlike_the_others_is_not_drawn_to_them(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
-    """σ eight sds from the build: the learned prior pulls less than a normal prior of the same scale."""
-    finger, dataset = sixth(1, off=8.0)
-    priors, _ = learned
-    prior = priors["sigma"]
-    assert isinstance(prior, StudentT)
-    like = bayestouch.calibrate(dataset, priors=priors, draws=400)
-    normal = bayestouch.calibrate(dataset, priors={**priors, "sigma": Normal(prior.centre, prior.scale)}, draws=400)
+def test_finger_unlike_the_others_keeps_its_own_rubber(learned: tuple[dict[str, Prior], tuple[str, ...]]) -> None:
+    """σ, log μ and depths five sds from the build: σ is that of the finger within three sds of its posterior."""
+    finger, dataset = sixth(1, off=5.0)
+    like = bayestouch.calibrate(dataset, priors=learned[0], draws=400)
     z, _ = errors(like, finger, "sigma")
-    drawn, _ = errors(normal, finger, "sigma")
     assert abs(z[0]) < 3
-    assert abs(z[0]) < abs(drawn[0])
-    assert like.statistics["rhat"] < 1.05
+    assert like.posterior["sigma"].mean() > learned[0]["sigma"].quantile(0.9)
 
 
 def test_file_and_command_say_what_was_learned(earlier: list[bayestouch.Calibration], tmp_path: Path) -> None:
@@ -198,6 +192,4 @@ def test_other_builds_are_refused(earlier: list[bayestouch.Calibration]) -> None
 
 def test_pads_are_refused() -> None:
     with pytest.raises(InputError, match="like is an option of fingers; this sensor is a pad"):
-        pad = line()
-        touches = pad.touch(np.linspace(-4.0, 4.0, 9), np.random.default_rng(0))
-        bayestouch.calibrate(pad.dataset(touches), like=["finger.nc"])
+        body_of_kind("pad").own({"like": ("finger.nc",)})

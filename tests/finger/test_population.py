@@ -9,7 +9,7 @@ import pytest
 from scipy.linalg import block_diag
 from scipy.stats import halfnorm, multivariate_normal, norm
 
-from bayestouch.finger.population import Evidence, NextFinger, Population, largest_eigenvalue, predict
+from bayestouch.finger.population import EarlierFingers, NextFinger, Population, largest_eigenvalue, predict
 
 FINGERS, ELEMENTS = 4, 3
 
@@ -35,7 +35,7 @@ def test_density_of_the_sds_is_that_of_all_data() -> None:
     rng = np.random.default_rng(1)
     seen, noise = rng.standard_normal((3, 5)), 0.3
     estimates = rng.standard_normal((FINGERS, 3))
-    evidence = Evidence(np.repeat((seen.T @ seen / noise**2)[None], FINGERS, axis=0), estimates @ seen / noise**2)
+    evidence = EarlierFingers(np.repeat((seen.T @ seen / noise**2)[None], FINGERS, axis=0), estimates @ seen / noise**2)
     log_sd = rng.uniform(-3, 1, (20, 4))
     ours, _, _ = Population.of(2, ELEMENTS).posterior(log_sd, evidence)
     theirs = np.array([written_out(np.exp(each), seen, noise, estimates) for each in log_sd])
@@ -46,7 +46,7 @@ def test_density_of_the_sds_is_that_of_all_data() -> None:
 def test_posterior_of_the_build_mean_is_that_of_a_normal_mean() -> None:
     """One element a finger, known sds: the mean of the build has a closed form."""
     y, s, between, within = np.array([0.3, -0.1, 0.4]), 0.2, 0.5, 0.1
-    evidence = Evidence(np.full((3, 1, 1), s**-2.0), y[:, None] / s**2)
+    evidence = EarlierFingers(np.full((3, 1, 1), s**-2.0), y[:, None] / s**2)
     _, mean, spread = Population.of(0, 1).posterior(np.log([[between, within]]), evidence)
     each = 1 / (s**2 + between**2 + within**2)
     assert spread[0, 0, 0] == pytest.approx(1 / (1 + 3 * each))
@@ -66,7 +66,7 @@ def estimated() -> tuple[np.ndarray, float]:
 def following() -> NextFinger:
     """What the estimates say of the next finger."""
     estimates, error = estimated()
-    evidence = Evidence(np.repeat((np.eye(6) / error**2)[None], 8, axis=0), estimates / error**2)
+    evidence = EarlierFingers(np.repeat((np.eye(6) / error**2)[None], 8, axis=0), estimates / error**2)
     return predict(Population.of(0, 6), evidence, seed=2)
 
 

@@ -20,7 +20,7 @@ from bayestouch.sampling import (
     BlockStreams,
     Demands,
     Mixture,
-    StudentT,
+    StudentTProposal,
     bulk_statistics,
     importance_blocks,
     pareto_shape,
@@ -107,9 +107,9 @@ CASES = {
 }
 
 
-def _proposal(centre: ArrayLike, covariance: ArrayLike, blocks: int = BLOCKS, dof: float = 7) -> StudentT:
+def _proposal(centre: ArrayLike, covariance: ArrayLike, blocks: int = BLOCKS, dof: float = 7) -> StudentTProposal:
     shape = np.asarray(centre, dtype=float)
-    return StudentT.from_covariance(np.tile(shape, (blocks, 1)), np.tile(covariance, (blocks, 1, 1)), dof)
+    return StudentTProposal.from_covariance(np.tile(shape, (blocks, 1)), np.tile(covariance, (blocks, 1, 1)), dof)
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -166,7 +166,7 @@ def test_moves_of_emcee_draw_the_same_posterior(move: Any) -> None:
         return target.log_density(x - 3.0 * blocks[:, None, None])
 
     proposal = _proposal(centre, covariance, blocks=3)
-    shifted = StudentT(proposal.centre + 3.0 * np.arange(3)[:, None], proposal.root)
+    shifted = StudentTProposal(proposal.centre + 3.0 * np.arange(3)[:, None], proposal.root)
     result = sample_blocks(log_density, shifted, seed=5, draws=512, moves=move)
     assert (result.rounds == 4).all() and result.grade.all() and np.isnan(result.pareto_k).all()
     assert np.all((result.acceptance > 0.1) & (result.acceptance < 0.9))
@@ -316,7 +316,7 @@ def test_a_block_depends_on_seed_and_number_alone() -> None:
     """Whatever it is sampled with, in all three rounds: so results do not depend on how blocks are shared out."""
     centres = np.array([[0.0, 0], [4, 4], [20, 20], [0.5, 0], [30, 30]])
     covariances = np.array([1, 1, 0.01, 1, 0.01])[:, None, None] * np.eye(2)
-    proposal = StudentT.from_covariance(centres, covariances)
+    proposal = StudentTProposal.from_covariance(centres, covariances)
 
     def log_density(x: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
         return -0.5 * ((x / (1 + 0.1 * blocks[:, None, None])) ** 2).sum(axis=-1)

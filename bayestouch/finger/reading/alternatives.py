@@ -20,7 +20,7 @@ from bayestouch.finger.reading.profile import profile_proposal
 from bayestouch.finger.reading.reader import FingerPosterior
 from bayestouch.priors.parameters import Prior, Uniform
 from bayestouch.priors.radius import RadiusOfTips
-from bayestouch.sampling import BlockProposal, BlockStreams, StudentT, pareto_shape
+from bayestouch.sampling import BlockProposal, BlockStreams, StudentTProposal, pareto_shape
 
 # Degrees of freedom of the Student-t for location and load: heavier tails than the posterior, for bounded weights.
 DOF = 8.0
@@ -42,12 +42,12 @@ class TipProposal:
     ----------
     cell : float
         Lower end of the cell in w.
-    rest : StudentT
+    rest : StudentTProposal
         Distribution of (θ_c, P), rad and N/m.
     """
 
     cell: float
-    rest: StudentT
+    rest: StudentTProposal
 
     @property
     def n_blocks(self) -> int:
@@ -174,7 +174,7 @@ def _tip_proposals(posterior: FingerPosterior, mode: FloatArray) -> list[TipProp
     centre, _, curvature = conditional_modes(posterior, w, start)
     l11, l21, l22 = np.moveaxis(root_of_inverse(curvature), -1, 0)
     root = np.stack([l11, np.zeros(l11.shape), l21, l22], axis=-1).reshape(*l11.shape, 2, 2)
-    return [TipProposal(float(cell), StudentT(centre[:, k], root[:, k], DOF)) for k, cell in enumerate(cells)]
+    return [TipProposal(float(cell), StudentTProposal(centre[:, k], root[:, k], DOF)) for k, cell in enumerate(cells)]
 
 
 def _log_evidence(posterior: FingerPosterior, part: BlockProposal) -> tuple[FloatArray, FloatArray]:

@@ -13,7 +13,7 @@ from bayestouch.finger.reading import alternatives
 from bayestouch.finger.reading.alternatives import AlternativesProposal, TipProposal, search_prior
 from bayestouch.priors.parameters import Normal, Uniform
 from bayestouch.priors.radius import RadiusOfTips
-from bayestouch.sampling import StudentT
+from bayestouch.sampling import StudentTProposal
 from bayestouch.sampling.streams import BlockStreams
 
 CENTRE = np.array([[0.1, 50.0], [-0.2, 80.0]])
@@ -21,7 +21,7 @@ ROOT = np.array([[[0.02, 0.0], [0.5, 3.0]], [[0.01, 0.0], [0.0, 1.0]]])
 
 
 def tip(cell: float) -> TipProposal:
-    return TipProposal(cell, StudentT(CENTRE, ROOT, 8.0))
+    return TipProposal(cell, StudentTProposal(CENTRE, ROOT, 8.0))
 
 
 def density(block: int, x: np.ndarray) -> np.ndarray:

@@ -1,0 +1,29 @@
+"""What `like` writes into a calibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from known_fingers import dataset, known_touches
+
+import bayestouch
+from bayestouch.calibration.like import LikeEarlier
+
+
+@pytest.fixture(scope="module")
+def calibration() -> bayestouch.Calibration:
+    return bayestouch.calibrate(dataset(known_touches(1)), draws=400)
+
+
+def test_names_and_notes(calibration: bayestouch.Calibration) -> None:
+    noted = LikeEarlier({}, ("a.nc", "b.nc"), ("What was learned.",)).noted(calibration)
+    assert noted.settings["like"] == "a.nc, b.nc"
+    assert noted.notes == (*calibration.notes, "What was learned.")
+    assert LikeEarlier({}).noted(calibration) is calibration
+
+
+def test_chains_that_disagree_are_noted(calibration: bayestouch.Calibration) -> None:
+    """Touches against learned priors."""
+    stuck = replace(calibration, statistics={**calibration.statistics, "rhat": 1.4})
+    assert "R-hat is 1.40" in LikeEarlier({}, ("a.nc",)).noted(stuck).notes[-1]
