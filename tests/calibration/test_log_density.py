@@ -95,9 +95,3 @@ def test_what_does_not_fit_is_refused_in_a_line(calibration: bayestouch.Calibrat
     identified = bayestouch.calibrate(DATA, draws=8, e_map="empirical")
     with pytest.raises(InputError, match="identified E map"):
         bayestouch.log_density(identified, DATA)
-
-
-def test_a_pad_has_none_yet() -> None:
-    data = bayestouch.simulate(bayestouch.PadDesign(n_touches=40), seed=0).dataset
-    with pytest.raises(InputError, match="available for fingers"):
-        bayestouch.log_density(bayestouch.calibrate(data, kernel="half-space", draws=8), data)
