@@ -98,7 +98,7 @@ def test_draws_of_a_pad_on_file_belong_to_their_touches(tmp_path: Path) -> None:
     calibration = calibrate_pad(
         pad.dataset(pad.touch(place, rng, load=load, measured=True)), kernel="gaussian", empirical=False, draws=8
     )
-    truth, loads = np.array([[7.0, 13.0], [14.0, 6.0], [10.0, 8.0], [8.0, 6.5], [13.0, 12.0]]), np.linspace(0.8, 1.2, 5)
+    truth, loads = np.array([[7.0, 13.0], [14.0, 6.0], [10.0, 8.0], [8.0, 6.8], [13.0, 12.0]]), np.linspace(0.8, 1.2, 5)
     table = pad.touch(truth, rng, load=loads, measured=True)
     table, path = table.with_(touch=IDS[table.touch]), tmp_path / "touches.nc"
     bayestouch.infer(table, calibration, draws=256, output=path)
