@@ -16,7 +16,7 @@ from bayestouch.errors import InputError
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.split_data import SplitData
-from bayestouch.pad.corrected import PadEffects
+from bayestouch.pad.corrected import STEPS, PadEffects
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.start import pad_fit
 from bayestouch.results.reading import load_calibration
@@ -138,7 +138,8 @@ def test_readings_are_freed_of_effects_as_they_came_by_them(fitted: tuple[SplitD
         held_s=observed.held_s,
         history=observed.history,
     )
-    signal = known._signal_behind(recording, readings - known.zero)
+    read = readings - known.zero
+    signal = known._signal_behind(recording, read, read, STEPS)
     np.testing.assert_allclose(signal, affected.signal(vector).signal[observed.row_touch], atol=1e-9)
     load = np.linspace(0.5, 3.0, 7)
     # Tabulated in steps of a hundredth of the reference load.
