@@ -1,4 +1,4 @@
-"""Public names and the modules that define them, for type checkers, editors and lazy_loader alike."""
+"""Public names and the modules that define them, for type checkers, editors and lazy_loader."""
 
 from .calibration import calibrate as calibrate
 from .calibration.log_density import LogDensity as LogDensity

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,10 +16,9 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.quantiles import QuantileMaps
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, StudentTProposal, sample_blocks
-from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
+from bayestouch.sampling import BlockDraws, StudentTProposal
+from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.bounds import normal_between
-from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.laplace import solve_lower
 
 # Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
@@ -200,25 +199,6 @@ def draw_points(
         return density(vectors) + log_derivative
 
     proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
-    each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(thins if moves is None else (1,)):
-        drawn = sample_blocks(
-            log_density,
-            proposal,
-            walkers=CHAINS,
-            draws=thin * each,
-            seed=seed,
-            # One round: in so many dimensions an adapted proposal is not better than the first one.
-            rounds=1,
-            moves=moves,
-            progress=part_of(progress, attempt),
-        )
-        kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
-        ess, rhat = bulk_statistics(kept)
-        if long_enough(ess, rhat, draws):
-            break
-    if progress is not None:
-        progress(1.0)
-    return replace(
-        drawn, draws=kept, log_density=drawn.log_density[:, ::thin] - log_derivative, ess_bulk=ess, rhat=rhat
+    return draw_until_good(
+        log_density, proposal, to_vectors, draws=draws, seed=seed, thins=thins, progress=progress, moves=moves
     )

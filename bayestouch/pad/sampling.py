@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,10 +12,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.posterior_map import PadPosteriorMap, effective_number
 from bayestouch.progress import Progress
-from bayestouch.sampling import BlockDraws, StudentTProposal, sample_blocks
+from bayestouch.sampling import BlockDraws, StudentTProposal
 from bayestouch.sampling.adapt import adapt
-from bayestouch.sampling.attempts import CHAINS, long_enough, part_of
-from bayestouch.sampling.diagnostics import bulk_statistics
+from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.proposals import BlockProposal
 from bayestouch.sampling.streams import BlockStreams
 
@@ -89,27 +88,12 @@ def sample_density(density: PadDensity, draws: int, seed: int, progress: Progres
     own = _standard(d - k, PROPOSAL_DOF)
     shared = _for_shared(log_density, k, d, seed) if k else own
     proposal = SharedThenOwn(shared, own) if k else own
-    each = -(-draws // CHAINS)
-    for attempt, thin in enumerate(THIN):
-        drawn = sample_blocks(
-            log_density,
-            proposal,
-            walkers=CHAINS,
-            draws=thin * each,
-            seed=seed,
-            rounds=1,
-            progress=part_of(progress, attempt),
-        )
-        points = drawn.draws[:, ::thin, 0]
+
+    def shaped(points: FloatArray) -> tuple[FloatArray, FloatArray]:
         vectors, log_derivative = to_vectors(points.reshape(-1, d))
-        kept = vectors.reshape(*points.shape[:2], 1, d)
-        ess, rhat = bulk_statistics(kept)
-        if long_enough(ess, rhat, draws):
-            break
-    if progress is not None:
-        progress(1.0)
-    log = drawn.log_density[:, ::thin] - log_derivative.reshape(*points.shape[:2], 1)
-    return replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
+        return vectors.reshape(points.shape), log_derivative.reshape(points.shape[:-1])
+
+    return draw_until_good(log_density, proposal, shaped, draws=draws, seed=seed, thins=THIN, progress=progress)
 
 
 def _standard(dimension: int, dof: float) -> StudentTProposal:

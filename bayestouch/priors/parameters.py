@@ -90,8 +90,7 @@ class Normal:
         return np.asarray(self.mean + self.sd * ndtri(below + np.asarray(probability) * self._mass))
 
     def __str__(self) -> str:
-        ends = "" if np.isinf(self.low) and np.isinf(self.high) else f", within {self.low:g} to {self.high:g}"
-        return f"normal, {self.mean:g} ± {self.sd:g}{ends}"
+        return f"normal, {self.mean:g} ± {self.sd:g}{_within(self.low, self.high)}"
 
 
 @dataclass(frozen=True)
@@ -163,7 +162,7 @@ class StudentT:
         return np.asarray(self.centre + self.scale * stdtrit(self.dof, below))
 
     def __str__(self) -> str:
-        ends = "" if np.isinf(self.low) and np.isinf(self.high) else f", within {self.low:g} to {self.high:g}"
+        ends = _within(self.low, self.high)
         return f"Student-t, {self.centre:g} ± {self.scale:g}, {self.dof:.3g} degrees of freedom{ends}"
 
 
@@ -199,6 +198,11 @@ class LogStudentT:
     def __str__(self) -> str:
         factor = np.exp(self.spread)
         return f"log-Student-t, median {self.median:g}, factor {factor:.3g}, {self.dof:.3g} degrees of freedom"
+
+
+def _within(low: float, high: float) -> str:
+    """Text of the ends of a truncated prior; empty without ends."""
+    return "" if np.isinf(low) and np.isinf(high) else f", within {low:g} to {high:g}"
 
 
 def _log_student(t: FloatArray, dof: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Public names and the modules that define them, for type checkers, editors and lazy_loader alike."""
+"""Public names and the modules that define them, for type checkers, editors and lazy_loader."""
 
 from .bias_scores import BiasMap as BiasMap
 from .bias_scores import Explained as Explained

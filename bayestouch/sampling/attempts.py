@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Any
 
 from bayestouch.array_types import FloatArray
-from bayestouch.sampling.draws import Demands
+from bayestouch.sampling.density import LogDensity
+from bayestouch.sampling.diagnostics import bulk_statistics
+from bayestouch.sampling.draws import BlockDraws, Demands
+from bayestouch.sampling.lockstep import sample_blocks
+from bayestouch.sampling.proposals import BlockProposal
 
 #: Chains of a calibration.
 CHAINS = 4
@@ -19,6 +25,60 @@ def long_enough(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
     demands = Demands()
     enough = bool(ess.min() >= min(demands.ess_bulk, 0.4 * draws))
     return enough and bool(rhat.max() <= max(demands.rhat, 1 + 8 * CHAINS / draws))
+
+
+def draw_until_good(
+    log_density: LogDensity,
+    proposal: BlockProposal,
+    to_vectors: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
+    *,
+    draws: int,
+    seed: int,
+    thins: Sequence[int],
+    progress: Callable[[float], None] | None = None,
+    moves: Any = None,
+) -> BlockDraws:
+    """Return draws of the vectors of one posterior, which is sampled in other coordinates, graded as vectors.
+
+    Parameters
+    ----------
+    log_density, proposal, seed, moves
+        As of `sample_blocks`, in the coordinates of the chains.
+    to_vectors : callable
+        From points (..., d) to vectors (..., d), and the log of the derivative (...).
+    draws : int
+        Number of draws in all.
+    thins : sequence of int
+        Steps per draw of each attempt; with `moves` there is one attempt of one step per draw.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    BlockDraws
+        Of the first attempt that is long enough, else of the last. The log density is that of the vectors.
+    """
+    each = -(-draws // CHAINS)
+    for attempt, thin in enumerate(thins if moves is None else (1,)):
+        drawn = sample_blocks(
+            log_density,
+            proposal,
+            walkers=CHAINS,
+            draws=thin * each,
+            seed=seed,
+            # One round: in so many dimensions an adapted proposal is not better than the first one.
+            rounds=1,
+            moves=moves,
+            progress=part_of(progress, attempt),
+        )
+        kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
+        ess, rhat = bulk_statistics(kept)
+        if long_enough(ess, rhat, draws):
+            break
+    if progress is not None:
+        progress(1.0)
+    log = drawn.log_density[:, ::thin] - log_derivative
+    return replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
 
 
 def part_of(progress: Callable[[float], None] | None, attempt: int) -> Callable[[float], None] | None:

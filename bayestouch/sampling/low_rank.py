@@ -113,7 +113,7 @@ class LowRank:
         """Rows whose sum of squares is ``xᵀ Q^-1 x``, (..., t, m) to (..., t + r + q, m).
 
         What the functions do not explain, then their weights: of an entry's own functions in its column, those of the
-        shared ones alike in all columns.
+        shared ones the same in all columns.
         """
         m, _, r = self.own.shape
         weights = self.weights(rows)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bayestouch.finger.sampling import CHAINS, THIN
+from bayestouch.finger.sampling import THIN
+from bayestouch.sampling.attempts import CHAINS
 
 
 def test_steps_for_each_draw_that_is_kept() -> None:

@@ -92,7 +92,7 @@ class FingerLive:
     def read(
         self, touch: HeldTouch, near: FloatArray | None = None, stream: FingerStream | None = None
     ) -> tuple[LiveTouch, FloatArray]:
-        """Posterior of a touch and its mode (w, θ_c, P); `near` is a mode from which the search may start."""
+        """Posterior of a touch and its mode (w, θ_c, P); `near` is not used: templates are fast and find any touch."""
         noise = self.reader.sampler.noise
         readings, counts = touch.readings, touch.counts
         with np.errstate(divide="ignore"):
@@ -109,7 +109,7 @@ class FingerLive:
         )
         if context is not None:
             readings = (readings - context.shift[0]) / context.scale[0]
-        start, others = self._start(readings, diagonal, load, near, one)
+        start, others = self._start(readings, diagonal, load)
         found = _climb(one, one.expansion(start), NEAR)
         columns = None
         if self.covariance is not None:
@@ -166,9 +166,7 @@ class FingerLive:
     def _alternatives(self) -> Alternatives:
         return Alternatives.of(self.reader.sampler.priors.radius)
 
-    def _start(
-        self, readings: FloatArray, diagonal: FloatArray, load: float, near: FloatArray | None, one: OneTouch
-    ) -> tuple[FloatArray, float]:
+    def _start(self, readings: FloatArray, diagonal: FloatArray, load: float) -> tuple[FloatArray, float]:
         """Start of the search (w, θ_c, P), and minus half the least squared misfit of a template at a distant place."""
         typical = self.reader.typical_load
         low, high = self.reader.sampler.priors.load.support
