@@ -20,7 +20,6 @@ from bayestouch.model.linear import Functions
 from bayestouch.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
-from bayestouch.sampling.refine import refined
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
@@ -139,13 +138,6 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-
-    def log_density(points: FloatArray) -> FloatArray:
-        vectors, log_derivative = fit.to_vectors(points)
-        return density(vectors) + log_derivative
-
-    rng, further = np.random.default_rng([seed, 3]), np.arange(at.further.start, at.further.stop)
-    centre, covariance = refined(log_density, centre, covariance, further, rng)
     thins = THIN[:DEAR] if density.tied else THIN
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
 
