@@ -84,7 +84,7 @@ def calibration_with_effects(
     return Calibration(
         sensor=sensor,
         parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
-        mode=_mode(fit, added),
+        mode=_mode(fit, fitted.vector, added),
         posterior={
             **draws_by_name(model.chain(fitted.vector), known, at, vectors),
             **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
@@ -157,11 +157,16 @@ def _rows_of(effect: Effect) -> list[str]:
     return [f"log {public.name}" if own.logarithmic else public.name for public, own in pairs]
 
 
-def _mode(fit: EffectFit, added: Sequence[AddedEffect]) -> dict[str, FloatArray]:
-    """Most probable value of every parameter, () or (m,)."""
+def _mode(fit: EffectFit, fitted: FloatArray, added: Sequence[AddedEffect]) -> dict[str, FloatArray]:
+    """Most probable value of every parameter, () or (m,).
+
+    Those of the chain are the values of the fit: corrections and identified maps were made about them, and another
+    centre, a fraction of a standard deviation away, would not go with these.
+    """
     posterior, at = fit.posterior, fit.posterior.layout
-    chain = posterior.model.chain(fit.vector[: at.n_chain])
-    centre = draws_by_name(chain, posterior.known, at, fit.vector[None, None])
+    vector = np.concatenate([fitted, fit.vector[at.n_chain :]])
+    chain = posterior.model.chain(fitted)
+    centre = draws_by_name(chain, posterior.known, at, vector[None, None])
     out = {name: value[0, 0] for name, value in centre.items()}
     for each in added:
         names = (public.name for public in each.effect.public_parameters())
@@ -169,7 +174,7 @@ def _mode(fit: EffectFit, added: Sequence[AddedEffect]) -> dict[str, FloatArray]
     place = at.n_base
     for effect in posterior.model.effects:
         for public, parameter in zip(effect.public_parameters(), effect.parameters, strict=True):
-            out[public.name] = np.asarray(parameter.from_unconstrained(float(fit.vector[place])))
+            out[public.name] = np.asarray(parameter.from_unconstrained(float(fitted[place])))
             place += 1
     return out
 
