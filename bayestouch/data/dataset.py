@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from bayestouch.data.files import write_together
 from bayestouch.data.sensor import Sensor
@@ -43,6 +43,8 @@ class DataSet(Summarised):
     InputError
         The touches do not fit the sensor.
     """
+
+    internal: ClassVar[frozenset[str]] = frozenset({"tables_in_short"})
 
     sensor: Sensor
     calibration: Touches | None

@@ -51,6 +51,10 @@ class Finger(Summarised):
     sensing_radius_mm: float
     element_angles_deg: tuple[float, ...]
 
+    internal: ClassVar[frozenset[str]] = frozenset(
+        {"all_location_columns", "as_built", "default_contact", "elements_key", "force_noise_key", "geometry_keys"}
+        | {"load_column", "location_columns", "reads_radius", "required_keys", "template"}
+    )
     kind: ClassVar[str] = "finger"
     geometry_keys: ClassVar[tuple[str, ...]] = (
         "core_radius_mm",

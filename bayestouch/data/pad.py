@@ -50,6 +50,10 @@ class Pad(Summarised):
     thickness_mm: float | None = None
     depth_mm: float | None = None
 
+    internal: ClassVar[frozenset[str]] = frozenset(
+        {"all_location_columns", "as_built", "default_contact", "elements_key", "force_noise_key", "geometry_keys"}
+        | {"load_column", "location_columns", "reads_radius", "required_keys", "template"}
+    )
     kind: ClassVar[str] = "pad"
     geometry_keys: ClassVar[tuple[str, ...]] = ("element_x_mm", "element_y_mm", "thickness_mm", "depth_mm")
     required_keys: ClassVar[tuple[str, ...]] = ("element_x_mm",)

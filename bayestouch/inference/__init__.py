@@ -79,7 +79,7 @@ def infer(
     draws : int
         Draws of a touch, over all chains.
     thin : int
-        Keep every `thin`-th draw of each chain. Grades and `TouchPosteriors.summary` use all draws.
+        Keep every `thin`-th draw of each chain. Grades and `TouchPosteriors.estimates` use all draws.
     summary_only : bool
         Keep no draws, only means, standard deviations, quantiles and grades.
     groups : str or sequence of str

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -59,10 +60,11 @@ class LogDensity(Summarised):
 
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
+        families = Counter(name.partition("[")[0] for name in self.names)
         touches = "no likelihood" if self.touches is None else "a likelihood"
         return [
             f"LogDensity of {plural(self.dimension, 'coordinate')}, {touches} of each touch",
-            few(list(self.names)),
+            few([name if count == 1 else f"{name} ({count})" for name, count in families.items()], 12),
         ]
 
     @property

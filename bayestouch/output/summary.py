@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from html import escape
 from pathlib import Path
 from textwrap import wrap
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -23,13 +23,25 @@ _PLAIN = (str, int, float, type(None))
 
 
 class Summarised:
-    """Base class of dataclasses whose ``repr`` is a summary of a few lines; use it with ``repr=False``."""
+    """Base class of dataclasses whose ``repr`` is a summary of a few lines; use it with ``repr=False``.
+
+    A notebook shows the same lines. Tab completion and `dir` leave out the names in `internal`, which other parts of
+    the package use and users do not need.
+    """
 
     __slots__ = ()
+    internal: ClassVar[frozenset[str]] = frozenset()
 
     def summary_lines(self) -> list[str]:
         """Return the summary as lines of plain text, by default one with the fields; the first names the object."""
         return [fields_in_short(self)]
+
+    def _repr_html_(self) -> str:
+        return summary_html(self)
+
+    def __dir__(self) -> Iterable[str]:
+        hidden = self.internal | {"internal", "summary_lines"}
+        return [name for name in super().__dir__() if name not in hidden]
 
     def __repr__(self) -> str:
         first, *others = self.summary_lines()

@@ -115,7 +115,7 @@ def keep(block: TouchPosteriors, kept: Kept) -> TouchPosteriors:
     if kept.everything:
         return block
     draws = {} if kept.summary_only else {name: a[:, :: kept.thin] for name, a in block.posterior.items()}
-    return replace(block, posterior=draws, summary=summarise(block.posterior))
+    return replace(block, posterior=draws, estimates=summarise(block.posterior))
 
 
 def local_executor(workers: int | None) -> Executor:
@@ -270,7 +270,7 @@ def _joined(blocks: Sequence[TouchPosteriors]) -> TouchPosteriors:
         posterior=last_axis("posterior"),
         sample_stats=last_axis("sample_stats"),
         reference=last_axis("reference"),
-        summary=last_axis("summary"),
+        estimates=last_axis("estimates"),
         groups={group: _along_touches([block.groups[group] for block in blocks]) for group in first.groups},
         rows=TouchRows(location=location, **rows),
         tips=None

@@ -10,7 +10,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.output.summary import Summarised
-from bayestouch.output.text import plural
+from bayestouch.output.text import plural, plus_minus
 
 #: Probabilities of the quantiles of a `LiveTouch`.
 LEVELS = np.array([0.05, 0.5, 0.95])
@@ -67,9 +67,9 @@ class LiveTouch(Summarised):
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
         rows = zip(self.names, self.units, self.mean, self.sd, strict=True)
-        lines = [f"{name} = {mean:.4g} ± {sd:.2g} {unit}".rstrip() for name, unit, mean, sd in rows]
+        lines = [f"{name} = {plus_minus(mean, sd)} {unit}".rstrip() for name, unit, mean, sd in rows]
         lines += [f"tip {name}: {probability:.3f}" for name, probability in self.tips.items()]
-        return [f"LiveTouch of {plural(self.samples, 'sample')}", *lines, *self.flags]
+        return [f"LiveTouch of {plural(self.samples, 'sample')}, grade {self.grade}", *lines, *self.flags]
 
 
 @dataclass(frozen=True, eq=False)

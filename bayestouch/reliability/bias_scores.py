@@ -10,14 +10,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import TouchPosteriors
 
 #: Mean absolute value of a normal variable divided by its standard deviation.
 MEAN_ABSOLUTE = float(np.sqrt(2 / np.pi))
 
 
-@dataclass(frozen=True, eq=False)
-class BiasMap:
+@dataclass(frozen=True, eq=False, repr=False)
+class BiasMap(Summarised):
     """Errors of estimates for k indenters at n locations.
 
     Attributes
@@ -90,8 +91,8 @@ def shared_by_indenters(error: FloatArray) -> float:
     return float(np.corrcoef(rows)[np.triu_indices(len(rows), 1)].mean())
 
 
-@dataclass(frozen=True)
-class Explained:
+@dataclass(frozen=True, repr=False)
+class Explained(Summarised):
     """Scores of a prediction of a map of errors.
 
     Attributes

@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.paper import published
 
 _HEADER = "| number | paper | bayestouch | 90 % | difference | why |\n|---|---|---|---|---|---|"
 
 
-@dataclass(frozen=True)
-class Beside:
+@dataclass(frozen=True, repr=False)
+class Beside(Summarised):
     """A number of the paper and the corresponding number of this package.
 
     Attributes
@@ -55,8 +56,8 @@ class Beside:
         return bool(low - slack <= self.paper.value <= high + slack)
 
 
-@dataclass(frozen=True)
-class PublishedComparison:
+@dataclass(frozen=True, repr=False)
+class PublishedComparison(Summarised):
     """All numbers that the paper printed, in its order, each with ours.
 
     Attributes

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.distinguishability import threshold_radii
 from bayestouch.reliability.expected_calibration import expected_finger
 from bayestouch.reliability.maps import SweetSpots, sweet_spots
@@ -28,8 +29,8 @@ INDENTERS_MM = (0.0, 3.9, 12.3, np.inf)
 PLACES = tuple(np.linspace(0.0, 0.5, 6))
 
 
-@dataclass(frozen=True, eq=False)
-class DesignMaps:
+@dataclass(frozen=True, eq=False, repr=False)
+class DesignMaps(Summarised):
     """Maps of reliability for v designs, k indenters and n places; R in mm, θ_c in degree, P in N/m.
 
     Attributes

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.evidence import log_evidence
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
@@ -64,8 +65,8 @@ def threshold_radii(
     return scale.threshold(from_r_c, probability)
 
 
-@dataclass(frozen=True, eq=False)
-class Trial:
+@dataclass(frozen=True, eq=False, repr=False)
+class Trial(Summarised):
     """Simulated touches by k indenters, n each, with the evidence for each indenter.
 
     Attributes
@@ -192,8 +193,8 @@ def _own_errors(known: KnownFinger, touches: TouchPlaces, rng: np.random.Generat
     return np.asarray((vectors @ drawn[..., None])[..., 0])
 
 
-@dataclass(frozen=True)
-class Optimism:
+@dataclass(frozen=True, repr=False)
+class Optimism(Summarised):
     """Threshold of the paper and threshold with everything unknown, at one location; radii r_c in mm.
 
     Attributes

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.designs import INDENTERS_MM, places_deg
 from bayestouch.reliability.expected_calibration import expected_finger
 from bayestouch.reliability.known_finger import KnownFinger
@@ -19,8 +20,8 @@ from bayestouch.simulation import FingerDesign
 ENOUGH = 0.1
 
 
-@dataclass(frozen=True, eq=False)
-class Effort:
+@dataclass(frozen=True, eq=False, repr=False)
+class Effort(Summarised):
     """Standard deviation of an estimate (rms over indenters and places) as a function of a count.
 
     Attributes

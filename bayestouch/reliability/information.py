@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius, indenter_radius
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
 #: Number of knots in R from edge to flat.
@@ -47,8 +48,8 @@ def touch_information(
     return np.asarray(information)
 
 
-@dataclass(frozen=True, eq=False)
-class RadiusScale:
+@dataclass(frozen=True, eq=False, repr=False)
+class RadiusScale(Summarised):
     """Scale u(R) at n locations, on which estimates of the radius have standard deviation one.
 
     Attributes

@@ -18,11 +18,12 @@ from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.empirical.map import EmpiricalCalibration
 from bayestouch.finger.reading.covariance import reading_covariance
 from bayestouch.finger.reading.reader import CalibratedFinger
+from bayestouch.output.summary import Summarised
 from bayestouch.results.objects import Calibration
 
 
-@dataclass(frozen=True, eq=False)
-class TouchPlaces:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchPlaces(Summarised):
     """Possible touches; t of them.
 
     Attributes
@@ -122,8 +123,8 @@ class EmpiricalErrors:
         return out
 
 
-@dataclass(frozen=True, eq=False)
-class KnownFinger:
+@dataclass(frozen=True, eq=False, repr=False)
+class KnownFinger(Summarised):
     """A calibrated finger without any touches.
 
     Attributes

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 
 #: Estimated quantities of a touch: R (mm), θ_c (degree), P (N/m).
@@ -14,8 +15,8 @@ NAMES = ("R", "theta_c", "P")
 _UNITS = np.array([1.0, 180 / np.pi, 1.0])
 
 
-@dataclass(frozen=True, eq=False)
-class TouchEstimator:
+@dataclass(frozen=True, eq=False, repr=False)
+class TouchEstimator(Summarised):
     """First-order estimator of touches: generalised least squares for R, θ_c and P; t touches, m elements.
 
     Attributes

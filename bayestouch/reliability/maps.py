@@ -10,13 +10,14 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
+from bayestouch.output.summary import Summarised
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.location_bias import NAMES, TouchEstimator
 
 
-@dataclass(frozen=True, eq=False)
-class SweetSpots:
+@dataclass(frozen=True, eq=False, repr=False)
+class SweetSpots(Summarised):
     """Predicted errors of estimates for k indenters at n locations; R in mm, θ_c in degree, P in N/m.
 
     The uncertainty of a calibration is a random function of location: its size can be predicted, its sign cannot.

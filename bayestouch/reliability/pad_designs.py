@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.pad.reading.reader import PadReader
 from bayestouch.reliability.designs import PLACES
@@ -20,8 +21,8 @@ from bayestouch.simulation import PadDesign, simulate
 VaryPad = Literal["spacing_mm", "noise_percent", "thickness_mm"]
 
 
-@dataclass(frozen=True, eq=False)
-class PadDesignMaps:
+@dataclass(frozen=True, eq=False, repr=False)
+class PadDesignMaps(Summarised):
     """Standard deviations of the location for v designs and n places.
 
     Attributes

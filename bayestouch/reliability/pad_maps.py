@@ -9,11 +9,12 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 from bayestouch.pad.reading.reader import PadReader
 
 
-@dataclass(frozen=True, eq=False)
-class PadSpots:
+@dataclass(frozen=True, eq=False, repr=False)
+class PadSpots(Summarised):
     """Predicted standard deviations of the location at n places; D coordinates, m elements.
 
     Attributes

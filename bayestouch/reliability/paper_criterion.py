@@ -18,6 +18,7 @@ from bayestouch.body.annulus import solve_annulus
 from bayestouch.chain.response import modes_needed
 from bayestouch.contact import ContactModel, composite_radius, contact_model
 from bayestouch.errors import InputError
+from bayestouch.output.summary import Summarised
 
 #: Two indenters count as distinguished if their difference exceeds the noise by this factor.
 NOISE_FACTOR = 2.0
@@ -26,8 +27,8 @@ SPANS_DEG = {"circumference": 360.0, "touched half": 180.0, "50 degrees": 50.0}
 ANGLES = 2048
 
 
-@dataclass(frozen=True)
-class Annulus:
+@dataclass(frozen=True, repr=False)
+class Annulus(Summarised):
     """A finger without elements, as Figure 4 needs it.
 
     Attributes

@@ -12,6 +12,7 @@ from bayestouch.priors.parameters import Parameter
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.peak_table import error_and_noise
 from bayestouch.results.objects import Calibration
+from bayestouch.results.units import units_of
 
 _SCORE, _ERROR = "log_score_", "error_percent_peak_"
 _LINEARITY = ("load_exponent", "error_percent_peak_linear", "error_percent_peak_power", "load_trend_share")
@@ -31,11 +32,11 @@ _STATISTICS = {
     "map_size_everywhere": "size of the empirical map, share of the signal's peak",
     "map_size_of_kernel": "size of the empirical map, share of the kernel",
 }
-# Symbol, unit and meaning of derived quantities of a calibration.
+# Symbol and meaning of derived quantities of a calibration.
 _DERIVED = {
-    "gain": ("1/G", "{unit} per unit strain", "reading per unit of compressive strain"),
-    "noise_sd": ("", "{unit}", "noise of one raw reading"),
-    "discrepancy_sd": ("", "{unit}", "model error beyond noise"),
+    "gain": ("1/G", "reading per unit of compressive strain"),
+    "noise_sd": ("", "noise of one raw reading"),
+    "discrepancy_sd": ("", "model error beyond noise"),
 }
 
 
@@ -97,9 +98,9 @@ def describe(calibration: Calibration, name: str) -> tuple[str, str, str, str]:
     if name in known:
         parameter = known[name]
         return parameter.symbol, parameter.unit, str(parameter.prior), parameter.description
-    symbol, unit, meaning = _DERIVED.get(name, ("", "", in_words(name)))
-    reading = calibration.sensor.reading_unit or "reading"
-    return symbol or in_words(name), unit.format(unit=reading), "", meaning
+    symbol, meaning = _DERIVED.get(name, ("", in_words(name)))
+    unit = units_of(calibration.parameters, calibration.sensor).get(name, "")
+    return symbol or in_words(name), unit, "", meaning
 
 
 def parameter_rows(evidence: Evidence) -> list[dict[str, Any]]:

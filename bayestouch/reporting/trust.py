@@ -63,8 +63,7 @@ def calibration_convergence(calibration: Calibration) -> dict[str, Any] | None:
     ess, rhat = found["ess_bulk"], found["rhat"]
     if ess is None or rhat is None:
         return None
-    demands = Demands()
-    return {**found, "met": bool(ess >= demands.ess_bulk and rhat <= demands.rhat)}
+    return {**found, "met": Demands().met(ess, rhat)}
 
 
 def _second_rounds(posteriors: TouchPosteriors) -> int | None:

@@ -101,19 +101,19 @@ class PosteriorsData(Summarised):
     settings: Mapping[str, str | float]
     notes: tuple[str, ...] = ()
     tips: TipProbabilities | None = None
-    summary: Mapping[str, FloatArray] = field(default_factory=dict)
+    estimates: Mapping[str, FloatArray] = field(default_factory=dict)
     groups: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""
-        if name in self.summary:
-            return np.asarray(self.summary[name][0])
+        if name in self.estimates:
+            return np.asarray(self.estimates[name][0])
         return np.asarray(self.posterior[name].mean(axis=(0, 1)))
 
     def sd(self, name: str) -> FloatArray:
         """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (r_c of a flat tip)."""
-        if name in self.summary:
-            return np.asarray(self.summary[name][1])
+        if name in self.estimates:
+            return np.asarray(self.estimates[name][1])
         with np.errstate(invalid="ignore"):
             return np.asarray(self.posterior[name].std(axis=(0, 1)))
 
@@ -125,8 +125,8 @@ class PosteriorsData(Summarised):
         InputError
             If only summaries were kept and the probability is not 0.9.
         """
-        if name in self.summary and probability == 0.9:
-            return self.summary[name][2], self.summary[name][4]
+        if name in self.estimates and probability == 0.9:
+            return self.estimates[name][2], self.estimates[name][4]
         tail = (1 - probability) / 2
         low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
         return low, high

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.data.files import reading
 from bayestouch.errors import InputError
 
@@ -25,11 +25,14 @@ class DrawsOnFile(Mapping[str, FloatArray]):
         Shape (chain, draw, t) of each parameter's draws.
     stamp : tuple of int
         Size and time of the file when it was opened. A file that has changed since then is refused.
+    positions : (t,) int array or None
+        Positions of these touches in the file; None if they are all touches of the file.
     """
 
     path: Path
     shapes: Mapping[str, tuple[int, ...]]
     stamp: tuple[int, int]
+    positions: IntArray | None = None
 
     def __getitem__(self, name: str) -> FloatArray:
         """All draws of a parameter, (chain, draw, t)."""
@@ -40,6 +43,12 @@ class DrawsOnFile(Mapping[str, FloatArray]):
 
     def __len__(self) -> int:
         return len(self.shapes)
+
+    def at(self, positions: IntArray) -> DrawsOnFile:
+        """Draws of the touches at some of the positions (from 0); they stay on file."""
+        shapes = {name: (*shape[:-1], len(positions)) for name, shape in self.shapes.items()}
+        within = positions if self.positions is None else self.positions[positions]
+        return replace(self, shapes=shapes, positions=within)
 
     def some(self, name: str, touches: slice) -> FloatArray:
         """Draws of a parameter for some of the touches, (chain, draw, some).
@@ -59,7 +68,12 @@ class DrawsOnFile(Mapping[str, FloatArray]):
             if stamp_of(file) != self.stamp:
                 raise InputError("has changed since it was opened", file=file)
             with h5py.File(file, "r") as root:
-                return np.asarray(root["posterior"][name][..., touches], dtype=np.float64)
+                draws = root["posterior"][name]
+                if self.positions is None:
+                    return np.asarray(draws[..., touches], dtype=np.float64)
+                # h5py reads positions in rising order, each once
+                rising, back = np.unique(self.positions[touches], return_inverse=True)
+                return np.asarray(draws[..., rising], dtype=np.float64)[..., back]
 
 
 class NoDraws(Mapping[str, FloatArray]):

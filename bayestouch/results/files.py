@@ -85,7 +85,7 @@ def to_dataframe(
     import pandas as pd
 
     touches = isinstance(result, PosteriorsData)
-    summary = result.summary if isinstance(result, PosteriorsData) and tuple(probabilities) == PROBABILITIES else {}
+    summary = result.estimates if isinstance(result, PosteriorsData) and tuple(probabilities) == PROBABILITIES else {}
     # If the summary is enough, draws that are on file are not read.
     groups, _ = _groups(replace(result, posterior={}) if isinstance(result, PosteriorsData) and summary else result)
     source = groups["summary" if summary else "posterior"]

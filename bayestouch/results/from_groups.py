@@ -89,7 +89,7 @@ def touches_of(groups: Groups, attributes: Attributes, draws: DrawsOnFile | None
         reference=reference,
         rows=rows,
         tips=TipProbabilities.from_groups(groups, t),
-        summary=summary,
+        estimates=summary,
         **common,
     )
 

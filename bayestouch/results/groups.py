@@ -97,8 +97,8 @@ def touch_groups(result: PosteriorsData, first: int = 0) -> tuple[Groups, Attrib
     }
     for name, group in _requested(result, units, touch).items():
         groups[name] = groups[name].merge(group) if name in groups else group
-    if result.summary:
-        summary = {name: (("statistic", "touch"), values) for name, values in result.summary.items()}
+    if result.estimates:
+        summary = {name: (("statistic", "touch"), values) for name, values in result.estimates.items()}
         statistic = {"statistic": ("statistic", np.array(STATISTICS, dtype=object))}
         groups["summary"] = dataset(summary, units).assign_coords(touch | statistic)
     if result.tips is not None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from bayestouch.output.summary import summary_html
 from bayestouch.output.text import number, plus_minus
+from bayestouch.results.tables import parameter_table
 
 if TYPE_CHECKING:
     from bayestouch.results.data import CalibrationData, PosteriorsData
@@ -27,24 +28,11 @@ def html_table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 def calibration_html(calibration: CalibrationData) -> str:
     """HTML of a calibration: parameters with priors and posteriors, and quality of the fit."""
     rows = []
-    for parameter in calibration.parameters:
-        if parameter.name not in calibration.posterior:
-            continue
-        draws = np.asarray(calibration.posterior[parameter.name])
-        each = draws.reshape(-1, *draws.shape[2:])
-        shared = each.ndim == 1
-        mean, sd = each.mean(axis=0), each.std(axis=0)
-        span = "" if shared else f"{number(float(np.min(mean)), 4)} to {number(float(np.max(mean)), 4)}"
-        rows.append(
-            [
-                parameter.symbol,
-                parameter.unit,
-                parameter.description,
-                str(parameter.prior),
-                plus_minus(float(np.mean(mean)), float(np.median(sd))),
-                span,
-            ]
-        )
+    for name, row in parameter_table(calibration).iterrows():
+        shared = np.isnan(row["lowest"])
+        span = "" if shared else f"{number(row['lowest'], 4)} to {number(row['highest'], 4)}"
+        value = plus_minus(row["mean"], row["sd"])
+        rows.append([f"{row['symbol']} ({name})", row["unit"], row["meaning"], row["prior"], value, span])
     head = ("parameter", "unit", "meaning", "prior", "posterior mean ± sd", "over the elements")
     return summary_html(calibration) + html_table(head, rows)
 
@@ -52,7 +40,7 @@ def calibration_html(calibration: CalibrationData) -> str:
 def touches_html(posteriors: PosteriorsData) -> str:
     """HTML of posteriors: the first touches, and quality of the draws."""
     count = len(posteriors.rows.touch)
-    parameters = [p for p in posteriors.parameters if p.name in posteriors.posterior or p.name in posteriors.summary]
+    parameters = [p for p in posteriors.parameters if p.name in posteriors.posterior or p.name in posteriors.estimates]
     numbers = {p.name: (posteriors.mean(p.name), posteriors.sd(p.name)) for p in parameters}
     rows = [
         [str(posteriors.rows.touch[t]), *(plus_minus(float(m[t]), float(s[t])) for m, s in numbers.values())]

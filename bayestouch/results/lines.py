@@ -14,6 +14,7 @@ from bayestouch.priors.parameters import Parameter
 from bayestouch.results.data import CalibrationData, PosteriorsData
 from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.results.keys import effect_names
+from bayestouch.sampling import Demands
 
 
 def calibration_lines(calibration: CalibrationData) -> list[str]:
@@ -60,7 +61,9 @@ def _effects(calibration: CalibrationData) -> list[str]:
 def _sampler(calibration: CalibrationData) -> list[str]:
     numbers, settings = calibration.statistics, calibration.settings
     if "ess_bulk" in numbers:
-        return [f"effective sample size at least {numbers['ess_bulk']:.0f}, R-hat at most {fixed(numbers['rhat'], 3)}"]
+        size, rhat = numbers["ess_bulk"], numbers["rhat"]
+        grade = "met" if Demands().met(size, rhat) else "missed"
+        return [f"sampler's targets {grade}: smallest effective sample size {size:.0f}, largest R-hat {fixed(rhat, 3)}"]
     return [f"posterior: {settings[key]}" for key in ("sampler", "posterior") if key in settings]
 
 
@@ -80,10 +83,12 @@ def _estimates(posteriors: PosteriorsData, parameter: Parameter) -> str:
     name, unit = parameter.name, f" {parameter.unit}".rstrip()
     # draws on file may be larger than memory, so this summary does not read them
     in_memory = not isinstance(posteriors.posterior, DrawsOnFile) and name in posteriors.posterior
-    if name not in posteriors.summary and not in_memory:
+    if name not in posteriors.estimates and not in_memory:
         return ""
     mean = posteriors.mean(name)
     if not mean.size or not np.isfinite(mean).all():  # r_c of a flat tip is infinite; the lines show its R
         return ""
+    if mean.size == 1:
+        return f"{parameter.symbol} {plus_minus(float(mean[0]), float(posteriors.sd(name)[0]))}{unit}"
     middle, sd = (number(float(np.median(each)), 3) for each in (mean, posteriors.sd(name)))
     return f"{parameter.symbol}: median {middle},{span(mean)}{unit}; median sd {sd}{unit}"

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any, Self
 
 from bayestouch.array_types import FloatArray
 from bayestouch.results.data import CalibrationData, PosteriorsData
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from numpy.typing import ArrayLike
     from pandas import DataFrame
 
 
@@ -26,7 +27,8 @@ class Calibration(CalibrationData):
         The unknowns with their priors. A parameter has one value an element if `mode` holds an array.
     mode : mapping
         Maximum a posteriori values, scalar () or by element (m,), in public units
-        (``r_s`` mm, ``theta_s`` degree, ``mu`` MPa, ``gain`` reading per strain, ``response`` reading per N/m …).
+        (``r_s`` mm, ``theta_s`` degree, ``mu`` MPa, ``response`` reading per N/m; ``gain`` of a finger reading per
+        strain, of a pad reading per N …).
     posterior : mapping
         Draws, (chain, draw) or (chain, draw, m) arrays, with the same names.
     covariance : (d, d) array
@@ -73,6 +75,20 @@ class Calibration(CalibrationData):
 
         return calibration_html(self)
 
+    def summary(self) -> DataFrame:
+        """Table of the parameters, one row each.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index ``parameter``; ``symbol``, ``unit``, posterior ``mean`` and ``sd``, ``lowest``, ``highest``, ``prior``
+            and ``meaning``. Of a parameter with a value for each element: the mean of the elements' means, the median
+            of their sds, and the lowest and highest mean, which are NaN of others. `to_dataframe` has every element.
+        """
+        from bayestouch.results.tables import parameter_table
+
+        return parameter_table(self)
+
     def save(self, path: str | Path) -> None:
         """Write to a netCDF file (ArviZ groups); a temporary file is renamed when complete."""
         from bayestouch.results.files import save_calibration
@@ -95,6 +111,9 @@ class Calibration(CalibrationData):
 class TouchPosteriors(PosteriorsData):
     """Posteriors of touches: location, indenter radius and load of each touch as draws.
 
+    ``posteriors[3]``, ``posteriors[:20]`` and ``posteriors[condition]`` are posteriors of some of the touches, by their
+    position in the table; `sel` chooses by number, tip and place. ``len(posteriors)`` is the number of touches.
+
     Attributes
     ----------
     sensor : Sensor
@@ -116,7 +135,7 @@ class TouchPosteriors(PosteriorsData):
         As in `Calibration`.
     tips : TipProbabilities or None
         Probability of each known tip for each touch, if the prior over indenters has known tips.
-    summary : mapping of (5, t) arrays
+    estimates : mapping of (5, t) arrays
         Mean, sd and 5, 50 and 95 % quantiles of all draws, also of those not kept; empty if all draws are kept.
     groups : mapping of mappings of (chain, draw, t) or (chain, draw, t, m) arrays
         Groups of the ArviZ schema that were asked for, by group and variable. Not read from files where they take more
@@ -157,6 +176,69 @@ class TouchPosteriors(PosteriorsData):
         from bayestouch.results.html import touches_html
 
         return touches_html(self)
+
+    def __len__(self) -> int:
+        return len(self.rows.touch)
+
+    def __getitem__(self, index: int | slice | ArrayLike) -> Self:
+        from bayestouch.results.selection import positions_of, touches_at
+
+        return touches_at(self, positions_of(self.rows, index))
+
+    def __iter__(self) -> Iterator[Self]:
+        return (self[position] for position in range(len(self)))
+
+    def sel(
+        self,
+        touch: float | ArrayLike | slice | None = None,
+        *,
+        tip: float | ArrayLike | slice | None = None,
+        place: float | ArrayLike | slice | None = None,
+        place_x: float | ArrayLike | slice | None = None,
+        place_y: float | ArrayLike | slice | None = None,
+    ) -> Self:
+        """Posteriors of the touches that meet every condition, in the order of the table.
+
+        Parameters
+        ----------
+        touch : float, array_like or slice, optional
+            Number of the touch in the table. Here as below: a number, several numbers, or a range with both ends
+            included, such as ``slice(-10, 10)``.
+        tip : float, array_like or slice, optional
+            Reference radius r_c of the indenter, mm: 0 knife edge, inf flat.
+        place : float, array_like or slice, optional
+            Reference location: degrees on a finger, mm on a pad with one line of elements.
+        place_x, place_y : float, array_like or slice, optional
+            Reference location on a pad in two dimensions, mm.
+
+        Raises
+        ------
+        InputError
+            If touches of this sensor have no such coordinate, or no touch meets the conditions.
+
+        Examples
+        --------
+        ``posteriors.sel(tip=3.9, place=slice(-10, 10)).summary()``
+        """
+        from bayestouch.results.selection import positions_with, touches_at
+
+        wanted = {"touch": touch, "tip": tip, "place": place, "place_x": place_x, "place_y": place_y}
+        return touches_at(self, positions_with(self.rows, wanted))
+
+    def summary(self) -> DataFrame:
+        """Table of the estimates, one row a touch.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Index ``touch``; ``tip`` (mm) and ``place`` (degree or mm; on a pad in two dimensions ``place_x`` and
+            ``place_y``), the reference values, NaN unknown; posterior mean ``NAME`` and standard deviation ``NAME_sd``
+            of each parameter, whose units are in ``attrs["units"]``; ``grade``, 1 if the sampler's targets are met.
+            `to_dataframe` has the quantiles as well, one row for each parameter and touch.
+        """
+        from bayestouch.results.tables import touch_table
+
+        return touch_table(self)
 
     def save(self, path: str | Path) -> None:
         """Write to a netCDF file (ArviZ groups); a temporary file is renamed when complete."""

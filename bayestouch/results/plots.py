@@ -127,7 +127,7 @@ def plot_estimates(posteriors: PosteriorsData, name: str, axes: Axes | None = No
     InputError
         If there is no such parameter.
     """
-    parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.summary})
+    parameter = _parameter(posteriors.parameters, name, {**posteriors.posterior, **posteriors.estimates})
     axes = new_axes(axes)
     mean, (low, high) = posteriors.mean(name), posteriors.interval(name)
     reference = np.asarray(posteriors.reference.get(name, np.full(len(mean), np.nan)))

@@ -7,7 +7,8 @@ from collections.abc import Iterable
 from bayestouch.data.sensor import Sensor
 from bayestouch.priors.parameters import Parameter
 
-# Units of quantities that are no parameters. {r} is the unit of the readings, {l} that of the load.
+# Units of quantities that are no parameters. {r} is the unit of the readings, {l} that of the load. A finger's gain
+# follows from its parameters; strain has no unit, and is named all the same, since a pad's gain is per load.
 _DERIVED = {
     "r_c": "mm",
     "R": "mm",
@@ -16,7 +17,7 @@ _DERIVED = {
     "y": "mm",
     "load": "{l}",
     "force_sd": "{l}",
-    "gain": "{r}",
+    "gain": "{r}/strain",
     "noise_sd": "{r}",
     "discrepancy_sd": "{r}",
     "tactile_sd": "{r}",
@@ -57,3 +58,8 @@ def units_of(parameters: Iterable[Parameter], sensor: Sensor) -> dict[str, str]:
     if not reading:
         derived |= {name: "" for name, unit in _DERIVED.items() if unit == "{r}"}
     return derived | {parameter.name: parameter.unit for parameter in parameters}
+
+
+def unit_of_gain(sensor: Sensor) -> str:
+    """Unit of the gain of a finger's elements, reading per unit of compressive strain: ``counts/strain``."""
+    return units_of((), sensor)["gain"]

@@ -32,6 +32,10 @@ class Demands:
     acceptance: float = 0.15
     pareto_k: float = 0.5
 
+    def met(self, ess_bulk: float, rhat: float) -> bool:
+        """True if draws with this effective sample size and R-hat, of the worst parameter, meet the targets."""
+        return bool(ess_bulk >= self.ess_bulk and rhat <= self.rhat)
+
 
 @dataclass(frozen=True, eq=False)
 class BlockDraws:

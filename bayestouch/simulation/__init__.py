@@ -50,9 +50,9 @@ class SimulatedDataSet(Summarised):
     truth : mapping
         ``seed``; ``effects`` as given; ``effect_values`` (every parameter of the effects); ``design``; calibration
         parameters with the names of a calibration's posterior (``sigma``, ``mu`` in MPa; by element ``r_s`` in mm,
-        ``theta_s`` in degree, ``gain`` in reading per strain, ``response`` in reading per N/m; on a pad ``x``, ``y``,
-        ``gain``, ``response``); ``tactile_sd``, ``force_sd``; true location and load of each touch in ``calibration``
-        and ``touches``.
+        ``theta_s`` in degree, ``gain`` in reading per strain, ``response`` in reading per N/m; on a pad ``x``, ``y``
+        in mm, ``gain`` and ``response`` in reading per N); ``tactile_sd``, ``force_sd``; true location and load of
+        each touch in ``calibration`` and ``touches``.
     """
 
     dataset: DataSet

@@ -64,6 +64,8 @@ class FingerDesign(Summarised):
         Contact model, see `bayestouch.contact.contact_model`.
     """
 
+    internal: ClassVar[frozenset[str]] = frozenset({"build", "plan"})
+
     core_radius_mm: float = 9.4
     sensing_radius_mm: float = 9.9
     outer_radius_mm: float = 12.7

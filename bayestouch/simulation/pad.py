@@ -53,6 +53,8 @@ class PadDesign(Summarised):
         Measured loads without noise are uniform in this range, N; without effects of the rig they are true.
     """
 
+    internal: ClassVar[frozenset[str]] = frozenset({"build", "plan"})
+
     element_x_mm: tuple[float, ...] = (0.0, 0.0, 0.0, 0.0, 6.75, 6.75, 6.75, 6.75)
     element_y_mm: tuple[float, ...] | None = (0.0, 6.75, 13.5, 20.25, 0.0, 6.75, 13.5, 20.25)
     thickness_mm: float = 6.0
@@ -192,7 +194,8 @@ class BuiltPad:
     def truth(self) -> dict[str, Any]:
         """True calibration parameters, ready for JSON."""
         places = {name: axis.tolist() for name, axis in zip("xy", self.place, strict=False)}
-        return places | {"gain": self.gain.tolist(), "response": self.response.tolist()}
+        # the gain of a pad's calibration is the reading per N, not per MPa
+        return places | {"gain": self.response.tolist(), "response": self.response.tolist()}
 
 
 def _axes(design: PadDesign) -> list[FloatArray]:

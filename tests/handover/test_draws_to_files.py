@@ -203,7 +203,7 @@ def test_units_on_file(well_known: Calibrated) -> None:
         "r_s": "mm",
         "theta_s": "degree",
         "response": "counts/(N/m)",
-        "gain": "counts",
+        "gain": "counts/strain",
         "noise_sd": "counts",
         "discrepancy_sd": "counts",
         "force_noise_sd": "N/m",

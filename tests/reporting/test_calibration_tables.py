@@ -14,7 +14,7 @@ def test_only_a_parameter_with_a_value_for_each_element_has_a_smallest_and_a_lar
     """Two chains of two draws: means of 2 and 5 for two elements, of 3 for what they share."""
     calibration = SimpleNamespace(
         parameters=(),
-        sensor=SimpleNamespace(reading_unit="mV"),
+        sensor=SimpleNamespace(reading_unit="mV", body=SimpleNamespace(load_unit="N/m")),
         posterior={
             "gain": np.array([[[1.0, 5.0], [3.0, 5.0]], [[1.0, 4.0], [3.0, 6.0]]]),
             "sigma": np.array([[2.0, 4.0], [3.0, 3.0]]),
@@ -22,5 +22,6 @@ def test_only_a_parameter_with_a_value_for_each_element_has_a_smallest_and_a_lar
     )
     evidence: Any = SimpleNamespace(calibration=calibration, truth={})
     own, shared = parameter_rows(evidence)
+    assert own["unit"] == "mV/strain"  # as in the files
     assert (own["minimum"], own["mean"], own["maximum"], own["by_element"]) == (2.0, 3.5, 5.0, True)
     assert (shared["minimum"], shared["mean"], shared["maximum"], shared["by_element"]) == (None, 3.0, None, False)

@@ -74,7 +74,7 @@ def test_the_file_is_as_promised(touch_file: Path, calibration_file: Path) -> No
         posterior = tree["posterior"]
         assert posterior["gain"].dims == ("chain", "draw", "element") and posterior["sigma"].dims == ("chain", "draw")
         assert list(posterior["element"].values) == ["e01", "e02", "e03"]
-        assert (posterior["r_s"].attrs["units"], posterior["gain"].attrs["units"]) == ("mm", "counts")
+        assert (posterior["r_s"].attrs["units"], posterior["gain"].attrs["units"]) == ("mm", "counts/strain")
 
 
 def test_arviz_opens_the_files(touch_file: Path, calibration_file: Path) -> None:

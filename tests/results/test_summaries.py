@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from report_cases import FINGER, LINE
+from report_cases import FINGER, LINE, Page
 
 import bayestouch
 from bayestouch.checks.ranks import of_ranks
@@ -132,6 +132,25 @@ def test_print_shows_no_array_either(finger: Made, pad: Made, others: Made) -> N
             assert 0 < len(str(each)) <= 2 * LONGEST and "array(" not in str(each), (name, str(each))
 
 
+def test_every_object_shows_itself_in_a_notebook(finger: Made, pad: Made, others: Made) -> None:
+    for name, each in every(finger, pad, others):
+        if not isinstance(each, Exception):
+            shown = each._repr_html_()
+            assert shown.startswith("<") and "array(" not in shown and len(Page(shown).text) > 0, name
+
+
+def test_completion_shows_what_users_need(finger: Made, pad: Made, others: Made) -> None:
+    """Every field, and no name that parts of the package use among themselves."""
+    for name, each in every(finger, pad, others):
+        if not isinstance(each, Exception):
+            shown = {attribute for attribute in dir(each) if not attribute.startswith("_")}
+            assert not shown & {"summary_lines", "internal"}, name
+            assert shown >= {field.name for field in fields(each) if not field.name.startswith("_")}, name
+    for body in (finger["body"], pad["body"]):
+        assert "load_column" not in dir(body) and "n_elements" in dir(body) and body.load_column
+    assert {"summary", "sel", "mean", "sd", "interval", "save"} <= set(dir(finger["posteriors"]))
+
+
 def test_large_objects_are_no_longer() -> None:
     many = np.arange(400)
     line = bayestouch.Pad(tuple(0.1 * many))
@@ -202,7 +221,7 @@ def test_a_calibration_says_its_fit_and_its_parameters(body: str, which: str, re
 def test_a_sampler_is_named(finger: Made, pad: Made) -> None:
     kinds = ("calibration", "calibration with effects")
     for sampled in (made[kind] for made in (finger, pad) for kind in kinds):
-        assert figure(repr(sampled), r"R-hat at most (\S+)") == pytest.approx(sampled.statistics["rhat"], abs=5e-4)
+        assert figure(repr(sampled), r"largest R-hat (\S+)") == pytest.approx(sampled.statistics["rhat"], abs=5e-4)
 
 
 @pytest.mark.parametrize(("body", "names"), [("finger", ("R", "theta_c", "P")), ("pad", ("x", "P"))])
@@ -217,8 +236,8 @@ def test_posteriors_say_their_grade_and_estimates(
     for name in names:
         # the draws themselves where they were kept, not the methods that the repr uses
         draws = posteriors.posterior[name] if which != "summaries" else None
-        means = posteriors.summary[name][0] if draws is None else draws.mean(axis=(0, 1))
-        sds = posteriors.summary[name][1] if draws is None else draws.std(axis=(0, 1))
+        means = posteriors.estimates[name][0] if draws is None else draws.mean(axis=(0, 1))
+        sds = posteriors.estimates[name][1] if draws is None else draws.std(axis=(0, 1))
         symbol, unit = (re.escape(text) for text in (parameters[name].symbol, parameters[name].unit))
         median = figure(text, rf" {symbol}: median ([^\s,]+),")
         assert median == pytest.approx(np.median(means), rel=ROUNDING), name
@@ -237,7 +256,7 @@ def test_draws_on_file_are_not_read(finger: Made, tmp_path: Path) -> None:
     """They may be larger than memory, and the file may be gone."""
     posteriors = finger["posteriors"]
     shapes = {name: draws.shape for name, draws in posteriors.posterior.items()}
-    away = replace(posteriors, posterior=DrawsOnFile(tmp_path / "gone.nc", shapes, (0, 0)), summary={})
+    away = replace(posteriors, posterior=DrawsOnFile(tmp_path / "gone.nc", shapes, (0, 0)), estimates={})
     chains, draws = shapes["R"][:2]
     assert f"{chains} chains of {draws} draws" in repr(away)
 
