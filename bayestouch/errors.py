@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from difflib import get_close_matches
 from pathlib import Path
 
 
@@ -76,6 +77,12 @@ def shown(value: object, length: int = 40) -> str:
 def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
     """Return the first `count` names as text, each at most `length` characters, for a message."""
     return ", ".join(_cut(name, length) for name in names[:count]) + (" …" if len(names) > count else "")
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a question with the known name that is most like an unknown one, for a message; empty if none is alike."""
+    found = get_close_matches(name, list(known), n=1)
+    return f"; did you mean {found[0]}?" if found else ""
 
 
 def _cut(text: str, length: int) -> str:

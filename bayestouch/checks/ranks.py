@@ -29,8 +29,8 @@ COLUMNS = 5
 LETTERS = 24
 
 
-@dataclass(frozen=True)
-class PooledSpread:
+@dataclass(frozen=True, repr=False)
+class PooledSpread(Summarised):
     """Mean square of the normal scores of all quantities together.
 
     Quantities of one simulation are correlated, so that the effective number of independent scores is smaller than

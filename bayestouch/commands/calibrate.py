@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from bayestouch.commands.arguments import dataset_at, model_at
 from bayestouch.commands.options import CONTACTS, KERNELS, grouped, seeded, spoken
 from bayestouch.commands.output import check_output, say
 from bayestouch.progress import progress_bar
@@ -76,11 +77,12 @@ def calibrate(
     from bayestouch.priors.prior_text import priors_from_text
 
     check_output(output)
-    effects = None if model is None else read_model(model)
+    data = dataset_at(dataset)
+    effects = None if model is None else read_model(model_at(model, dataset))
     stated = priors_from_text(priors)
     with progress_bar("calibrate", quiet) as advance:
         calibration = bayestouch.calibrate(
-            bayestouch.load_dataset(dataset),
+            data,
             contact=contact,
             e_map=e_map,
             discrepancy=discrepancy,

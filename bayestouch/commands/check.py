@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from bayestouch.commands.arguments import dataset_at
 from bayestouch.commands.options import spoken
 from bayestouch.commands.output import check_output, say
 
@@ -24,7 +25,7 @@ def check(dataset: Path, plot: Path | None, quiet: bool, as_json: bool) -> None:
 
     if plot is not None:
         check_output(plot)
-    checked = bayestouch.check(bayestouch.load_dataset(dataset))
+    checked = bayestouch.check(dataset_at(dataset))
     if plot is not None:
         checked.save_plot(plot)
     say(checked.text, checked.facts, head=checked.title, quiet=quiet, as_json=as_json, notes=checked.notes)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,7 +16,7 @@ from bayestouch.commands.diagnose import diagnose
 from bayestouch.commands.effects import effects
 from bayestouch.commands.infer import infer
 from bayestouch.commands.init import init
-from bayestouch.commands.output import Interrupted
+from bayestouch.commands.output import Interrupted, say_next_step
 from bayestouch.commands.report import report
 from bayestouch.commands.simulate import simulate
 from bayestouch.errors import InputError
@@ -36,7 +38,11 @@ class Verbs(click.Group):
             raise Interrupted from None
 
 
-@click.group(cls=Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.group(
+    cls=Verbs,
+    invoke_without_command=True,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+)
 @click.version_option(__version__, prog_name="bayestouch")
 @click.pass_context
 def cli(ctx: click.Context) -> None:
@@ -46,8 +52,12 @@ def cli(ctx: click.Context) -> None:
     Start a data set:     bayestouch init my-finger
     Check its data:       bayestouch check my-finger
     Report reliability:   bayestouch report my-finger -o my-report
+
+    Without a command it says what the folder that you are in holds, and the next step.
     """
     ctx.color = _colour()
+    if ctx.invoked_subcommand is None:
+        say_next_step(Path())
 
 
 for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate):
@@ -65,16 +75,20 @@ def main(arguments: list[str] | None = None) -> int:
         cli.main(args=arguments, prog_name="bayestouch", standalone_mode=False)
     except InputError as error:
         return _fail(str(error), 2)
-    except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        return 2
     except Interrupted as stop:
         return _fail(str(stop), STOPPED)
     except click.ClickException as error:
-        return _fail(" ".join(error.format_message().split()), 2)
+        return _fail(" ".join([*error.format_message().split(), *_example(error)]), 2)
     except (click.Abort, KeyboardInterrupt):
         return _fail("stopped", STOPPED)
     return 0
+
+
+def _example(error: click.ClickException) -> list[str]:
+    """The example of the command whose arguments are wrong, from its help."""
+    command = error.ctx.command if isinstance(error, click.UsageError) and error.ctx is not None else None
+    found = re.search(r"^\s*(Example: .+)$", (command and command.help) or "", re.MULTILINE)
+    return [found[1]] if found else []
 
 
 def _fail(message: str, status: int) -> int:

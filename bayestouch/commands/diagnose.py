@@ -6,9 +6,10 @@ from pathlib import Path
 
 import click
 
+from bayestouch.commands.arguments import dataset_at
 from bayestouch.commands.options import CONTACTS, KERNELS, clustered, seeded, spoken
 from bayestouch.commands.output import check_folder, say
-from bayestouch.progress import progress_bar
+from bayestouch.progress import progress_bar, staged
 
 
 @click.command(short_help="Find the effects that explain the model error, and add them.")
@@ -40,7 +41,7 @@ def diagnose(
     import bayestouch
 
     check_folder(output)
-    data = bayestouch.load_dataset(dataset)
+    data = dataset_at(dataset)
     with progress_bar("diagnose", quiet) as advance:
         diagnosis = bayestouch.diagnose(
             data,
@@ -48,7 +49,7 @@ def diagnose(
             kernel=kernel,
             seed=seed,
             scheduler=scheduler,
-            progress=lambda part: advance(0.95 * part),
+            progress=staged(advance, 0.0, 0.95),
         )
         diagnosis.save(output)
         advance(1.0)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from bayestouch.commands.arguments import calibration_at, table_at
 from bayestouch.commands.options import clustered, grouped, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
 from bayestouch.progress import progress_bar
@@ -69,7 +70,7 @@ def infer(
     """
     from bayestouch.inference import Kept, Options, infer_to_file
     from bayestouch.priors.indenter_text import indenter_from_text
-    from bayestouch.results.reading import load_calibration, load_grades
+    from bayestouch.results.reading import load_grades
     from bayestouch.results.schema import chosen_groups
 
     check_output(output)
@@ -84,7 +85,7 @@ def infer(
         seed=seed,
         groups=chosen_groups(groups),
     )
-    calibrated = load_calibration(calibration)
+    calibrated = calibration_at(calibration, table_at(touches))
     try:
         with progress_bar("infer", quiet) as advance:
             infer_to_file(touches, calibrated, output, options, scheduler=scheduler, progress=advance)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,8 @@ class Interrupted(Exception):
 def check_output(path: Path) -> None:
     """Raise an error if a file cannot be written at this path, before the computation starts."""
     if not path.parent.is_dir():
-        raise InputError("the folder to write into does not exist", file=path.parent)
+        folder = shlex.quote(str(path.parent))
+        raise InputError(f"the folder to write into does not exist; make it with: mkdir -p {folder}", file=path.parent)
     if path.is_dir():
         raise InputError("expected the name of a file to write, this is a folder", file=path)
 
@@ -61,3 +63,26 @@ def say(
     click.echo(f"{click.style(head, bold=True)}{text}")
     for note in notes:
         click.echo(f"  {click.style('note:', fg='yellow')} {note}", err=True)
+
+
+def show_page(page: Path) -> None:
+    """Open a page in the browser of the user; where there is none, say so on standard error."""
+    import webbrowser
+
+    try:
+        opened = webbrowser.open(page.resolve().as_uri())
+    except webbrowser.Error:
+        opened = False
+    if not opened:
+        click.echo(f"  {click.style('note:', fg='yellow')} no browser was found; open {page} yourself", err=True)
+
+
+def say_next_step(folder: Path) -> None:
+    """Print what a folder holds and the commands that come next."""
+    from bayestouch.commands.folders import advice_in
+
+    advice = advice_in(folder)
+    click.echo(advice.found)
+    for command, purpose in advice.commands:
+        click.echo(f"\n  {click.style(command, bold=True)}\n      {purpose}")
+    click.echo("\nAll commands: bayestouch --help")

@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
+from bayestouch.commands.arguments import calibration_at, dataset_at, diagnosis_at
 from bayestouch.commands.options import seeded, spoken
-from bayestouch.commands.output import check_folder, say
+from bayestouch.commands.output import check_folder, say, show_page
 from bayestouch.errors import InputError
 from bayestouch.progress import progress_bar
 
@@ -21,6 +22,7 @@ from bayestouch.progress import progress_bar
     "--diagnosis", type=click.Path(path_type=Path), default=None, help="Folder of a saved diagnosis to include."
 )
 @click.option("--no-diagnosis", is_flag=True, help="Do not search for effects that are not in the model.")
+@click.option("--open", "open_page", is_flag=True, help="Open the page in a browser when it is written.")
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
 @seeded
 @spoken
@@ -30,6 +32,7 @@ def report(
     plug_in: bool,
     diagnosis: Path | None,
     no_diagnosis: bool,
+    open_page: bool,
     draws: int,
     seed: int,
     quiet: bool,
@@ -60,9 +63,11 @@ def report(
             )
         facts = {"page": str(output / "index.html"), "sentences": compared.numbers["sentences"]}
         say(f": {compared}", facts, head=str(output / "index.html"), quiet=quiet, as_json=as_json)
+        if open_page:
+            show_page(output / "index.html")
         return
-    wanted = not no_diagnosis if diagnosis is None else diagnosis
-    data = bayestouch.load_dataset(datasets[0]) if datasets else None
+    data = dataset_at(datasets[0]) if datasets else None
+    wanted = not no_diagnosis if diagnosis is None else diagnosis_at(diagnosis, datasets[0] if datasets else None)
     with progress_bar("report", quiet) as advance:
         written = bayestouch.report(
             data, output, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=advance
@@ -73,11 +78,10 @@ def report(
         "answer": written.numbers["answer"],
     }
     say("", facts, head=str(output / "index.html"), quiet=quiet, as_json=as_json)
+    if open_page:
+        show_page(output / "index.html")
 
 
 def _side(path: Path) -> Any:
     """Load a data set, or a calibration if the path is a .nc file."""
-    import bayestouch
-    from bayestouch.results.reading import load_calibration
-
-    return load_calibration(path) if path.suffix == ".nc" else bayestouch.load_dataset(path)
+    return calibration_at(path) if path.suffix == ".nc" else dataset_at(path)

@@ -24,10 +24,10 @@ from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.split_data import SplitData
-from bayestouch.progress import Progress
+from bayestouch.progress import Progress, staged
 
-# Fractions of the time at the end of the first fit, of the search, and of the evaluation before.
-START, SEARCHED, READ = 0.1, 0.75, 0.85
+# Fractions of the time at the end of the first fit, and of the search.
+START, SEARCHED = 0.1, 0.75
 
 
 def trace(
@@ -55,18 +55,17 @@ def trace(
         Options of this body.
     """
     data = SplitData.of(dataset).thinned(body.most_touches, seed)
+    staged(progress, 0.0, START, "fit")
     begun = body.begin(data, draws=draws, seed=seed, **options)
-    advance = progress or (lambda fraction: None)
-    advance(START)
     fitted = begun.fitted
-    rounds = search(fitted, begun.effects, lambda share: advance(START + (SEARCHED - START) * share), scheduler)
-    advance(SEARCHED)
+    rounds = search(fitted, begun.effects, staged(progress, START, SEARCHED, "search"), scheduler)
+    compared = staged(progress, SEARCHED, 1.0, "compare before and after") or (lambda fraction: None)
     last = rounds[-1]
     final, spreads = settled_drifts(last.before)
     added = effects_as_added(rounds, final, spreads)
     evaluate = partial(_evaluated, begun.evaluation, sample)
     before = evaluate(fitted, (), None)
-    advance(READ)
+    compared(0.4)
     explained = evaluate(final, added, None) if added else before
     remaining = Remaining(before=lack_of_fit(fitted, before.held_out), after=lack_of_fit(final, explained.held_out))
     corrected = None
@@ -74,7 +73,7 @@ def trace(
         new = corrected_fit(final)
         if new is not None:
             corrected = evaluate(new[0], moved_to(new[0], added), new[1])
-    advance(1.0)
+    compared(1.0)
     return Traced(
         data=data,
         rounds=rounds,

@@ -21,7 +21,7 @@ from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import held_out_density
 from bayestouch.model.significance import at_least_one
-from bayestouch.progress import Progress
+from bayestouch.progress import Progress, staged
 
 # Fractions of a round's time at the end of scoring and of refitting; the correction follows.
 SCORED, REFITTED = 0.25, 0.8
@@ -119,7 +119,7 @@ def _greedy(
 def _part(progress: Progress | None, done: int) -> Progress:
     """Progress of a round. The number of rounds is not known, so each takes a smaller part of the rest."""
     start, end = done / (done + 1), (done + 1) / (done + 2)
-    return lambda share: None if progress is None else progress(start + (end - start) * share)
+    return staged(progress, start, end, f"round {done + 1}") or (lambda share: None)
 
 
 def _count_retained(rounds: tuple[SearchRound, ...]) -> int:

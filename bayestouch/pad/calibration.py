@@ -19,7 +19,7 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
 from bayestouch.pad.start import fit_without_effects
-from bayestouch.progress import Progress
+from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration
 
 # Share of the time after which the model is chosen.
@@ -73,12 +73,11 @@ def calibrate_pad(
     InputError
         The touches cannot identify the parameters, or an option has an unknown value.
     """
-    chosen = choose_pad(
-        dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=_part(progress, 0.0, CHOSEN)
-    )
+    choosing = staged(progress, 0.0, CHOSEN, "choose a kernel")
+    chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=choosing)
     fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
     density = PadDensity.of(fitted)
-    posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=_part(progress, CHOSEN, 1.0))
+    posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=staged(progress, CHOSEN, 1.0, "draw"))
     model = chosen.model.at(density.values(density.mode), posterior.covariance)
     return replace(chosen, model=model).calibration(dataset.sensor, posterior)
 
@@ -134,8 +133,3 @@ def choose_pad(
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
     name = next(name for name, rival in rivals.items() if rival is model)
     return ChosenPad(problem, name, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
-
-
-def _part(progress: Progress | None, first: float, last: float) -> Progress | None:
-    """Progress of a part of the work."""
-    return None if progress is None else lambda share: progress(first + (last - first) * share)

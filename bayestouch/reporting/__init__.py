@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from bayestouch.data.dataset import DataSet
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import number, plural
-from bayestouch.progress import Progress
+from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
 if TYPE_CHECKING:
@@ -125,14 +125,15 @@ def report(
         As in `bayestouch.calibrate` and `bayestouch.infer`, or if the folder cannot be written.
     """
     from bayestouch.output.files import new_folder
-    from bayestouch.reporting.gather import gather
+    from bayestouch.reporting.gather import GATHERED, gather
     from bayestouch.reporting.writing import write_report
 
     output = Path(output)
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
         evidence = gather(dataset, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=progress)
+        writing = staged(progress, GATHERED, 1.0, "write the page")
         numbers = write_report(evidence, folder)
-    if progress is not None:
-        progress(1.0)
+    if writing is not None:
+        writing(1.0)
     return Report(output, numbers, tuple(output / figure["file"] for figure in numbers["figures"]))

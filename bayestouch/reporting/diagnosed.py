@@ -9,6 +9,7 @@ from typing import Any
 from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.output.pictures import Format, Picture
+from bayestouch.progress import Progress
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
 
 #: Number of figures of a diagnosis that a report shows; the folder of the diagnosis has all.
@@ -32,14 +33,14 @@ class Diagnosed:
     pictures: tuple[Picture, ...] = ()
 
 
-def light_diagnosis(dataset: DataSet, seed: int) -> Diagnosed:
+def light_diagnosis(dataset: DataSet, seed: int, progress: Progress | None = None) -> Diagnosed:
     """Diagnosis without inference of the held-out touches: verdict and prediction errors."""
     from bayestouch.diagnosis import diagnose
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import diagnosis_pictures
 
     try:
-        diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed)
+        diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed, progress=progress)
     except InputError as error:
         return Diagnosed({"missing": f"No effect was searched for: {error.message}."})
     numbers = diagnosis.to_dict()

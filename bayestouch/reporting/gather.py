@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,16 +10,15 @@ import numpy as np
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.model.body import body_of
+from bayestouch.progress import Progress, staged
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.checks import CALIBRATION_GROUPS, MOST_PREDICTED, TOUCH_GROUPS
 from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.results.objects import TouchPosteriors
 
-StepProgress = Callable[[float], None]
-
 # Fractions of the total time, for the progress bar.
-_CALIBRATED, _READ = 0.25, 0.5
+_CALIBRATED, _READ, GATHERED = 0.25, 0.5, 0.9
 
 
 def gather(
@@ -30,7 +28,7 @@ def gather(
     draws: int,
     plug_in: bool,
     diagnosis: bool | Path = False,
-    progress: StepProgress | None = None,
+    progress: Progress | None = None,
 ) -> Evidence:
     """Calibration and posteriors for a report, with a diagnosis if requested.
 
@@ -59,16 +57,14 @@ def gather(
 
         simulated = embedded_dataset()
         dataset, truth = simulated.dataset, dict(simulated.truth)
-    advance = progress or _ignore
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
     body = body_of(dataset.sensor)
     groups = CALIBRATION_GROUPS if "groups" in body.options else ()
-    calibration = calibrate(dataset, groups=groups, seed=seed, progress=lambda done: advance(_CALIBRATED * done))
-    advance(_CALIBRATED)
+    calibration = calibrate(dataset, groups=groups, seed=seed, progress=staged(progress, 0.0, _CALIBRATED, "calibrate"))
     both_ways = bool(PAGES[dataset.sensor.body.kind].plug_in_compared)
-    runs = 4 if both_ways else 2
+    part = (_READ - _CALIBRATED) / (4 if both_ways else 2)
 
     predicted = len(np.unique(dataset.touches.touch)) * dataset.sensor.n_elements * draws
 
@@ -81,7 +77,7 @@ def gather(
             groups=TOUCH_GROUPS if run == 0 and predicted <= MOST_PREDICTED else (),
             draws=draws,
             seed=seed,
-            progress=lambda done: advance(_CALIBRATED + (_READ - _CALIBRATED) * (run + done) / runs),
+            progress=staged(progress, _CALIBRATED + part * run, _CALIBRATED + part * (run + 1), "read touches"),
         )
 
     def infer_with_and_without_load(exact: bool, run: int) -> tuple[TouchPosteriors, TouchPosteriors | None]:
@@ -95,12 +91,8 @@ def gather(
         with_load, no_load = infer_with_and_without_load(not plug_in, 2)
         other = replace(evidence, posteriors=with_load, without_load=no_load, plug_in=not plug_in)
         evidence = replace(evidence, counterpart=other)
-    advance(_READ)
     if diagnosis is not False:
+        searching = staged(progress, _READ, GATHERED, "diagnose")
         # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
-        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed))
+        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed, searching))
     return evidence
-
-
-def _ignore(fraction: float) -> None:
-    """Ignore the progress."""

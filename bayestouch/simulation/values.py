@@ -8,7 +8,7 @@ import numpy as np
 
 from bayestouch.effects import Effect, EffectParameter, Setting, Values, effect_classes
 from bayestouch.effects.effect import STAGES
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.simulation.plan import EffectValues
 
 #: Default values of shape parameters, by effect: the simplest form of each; times in s. A parameter that is neither
@@ -50,7 +50,7 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
     for key, value in stated.items():
         name, dot, parameter = key.partition(".")
         if name not in known:
-            raise InputError(f"unknown effect {name!r}; known are {', '.join(known)}")
+            raise InputError(f"unknown effect {name!r}{nearest(name, known)}; known are {', '.join(known)}")
         by_effect.setdefault(name, []).append((parameter if dot else None, value))
     out = []
     for name, given in by_effect.items():

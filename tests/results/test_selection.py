@@ -34,9 +34,7 @@ def posteriors() -> bayestouch.TouchPosteriors:
         sample_stats={**made.sample_stats, "grade": np.array([1, 0, 1, 1, 0])},
         estimates=summarise(made.posterior),
         groups={"log_likelihood": {"reading": rng.normal(size=(4, 50, 5, 3))}, "log_prior": {"R": made.posterior["R"]}},
-        tips=TipProbabilities(
-            np.array([0.0, np.inf]), np.array([0.5, 0.5]), np.log(np.stack([sharp, 1 - sharp], axis=1))
-        ),
+        tips=TipProbabilities(np.array([0.0, np.inf]), np.array([0.5, 0.5]), tips),
     )
 
 

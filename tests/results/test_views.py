@@ -34,7 +34,8 @@ def test_tables_in_a_notebook(calibration: bayestouch.Calibration, touches: baye
         page = Page(html)
         assert len(page.all("table")) == 1
     rows = Page(calibration._repr_html_()).all("tr")
-    assert len(rows) == 1 + sum(p.name in calibration.posterior for p in calibration.parameters)
+    # a head, the parameters, and the gain that follows from them
+    assert len(rows) == 2 + sum(p.name in calibration.posterior for p in calibration.parameters)
     # mean of the first touch, to the digits that its standard deviation asks for
     sd = touches.sd("theta_c")[0]
     first = [cell for cell in Page(touches._repr_html_()).cells if "±" in cell]

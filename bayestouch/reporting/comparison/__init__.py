@@ -11,7 +11,7 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import plural
-from bayestouch.progress import Progress
+from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration
 
 if TYPE_CHECKING:
@@ -114,12 +114,8 @@ def compare(
             if isinstance(each, Calibration):
                 sides.append((each, None))
                 continue
-
-            def advance(done: float, number: int = number) -> None:
-                if progress is not None:
-                    progress((number + done) / 2)
-
-            written = report(each, folder / name, seed=seed, draws=draws, diagnosis=diagnosis, progress=advance)
+            side = staged(progress, number / 2, (number + 1) / 2, f"{name} sensor")
+            written = report(each, folder / name, seed=seed, draws=draws, diagnosis=diagnosis, progress=side)
             sides.append((written.calibration, written.numbers))
         numbers = compared(sides[0], sides[1])
         write_comparison(numbers, folder)

@@ -1,0 +1,213 @@
+"""What a folder holds that the commands work on, and the next sensible step in it."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+from bayestouch.errors import few
+
+# A larger folder is no workplace of this package; the rest of its files is not looked at.
+_MOST_FILES = 1000
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """What lies in a folder, as paths to type there; the newest of each kind first.
+
+    Attributes
+    ----------
+    datasets : tuple of str
+        Folders with a sensor.toml, ``.`` the folder itself.
+    tables : tuple of str
+        Touch tables beside no sensor.toml.
+    calibrations, posteriors : tuple of str
+        Files that `calibrate` and `infer` wrote.
+    diagnoses, reports : tuple of str
+        Folders that `diagnose` and `report` wrote, ``.`` the folder itself.
+    """
+
+    datasets: tuple[str, ...]
+    tables: tuple[str, ...]
+    calibrations: tuple[str, ...]
+    posteriors: tuple[str, ...]
+    diagnoses: tuple[str, ...]
+    reports: tuple[str, ...]
+
+
+def workplace(folder: Path) -> Workplace:
+    """Return what a folder holds; of the folders in it only what they are."""
+    try:
+        inside = sorted(folder.iterdir(), key=_age)[:_MOST_FILES]
+    except OSError:
+        inside = []
+    names = {"calibration": [], "touches": []}  # type: dict[str, list[str]]
+    for file in inside:
+        kind = _kind(file) if file.suffix == ".nc" else ""
+        names.get(kind, []).append(file.name)
+
+    def folders_with(marker: str) -> tuple[str, ...]:
+        here = (".",) if (folder / marker).is_file() else ()
+        return here + tuple(each.name for each in inside if (each / marker).is_file())
+
+    tables = [each.name for each in inside if each.name in ("touches.csv", "touches.parquet")]
+    return Workplace(
+        datasets=folders_with("sensor.toml"),
+        tables=() if (folder / "sensor.toml").is_file() else tuple(tables),
+        calibrations=tuple(names["calibration"]),
+        posteriors=tuple(names["touches"]),
+        diagnoses=folders_with("diagnosis.json"),
+        reports=folders_with("report.json"),
+    )
+
+
+def _age(file: Path) -> tuple[float, str]:
+    try:
+        return -file.stat().st_mtime, file.name
+    except OSError:
+        return 0.0, file.name
+
+
+def _kind(file: Path) -> str:
+    """Return what a posterior file holds, ``calibration`` or ``touches``; empty if it is no such file."""
+    import h5py  # type: ignore[import-untyped, unused-ignore]  # stubs are in newer ones only
+
+    try:
+        with h5py.File(file, "r") as root:
+            kind = root.attrs.get("bayestouch", "")
+    # The HDF5 library raises exceptions of any kind for a damaged file.
+    except Exception:
+        return ""
+    return kind.decode() if isinstance(kind, bytes) else str(kind)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """The next step in a folder.
+
+    Attributes
+    ----------
+    found : str
+        What was found, a sentence.
+    commands : tuple of (str, str)
+        Commands to type, with what they do; the first is the next step.
+    """
+
+    found: str
+    commands: tuple[tuple[str, str], ...]
+
+
+def advice_in(folder: Path) -> Advice:
+    """Return what a folder holds, and the commands that come next."""
+    here = workplace(folder)
+    if here.reports[:1] == (".",):
+        return _report(here)
+    if here.diagnoses[:1] == (".",):
+        return _diagnosis(folder, here)
+    if here.datasets:
+        return _dataset(here)
+    if here.calibrations:
+        return _calibration(here)
+    if here.posteriors:
+        return _posterior(here)
+    return Advice(
+        "This folder holds no data set, calibration or posterior.",
+        (
+            (_command("init", "my-finger"), "start a data set: a template to fill in"),
+            (_command("simulate", "-o", "my-finger"), "or simulate one, to try the commands"),
+            (_command("report", "-o", "report", "--open"), "or see a report on simulated touches first"),
+        ),
+    )
+
+
+def _dataset(here: Workplace) -> Advice:
+    """A data set, and what has been made of it so far; of several the newest."""
+    data = here.datasets[0]
+    found = f"Data set: {_listed(here.datasets)}."
+    report = _command("report", data, "-o", "report", "--open")
+    saved = ("--diagnosis", here.diagnoses[0]) if here.diagnoses else ()
+    if here.diagnoses:
+        report = _command("report", data, *saved, "-o", "report", "--open")
+    table = "touches.csv" if data == "." else f"{data}/touches.csv"
+    if not (here.calibrations or here.diagnoses or here.reports):
+        return Advice(
+            found,
+            (
+                (_command("check", data), "look at what was read and what is missing"),
+                (report, "then all steps at once: calibrate, read the touches, diagnose, write a page"),
+                (_command("calibrate", data, "-o", "calibration.nc"), "or the first step alone"),
+            ),
+        )
+    if here.calibrations and not here.posteriors:
+        calibration = here.calibrations[0]
+        return Advice(
+            f"{found} Calibration: {_listed(here.calibrations)}.",
+            (
+                (
+                    _command("infer", table, "--calibration", calibration, "-o", "posterior.nc"),
+                    "read the touches with this calibration",
+                ),
+            ),
+        )
+    if not here.diagnoses and not here.reports:
+        return Advice(
+            f"{found} Calibration: {_listed(here.calibrations)}. Posterior: {_listed(here.posteriors)}.",
+            (
+                (_command("diagnose", data, "-o", "diagnosis"), "find what the model of the sensor lacks"),
+                (report, "or write a report on everything"),
+            ),
+        )
+    if not here.reports:
+        return Advice(f"{found} Diagnosis: {_listed(here.diagnoses)}.", ((report, "write a report with it"),))
+    page = f"{here.reports[0]}/index.html"
+    return Advice(
+        f"{found} Report: {_listed(here.reports)}; open {page} in a browser.",
+        ((report, "write it again, if the data have changed"),),
+    )
+
+
+def _calibration(here: Workplace) -> Advice:
+    table = here.tables[0] if here.tables else "touches.csv"
+    command = _command("infer", table, "--calibration", here.calibrations[0], "-o", "posterior.nc")
+    return Advice(f"Calibration: {_listed(here.calibrations)}.", ((command, "read a table of touches with it"),))
+
+
+def _posterior(here: Workplace) -> Advice:
+    code = f"import bayestouch; print(bayestouch.load({here.posteriors[0]!r}).summary())"
+    command = f"python -c {shlex.quote(code)}"
+    return Advice(f"Posterior: {_listed(here.posteriors)}.", ((command, "one row for each touch, in Python"),))
+
+
+def _diagnosis(folder: Path, here: Workplace) -> Advice:
+    """A diagnosis: its verdict, and reading touches with the model that it found."""
+    after = "calibration_after.nc"
+    command = _command("infer", "touches.csv", "--calibration", after, "-o", "posterior.nc")
+    return Advice(f"Diagnosis{_verdict(folder)}.", ((command, "read a table of touches with what was found"),))
+
+
+def _verdict(folder: Path) -> str:
+    try:
+        numbers = json.loads((folder / "diagnosis.json").read_text("utf-8"))
+        names = [str(each["name"]) for each in numbers["effects"]]
+        return f": {numbers['verdict']}, effects found: {few(names) or 'none'}"
+    except (OSError, ValueError, KeyError, TypeError):
+        return ""
+
+
+def _report(here: Workplace) -> Advice:
+    calibration = "calibration.nc" if "calibration.nc" in here.calibrations else ""
+    commands = ()  # type: tuple[tuple[str, str], ...]
+    if calibration:
+        command = _command("infer", "touches.csv", "--calibration", calibration, "-o", "posterior-of-new-touches.nc")
+        commands = ((command, "read other touches with its calibration"),)
+    return Advice("Report: open index.html in a browser.", commands)
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return few(["this folder" if name == "." else name for name in names], 4)
+
+
+def _command(*words: str) -> str:
+    return shlex.join(("bayestouch", *words))
