@@ -133,3 +133,18 @@ def test_notebook_runs(given: Path, tmp_path: Path) -> None:
         "image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", ())
     )
     assert pictures >= 3
+
+
+def test_measured_errors_in_the_readme_are_those_of_the_table() -> None:
+    """`studies/measured_diagnosis.py` makes the table; its data are not in the repository."""
+    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
+    lines = (ROOT / "docs" / "measured_diagnosis.md").read_text("utf-8").splitlines()
+    row = next(line for line in lines if line.startswith("| fluid-oil-1.5 |") and "→" in line)
+    _, _, held_out, traced, _, verdict, _, location, load, regions, _ = (cell.strip() for cell in row.split("|"))
+    held, _, touches = held_out.partition(" of ")
+    assert f"{touches} touches" in readme and f"On {held} touches that no fit has seen" in readme
+    for errors, unit in ((location, "mm"), (load, "N")):
+        before, _, after = errors.partition(" → ")
+        assert re.search(rf"from {before} {unit} to {after} {unit}", readme), errors
+    assert f'the verdict is "{verdict}"' in readme and "(or gain_drift)" in traced
+    assert f"hold the place in {100 * float(regions.rpartition(' ')[2]):.0f} % of the touches" in readme
