@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.contact import composite_radius
-from bayestouch.output.summary import Summarised
+from bayestouch.output.summary import Summarised, span
+from bayestouch.output.text import number, plural
 from bayestouch.reliability.information import RadiusScale
 from bayestouch.reliability.known_finger import KnownFinger, TouchPlaces
 from bayestouch.reliability.location_bias import NAMES, TouchEstimator
@@ -65,6 +66,17 @@ class SweetSpots(Summarised):
     def best(self, name: str = "R") -> float:
         """Location (degree) with the smallest standard deviation, averaged over the indenters."""
         return float(self.angle_deg[(self.sd(name) ** 2).mean(axis=0).argmin()])
+
+    def summary_lines(self) -> list[str]:
+        """Lines that ``repr`` shows: the standard deviation of each estimate, and where it is smallest."""
+        places = f"{plural(len(self.angle_deg), 'location')}{span(self.angle_deg)}°"
+        return [
+            f"SweetSpots of {plural(len(self.indenters_mm), 'indenter')} at {places}",
+            *(
+                f"{name}: sd{span(self.sd(name))} {unit}, smallest at {number(self.best(name))}°"
+                for name, unit in zip(NAMES, ("mm", "degree", "N/m"), strict=True)
+            ),
+        ]
 
 
 def sweet_spots(

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
-from bayestouch.output.summary import Summarised
+from bayestouch.output.summary import Summarised, span
+from bayestouch.output.text import number, plural
 from bayestouch.pad.reading.reader import PadReader
 
 
@@ -39,6 +40,14 @@ class PadSpots(Summarised):
     def sd(self) -> FloatArray:
         """Standard deviation of the location, all coordinates together, (n,), mm."""
         return np.asarray(np.sqrt((self.noise_sd**2 + self.bias_rms**2).sum(axis=1)))
+
+    def summary_lines(self) -> list[str]:
+        """Lines that ``repr`` shows: the standard deviation of the location, and where it is smallest."""
+        best = ", ".join(number(float(value)) for value in self.location[self.sd.argmin()])
+        return [
+            f"PadSpots of {plural(len(self.location), 'place')}",
+            f"sd of the location{span(self.sd)} mm, smallest at ({best}) mm",
+        ]
 
 
 def pad_spots(reader: PadReader, location: ArrayLike, *, load: float | None = None, reads: int = 1) -> PadSpots:

@@ -15,8 +15,10 @@ import pytest
 from report_cases import FINGER, LINE, Page
 
 import bayestouch
+import bayestouch.reliability
 from bayestouch.checks.ranks import of_ranks
 from bayestouch.data.touches import touches_from
+from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import LogNormal
 from bayestouch.reading.options import Options
 from bayestouch.results import summaries
@@ -113,6 +115,9 @@ def figure(text: str, pattern: str) -> float:
 def test_one_of_every_public_class_is_looked_at(finger: Made, pad: Made, others: Made) -> None:
     public = {each for name in bayestouch.__all__ if inspect.isclass(each := getattr(bayestouch, name))}
     assert public - {type(each) for _, each in every(finger, pad, others)} == set()
+    assert {each.__name__ for each in public if not issubclass(each, Summarised)} == {"InputError"}
+    of_reliability = (getattr(bayestouch.reliability, name) for name in bayestouch.reliability.__all__)
+    assert all(issubclass(each, Summarised) for each in of_reliability if inspect.isclass(each))
 
 
 def test_every_repr_is_short_and_shows_no_array(finger: Made, pad: Made, others: Made) -> None:
@@ -134,7 +139,7 @@ def test_print_shows_no_array_either(finger: Made, pad: Made, others: Made) -> N
 
 def test_every_object_shows_itself_in_a_notebook(finger: Made, pad: Made, others: Made) -> None:
     for name, each in every(finger, pad, others):
-        if not isinstance(each, Exception):
+        if isinstance(each, Summarised):
             shown = each._repr_html_()
             assert shown.startswith("<") and "array(" not in shown and len(Page(shown).text) > 0, name
 
@@ -142,7 +147,7 @@ def test_every_object_shows_itself_in_a_notebook(finger: Made, pad: Made, others
 def test_completion_shows_what_users_need(finger: Made, pad: Made, others: Made) -> None:
     """Every field, and no name that parts of the package use among themselves."""
     for name, each in every(finger, pad, others):
-        if not isinstance(each, Exception):
+        if isinstance(each, Summarised):
             shown = {attribute for attribute in dir(each) if not attribute.startswith("_")}
             assert not shown & {"summary_lines", "internal"}, name
             own = {field.name for field in fields(each)} if is_dataclass(each) else {"read"}
