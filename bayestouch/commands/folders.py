@@ -43,7 +43,7 @@ def workplace(folder: Path) -> Workplace:
         inside = sorted(folder.iterdir(), key=_age)[:_MOST_FILES]
     except OSError:
         inside = []
-    names = {"calibration": [], "touches": []}  # type: dict[str, list[str]]
+    names: dict[str, list[str]] = {"calibration": [], "touches": []}
     for file in inside:
         kind = _kind(file) if file.suffix == ".nc" else ""
         names.get(kind, []).append(file.name)
@@ -84,7 +84,7 @@ def _kind(file: Path) -> str:
 
 
 @dataclass(frozen=True)
-class Advice:
+class NextStep:
     """The next step in a folder.
 
     Attributes
@@ -99,7 +99,7 @@ class Advice:
     commands: tuple[tuple[str, str], ...]
 
 
-def advice_in(folder: Path) -> Advice:
+def next_step_in(folder: Path) -> NextStep:
     """Return what a folder holds, and the commands that come next."""
     here = workplace(folder)
     if here.reports[:1] == (".",):
@@ -112,7 +112,7 @@ def advice_in(folder: Path) -> Advice:
         return _calibration(here)
     if here.posteriors:
         return _posterior(here)
-    return Advice(
+    return NextStep(
         "This folder holds no data set, calibration or posterior.",
         (
             (_command("init", "my-finger"), "start a data set: a template to fill in"),
@@ -122,7 +122,7 @@ def advice_in(folder: Path) -> Advice:
     )
 
 
-def _dataset(here: Workplace) -> Advice:
+def _dataset(here: Workplace) -> NextStep:
     """A data set, and what has been made of it so far; of several the newest."""
     data = here.datasets[0]
     found = f"Data set: {_listed(here.datasets)}."
@@ -132,7 +132,7 @@ def _dataset(here: Workplace) -> Advice:
         report = _command("report", data, *saved, "-o", "report", "--open")
     table = "touches.csv" if data == "." else f"{data}/touches.csv"
     if not (here.calibrations or here.diagnoses or here.reports):
-        return Advice(
+        return NextStep(
             found,
             (
                 (_command("check", data), "look at what was read and what is missing"),
@@ -142,7 +142,7 @@ def _dataset(here: Workplace) -> Advice:
         )
     if here.calibrations and not here.posteriors:
         calibration = here.calibrations[0]
-        return Advice(
+        return NextStep(
             f"{found} Calibration: {_listed(here.calibrations)}.",
             (
                 (
@@ -152,7 +152,7 @@ def _dataset(here: Workplace) -> Advice:
             ),
         )
     if not here.diagnoses and not here.reports:
-        return Advice(
+        return NextStep(
             f"{found} Calibration: {_listed(here.calibrations)}. Posterior: {_listed(here.posteriors)}.",
             (
                 (_command("diagnose", data, "-o", "diagnosis"), "find what the model of the sensor lacks"),
@@ -160,31 +160,31 @@ def _dataset(here: Workplace) -> Advice:
             ),
         )
     if not here.reports:
-        return Advice(f"{found} Diagnosis: {_listed(here.diagnoses)}.", ((report, "write a report with it"),))
+        return NextStep(f"{found} Diagnosis: {_listed(here.diagnoses)}.", ((report, "write a report with it"),))
     page = f"{here.reports[0]}/index.html"
-    return Advice(
+    return NextStep(
         f"{found} Report: {_listed(here.reports)}; open {page} in a browser.",
         ((report, "write it again, if the data have changed"),),
     )
 
 
-def _calibration(here: Workplace) -> Advice:
+def _calibration(here: Workplace) -> NextStep:
     table = here.tables[0] if here.tables else "touches.csv"
     command = _command("infer", table, "--calibration", here.calibrations[0], "-o", "posterior.nc")
-    return Advice(f"Calibration: {_listed(here.calibrations)}.", ((command, "read a table of touches with it"),))
+    return NextStep(f"Calibration: {_listed(here.calibrations)}.", ((command, "read a table of touches with it"),))
 
 
-def _posterior(here: Workplace) -> Advice:
+def _posterior(here: Workplace) -> NextStep:
     code = f"import bayestouch; print(bayestouch.load({here.posteriors[0]!r}).summary())"
     command = f"python -c {shlex.quote(code)}"
-    return Advice(f"Posterior: {_listed(here.posteriors)}.", ((command, "one row for each touch, in Python"),))
+    return NextStep(f"Posterior: {_listed(here.posteriors)}.", ((command, "one row for each touch, in Python"),))
 
 
-def _diagnosis(folder: Path, here: Workplace) -> Advice:
+def _diagnosis(folder: Path, here: Workplace) -> NextStep:
     """A diagnosis: its verdict, and reading touches with the model that it found."""
     after = "calibration_after.nc"
     command = _command("infer", "touches.csv", "--calibration", after, "-o", "posterior.nc")
-    return Advice(f"Diagnosis{_verdict(folder)}.", ((command, "read a table of touches with what was found"),))
+    return NextStep(f"Diagnosis{_verdict(folder)}.", ((command, "read a table of touches with what was found"),))
 
 
 def _verdict(folder: Path) -> str:
@@ -196,13 +196,13 @@ def _verdict(folder: Path) -> str:
         return ""
 
 
-def _report(here: Workplace) -> Advice:
+def _report(here: Workplace) -> NextStep:
     calibration = "calibration.nc" if "calibration.nc" in here.calibrations else ""
-    commands = ()  # type: tuple[tuple[str, str], ...]
+    commands: tuple[tuple[str, str], ...] = ()
     if calibration:
         command = _command("infer", "touches.csv", "--calibration", calibration, "-o", "posterior-of-new-touches.nc")
         commands = ((command, "read other touches with its calibration"),)
-    return Advice("Report: open index.html in a browser.", commands)
+    return NextStep("Report: open index.html in a browser.", commands)
 
 
 def _listed(names: tuple[str, ...]) -> str:

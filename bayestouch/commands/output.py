@@ -79,10 +79,10 @@ def show_page(page: Path) -> None:
 
 def say_next_step(folder: Path) -> None:
     """Print what a folder holds and the commands that come next."""
-    from bayestouch.commands.folders import advice_in
+    from bayestouch.commands.folders import next_step_in
 
-    advice = advice_in(folder)
-    click.echo(advice.found)
-    for command, purpose in advice.commands:
+    step = next_step_in(folder)
+    click.echo(step.found)
+    for command, purpose in step.commands:
         click.echo(f"\n  {click.style(command, bold=True)}\n      {purpose}")
     click.echo("\nAll commands: bayestouch --help")

@@ -62,7 +62,7 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
     rows : TouchRows
         t touches.
     wanted : mapping
-        Condition by coordinate (see `coordinates`): a number, several numbers, or a slice with both ends included;
+        Condition by coordinate (see `coordinates_of`): a number, several numbers, or a slice with both ends included;
         None is no condition.
 
     Raises
@@ -71,7 +71,7 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
         If the touches have no such coordinate, or none of them meets a condition.
     """
     conditions = {name: value for name, value in wanted.items() if value is not None}
-    known = coordinates(rows)
+    known = coordinates_of(rows)
     meets = np.ones(len(rows.touch), dtype=bool)
     for name, value in conditions.items():
         if name not in known:
@@ -85,7 +85,7 @@ def positions_with(rows: TouchRows, wanted: Mapping[str, Wanted | None]) -> IntA
     return np.flatnonzero(meets)
 
 
-def coordinates(rows: TouchRows) -> dict[str, FloatArray | IntArray]:
+def coordinates_of(rows: TouchRows) -> dict[str, FloatArray | IntArray]:
     """Return what touches can be chosen by, (t,) arrays with the names that posterior files use.
 
     ``touch``, the number in the table; ``tip``, the reference radius r_c in mm; ``place`` in degrees or mm, on a pad in

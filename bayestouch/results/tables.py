@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from bayestouch.results.selection import coordinates
+from bayestouch.results.selection import coordinates_of
 from bayestouch.results.units import unit_of_gain
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ def touch_table(posteriors: PosteriorsData) -> DataFrame:
     """Return the mean and sd of every parameter, one row a touch, see `bayestouch.TouchPosteriors.summary`."""
     import pandas as pd
 
-    columns = {name: values for name, values in coordinates(posteriors.rows).items() if name != "touch"}
+    columns = {name: values for name, values in coordinates_of(posteriors.rows).items() if name != "touch"}
     units = {parameter.name: parameter.unit for parameter in posteriors.parameters}
     known = {*posteriors.posterior, *posteriors.estimates}
     for name in units:

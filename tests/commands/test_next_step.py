@@ -13,7 +13,7 @@ from known_fingers import dataset, known_touches
 
 import bayestouch
 from bayestouch.commands.cli import cli, main
-from bayestouch.commands.folders import advice_in, workplace
+from bayestouch.commands.folders import next_step_in, workplace
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +69,7 @@ def test_the_next_step_goes_with_what_is_there(
         assert name in found
     first = rest.split("\n")[1].strip()
     assert first == f"bayestouch {expected}"
-    for command, purpose in advice_in(Path()).commands:
+    for command, purpose in next_step_in(Path()).commands:
         _, verb, *arguments = shlex.split(command)
         cli.commands[verb].make_context(verb, arguments)  # parsed, not run: unknown options and missing ones raise
         assert purpose in rest
@@ -77,13 +77,13 @@ def test_the_next_step_goes_with_what_is_there(
 
 def test_inside_each_folder(made: Path, tmp_path: Path) -> None:
     whole = folder_with(made, tmp_path, "my-finger", "calibration.nc", "diagnosis", "report")
-    assert advice_in(whole / "my-finger").commands[0][0] == "bayestouch check ."
-    inside = advice_in(whole / "diagnosis")
+    assert next_step_in(whole / "my-finger").commands[0][0] == "bayestouch check ."
+    inside = next_step_in(whole / "diagnosis")
     assert inside.found == "Diagnosis: explained, effects found: crosstalk."
     assert "--calibration calibration_after.nc" in inside.commands[0][0]
     shutil.copy(whole / "calibration.nc", whole / "report")
-    assert "index.html" in advice_in(whole / "report").found
-    assert "--calibration calibration.nc" in advice_in(whole / "report").commands[0][0]
+    assert "index.html" in next_step_in(whole / "report").found
+    assert "--calibration calibration.nc" in next_step_in(whole / "report").commands[0][0]
 
 
 def test_steps_lead_from_a_data_set_to_its_posterior(
@@ -91,14 +91,14 @@ def test_steps_lead_from_a_data_set_to_its_posterior(
 ) -> None:
     """Each printed command runs, and the next one is another."""
     monkeypatch.chdir(folder_with(made, tmp_path, "my-finger", "calibration.nc"))
-    step = shlex.split(advice_in(Path()).commands[0][0])[1:]
+    step = shlex.split(next_step_in(Path()).commands[0][0])[1:]
     assert main([*step, "--draws", "64", "--method", "importance", "--quiet"]) == 0
-    assert advice_in(Path()).commands[0][0].startswith("bayestouch diagnose")
+    assert next_step_in(Path()).commands[0][0].startswith("bayestouch diagnose")
 
 
 def test_the_command_for_a_posterior_prints_its_touches(made: Path, tmp_path: Path) -> None:
     folder = folder_with(made, tmp_path, "posterior.nc")
-    command = shlex.split(advice_in(folder).commands[0][0])
+    command = shlex.split(next_step_in(folder).commands[0][0])
     assert command[:2] == ["python", "-c"]
     done = subprocess.run([sys.executable, *command[1:]], cwd=folder, capture_output=True, text=True, check=True)
     rows = [line.split()[0] for line in done.stdout.splitlines() if line.strip()]
