@@ -29,7 +29,7 @@ TITLES = {
     "search": "stopped simplex",
     "ridge": "scatter along the ridge",
 }
-WALKERS, STEPS, BURN, PROPOSALS = 16, 240, 80, 1000
+WALKERS, STEPS, BURN, PROPOSALS = 16, 200, 60, 800
 KEPT = 400  # draws, of which hits are counted
 
 

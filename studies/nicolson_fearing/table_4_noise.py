@@ -25,7 +25,7 @@ from _published import figure, run_study, save
 
 from bayestouch.paper.published import number
 from nicolson_fearing.noise_causes import FINGERS, READERS, SAMPLES, Propagated
-from nicolson_fearing.noise_mixtures import STEPS, TITLES, Inferred, Mixture, name_of, printed
+from nicolson_fearing.noise_mixtures import MODULUS_MPA, STEPS, TITLES, Inferred, Mixture, name_of, printed
 from nicolson_fearing.stopped_simplex import TOLERANCES, added_scatter
 
 SCRIPT = "nicolson_fearing/table_4_noise.py"
@@ -41,6 +41,8 @@ MIXTURES: tuple[tuple[str, ...], ...] = (
     ("load", "ridge"),
     ("share", "load", "ridge"),
 )
+# What holding R does is said of independent noise alone: it moves R by a sixth, and costs as much time as all others.
+FITS = tuple(name for name, reader in READERS.items() if not reader.held)
 SMALL_MIXTURES, SMALL_READERS = ((), ("share", "ridge")), ("squeezed, near ones",)
 #: Mixtures that are inferred with any modulus, too.
 ANY_MODULUS: tuple[tuple[str, ...], ...] = (("share",), ("load",), ("gain",), ("share", "ridge"))
@@ -58,11 +60,14 @@ class Findings:
         The same with any modulus, for some mixtures and the reader that explains each best.
     stopped : (tolerances, 3) array
         What a stopped simplex adds to θ_c, P and R, over the scatter of independent noise.
+    held : pair of (3,) arrays
+        θ_c, P and R under independent noise, read by the layer's contact: R not held and held between edge and flat.
     """
 
     inferred: dict[tuple[tuple[str, ...], str], Inferred]
     any_modulus: dict[tuple[str, ...], tuple[str, Inferred]]
     stopped: np.ndarray
+    held: tuple[np.ndarray, np.ndarray]
 
     @property
     def top(self) -> float:
@@ -116,7 +121,7 @@ def posterior_cells(causes: tuple[str, ...], reader: str, one: Inferred, more: s
     """Cells of a row."""
     rows = one.mixture.rows(one.best)
     assert rows is not None
-    numbers = [f"{r[0]:.2f}, {r[1]:.1f}, {r[2]:.2f}" for r in rows.mean(axis=0)]
+    numbers = [as_text(row) for row in rows.mean(axis=0)]
     return [
         f"{name_of(causes)} ({reader}{more})",
         "; ".join(f"{TITLES[c]} {span(one.of(c))}" for c in causes),
@@ -125,6 +130,11 @@ def posterior_cells(causes: tuple[str, ...], reader: str, one: Inferred, more: s
         f"{one.mixture.misfit(one.best):.1f}",
         f"{one.mixture.misfit(one.best, averaged=True):.1f}",
     ]
+
+
+def as_text(row: np.ndarray) -> str:
+    """θ_c, P and R as they are printed."""
+    return f"{row[0]:.2f}, {row[1]:.1f}, {row[2]:.2f}"
 
 
 def span(values: np.ndarray, digits: int = 2) -> str:
@@ -140,6 +150,8 @@ def tables(found: Findings) -> str:
             markdown_table((*EVIDENCE_HEAD, *found.readers), found.evidence_rows()),
             markdown_table(POSTERIOR_HEAD, found.posterior_rows()),
             f"The force sensor shows at most {SEEN_LOAD:.1f} % of load jitter (0.5 %, if that is of averages).\n",
+            f"Independent noise, read by the layer's contact at {MODULUS_MPA:g} MPa: {as_text(found.held[0])}; with R "
+            f"held between edge and flat: {as_text(found.held[1])}.\n",
             markdown_table(STOPPED_HEAD, found.stopped_rows()),
         ]
     )
@@ -166,12 +178,16 @@ def picture(folder: Path, found: Findings) -> None:
 
 def main(small: bool = False, folder: Path | None = None) -> Findings:
     """Print the tables and save the picture."""
-    names = SMALL_READERS if small else tuple(READERS)
+    names = SMALL_READERS if small else FITS
     mixtures = SMALL_MIXTURES if small else MIXTURES
     fingers, steps = (2, 90) if small else (FINGERS, STEPS)
     propagated = {name: Propagated.of(READERS[name], fingers=fingers) for name in names}
     inferred = {(m, name): Mixture(m, propagated[name]).inferred(steps=steps) for m in mixtures for name in names}
-    found = Findings(inferred, {}, added_scatter(samples=1 if small else 4))
+    held = tuple(
+        Propagated.of(READERS[name], fingers=fingers).rows(MODULUS_MPA, {"independent": 1.0}).mean(axis=(0, 1))
+        for name in ("layer, all elements", "layer, R held, all elements")
+    )
+    found = Findings(inferred, {}, added_scatter(samples=1 if small else 4), held)
     for causes in () if small else ANY_MODULUS:
         reader = found.best_reader(causes)
         any_modulus = Mixture(causes, propagated[reader], free_modulus=True).inferred()
