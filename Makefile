@@ -58,12 +58,12 @@ docs: $(VENV)/.ready-docs
 	@echo "docs/_build/html/index.html"
 
 studies: $(VENV)/.ready-dev
-	@for study in $(sort $(filter-out studies/fuzz_% studies/gallery.py studies/mutants.py,$(wildcard studies/[!_]*.py))) \
-		$$(grep -l '__name__ == "__main__"' studies/nicolson_fearing/*.py); do \
+	@for study in $(sort $(filter-out studies/fuzz_% studies/gallery.py studies/mutants.py,$(wildcard studies/[!_]*.py))); do \
 		echo "== $$study"; start=$$(date +%s); \
 		$(BIN)/python "$$study" || exit 1; \
 		echo "== $$study: $$(($$(date +%s) - start)) s"; \
 	done
+	$(BIN)/python -m studies.nicolson_fearing
 
 mutants: $(VENV)/.ready-mutants
 	$(BIN)/python studies/mutants.py

@@ -8,6 +8,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).parent.parent / "docs"
 PAGE, RELIABILITY, STATISTICS = DOCS / "robustness.md", DOCS / "reliability.md", DOCS / "statistics.md"
+PUBLISHED = DOCS / "published.md"
 
 
 def write_between(mark: str, text: str, page: Path) -> None:

@@ -58,17 +58,21 @@ def options(description: str | None, arguments: list[str] | None = None) -> tupl
 
 
 def run_study(
-    main: Callable[[bool, Path | None], Any], description: str | None, script: str, for_the_page: Callable[[Any], str]
+    main: Callable[[bool, Path | None], Any],
+    description: str | None,
+    script: str,
+    for_the_page: Callable[[Any], str],
+    page: Path = RELIABILITY,
 ) -> None:
     """Run a study with the options of the command line.
 
-    With ``--docs``, the tables that `for_the_page` makes of its result are written into docs/reliability.md.
+    With ``--docs``, the tables that `for_the_page` makes of its result are written into `page`.
     """
     docs, arguments = docs_of(sys.argv[1:])
     found = main(*options(description, arguments))
     # Without the measured data a study finds nothing.
     if docs and found:
-        put_into_page(script, for_the_page(found), RELIABILITY)
+        put_into_page(script, for_the_page(found), page)
 
 
 def figure(columns: int = 1, rows: int = 1, **changes: Any) -> tuple[Any, Any]:

@@ -97,7 +97,13 @@ class SimulatedFits:
 
 
 def simulate_fits(
-    moduli_MPa: Sequence[float] | FloatArray, physics: Physics, *, fingers: int, errors: int, first: int = 0
+    moduli_MPa: Sequence[float] | FloatArray,
+    physics: Physics,
+    *,
+    fingers: int,
+    errors: int,
+    first: int = 0,
+    tips_mm: Sequence[float] | FloatArray = TIPS_MM,
 ) -> SimulatedFits:
     """Simulate the touches of Table 3 at each μ, and fit them with both calibrations.
 
@@ -112,11 +118,13 @@ def simulate_fits(
         so that results are smooth in μ.
     first : int
         Seed of the first finger.
+    tips_mm : sequence of float
+        r_c of the tips; those of Table 3 by default.
     """
     kept: dict[int, PaperFinger] = {}
-    shape = (len(moduli_MPa), fingers, errors, 2, len(TIPS_MM), len(LOCATIONS_DEG))
+    shape = (len(moduli_MPa), fingers, errors, 2, len(tips_mm), len(LOCATIONS_DEG))
     width, load, elements = np.empty(shape), np.empty(shape), np.empty((len(moduli_MPa), fingers, 3))
-    tips, where = (g.ravel() for g in np.meshgrid(TIPS_MM, LOCATIONS_DEG, indexing="ij"))
+    tips, where = (g.ravel() for g in np.meshgrid(tips_mm, LOCATIONS_DEG, indexing="ij"))
     for i, modulus in enumerate(moduli_MPa):
         for place in range(fingers):
             seed = first + place
@@ -131,7 +139,7 @@ def simulate_fits(
                 readings += averaged_noise(readings.shape, np.random.default_rng([seed, 2]))
             for c, calibration in enumerate(CALIBRATIONS):
                 wrong = DESIGN.peak_reading * physics.noisy * _model_errors([seed, c], errors)
-                touches = readings + np.tile(wrong, (1, len(TIPS_MM), 1))
+                touches = readings + np.tile(wrong, (1, len(tips_mm), 1))
                 reader = finger.reader(calibration, "hertz", float(modulus))
                 found = fit_many_touches(reader, touches.reshape(-1, touches.shape[-1]))
                 kappa = found.composite_radius_mm * found.load / 1000 / modulus

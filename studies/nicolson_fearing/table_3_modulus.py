@@ -39,7 +39,7 @@ SMALL_MODULI = np.array([0.04, 0.07])
 SMALL_CURVES = np.geomspace(0.03, 0.2, 4)
 WHY_NOISE = {
     "theta_c": "the printed noise alone gives more than is printed",
-    "P": "less than printed; tried in vain: depth, σ, noise that elements share, a simplex stopped early",
+    "P": "less than printed; no depth, σ or simplex stopped early gives it; table_4_noise.py says what would",
     "R": "as P: the authors' estimates scatter further along the ridge of R and P than noise takes them",
 }
 NOISE_ROW = ("theta_c", "P", "R")

@@ -1,0 +1,71 @@
+"""The radius of a tip of Table 3 as an unknown."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+import study_modules  # noqa: F401  # it makes nicolson_fearing known
+from nicolson_fearing import free_tips
+from nicolson_fearing.free_tips import FreeTips
+from nicolson_fearing.published_fits import BiasCurves, infer_from_table_3
+from nicolson_fearing.simulated_fits import HERTZ, R_B
+from nicolson_fearing.table_3_effects import CONTACTS, squeezed, table_3
+
+from bayestouch.contact import composite_radius
+
+TIP, OTHER = 2, 6
+
+
+@lru_cache(maxsize=1)
+def free() -> FreeTips:
+    made = FreeTips.simulated(small=True)
+    return FreeTips(made.tips_mm, made.many, made.base, (0.33,))
+
+
+def test_without_free_tips_the_evidence_is_that_of_table_3_residual() -> None:
+    ours = free().posterior()
+    curves = BiasCurves.of(free().base, (HERTZ, squeezed(0.33)))
+    means = BiasCurves.of(free().many, (HERTZ, squeezed(0.33)))
+    rows = np.searchsorted(free().tips_mm, free_tips.TIPS_MM)
+    theirs = infer_from_table_3(
+        BiasCurves(means.moduli_MPa, means.tables[..., rows], means.location_sd, means.elements),
+        contacts=CONTACTS,
+        covariance_of=curves,
+    )
+    # a grid of μ of half as many points
+    assert ours.log_evidence == pytest.approx(theirs.log_evidence, abs=0.02)
+    assert ours.modulus_MPa[0] == pytest.approx(theirs.mean_MPa, rel=0.02)
+
+
+def test_a_tip_of_another_radius_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Table 3 as predicted, but with a tip of 2.6 mm in the row of 3.90 mm."""
+    true = 2.6
+    made = free()._predicted(0.33, np.array([0.057]), (TIP,), [composite_radius(np.array([true]), R_B)])
+    monkeypatch.setattr(free_tips, "table_3", lambda: made[0, :, 0].reshape(table_3().shape))
+    as_printed = free().posterior()
+    found = free().posterior((TIP,), [free().between(TIP)])
+    mean, low, high = found.radius_mm(0)
+    assert low < true < high
+    assert mean == pytest.approx(true, abs=0.15)
+    assert found.log_evidence > as_printed.log_evidence + 5
+    assert np.abs(found.residual_mm).max() < 0.05
+    assert free().wanted_mm(TIP, found) == pytest.approx(true, abs=0.05)
+    # another tip, made as printed, gains nothing by being free and is found where it is
+    other = free().posterior((OTHER,), [free().between(OTHER)])
+    assert other.log_evidence < as_printed.log_evidence + 0.5
+    low, high = other.radius_mm(0)[1:]
+    assert low < free_tips.TIPS_MM[OTHER] < high
+
+
+def test_two_free_tips_are_each_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = np.array([2.6, 5.2])
+    radii = [np.array([r]) for r in composite_radius(true, R_B)]
+    made = free()._predicted(0.33, np.array([0.057]), (TIP, TIP + 1), radii)
+    monkeypatch.setattr(free_tips, "table_3", lambda: made[0, :, 0].reshape(table_3().shape))
+    found = free().posterior((TIP, TIP + 1), [free().between(tip, 12) for tip in (TIP, TIP + 1)])
+    assert found.weight.sum() == pytest.approx(1.0)
+    for which, radius in enumerate(true):
+        low, high = found.radius_mm(which)[1:]
+        assert low < radius < high
