@@ -24,8 +24,8 @@ from bayestouch.sampling.rank_one import inverse_root
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
-# Number of attempts where drifts or a correction make each evaluation take milliseconds.
-DEAR = 2
+# Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
+DEAR_THIN = (4, 16, 16)
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +163,7 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    thins = THIN[:DEAR] if density.tied else THIN
+    thins = DEAR_THIN if density.tied else THIN
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
 
 

@@ -84,6 +84,9 @@ def draw_until_good(
             run = Run(log_density, CHAINS, each, seed, Demands())
             drawn = renewal_round(run, proposal, np.zeros(1, dtype=np.intp), thin=thin // 2)
             points, log_at = drawn.draws, drawn.log_density
+            if drawn.worst_ess[0] > 0:
+                # The proposal of the next attempt is nearer to the target.
+                proposal = proposal.refitted(points.reshape(-1, points.shape[-1]), float(drawn.worst_ess[0]))
         kept, log_derivative = to_vectors(points)
         ess, rhat = bulk_statistics(kept)
         if long_enough(ess, rhat, draws):

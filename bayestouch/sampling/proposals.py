@@ -54,6 +54,10 @@ class RenewableProposal(BlockProposal, Protocol):
         """
         ...
 
+    def refitted(self, x: FloatArray, effective: float) -> RenewableProposal:
+        """Return the proposal with the moments of draws (n, d) of one posterior that are worth so many."""
+        ...
+
     def select(self, blocks: ArrayLike) -> RenewableProposal:
         """Return the proposal of the selected blocks, by index or mask."""
         ...
@@ -127,6 +131,20 @@ class StudentTProposal:
         kept = np.where(chosen, 0.0, z)
         scale = np.sqrt((self.dof + (kept * kept).sum(axis=1)) / dof)
         return self.place(np.where(chosen, scale[:, None] * standard_t(streams, d, n, dof), z))
+
+    def refitted(self, x: FloatArray, effective: float) -> StudentTProposal:
+        """Return the proposal with the moments of draws, see `RenewableProposal`.
+
+        Correlations are estimated from few draws: they are shrunk towards those of this proposal.
+        """
+        z = (x - self.centre[0]) @ self._inverse_root[0].T
+        covariance = np.cov(z.T).reshape(self.dimension, self.dimension)
+        sd, kept = np.sqrt(np.diag(covariance)), effective / (effective + self.dimension)
+        shrunk = np.where(np.eye(self.dimension, dtype=bool), covariance, kept * covariance)
+        # A scale matrix is (dof - 2) / dof times the covariance.
+        shrunk = shrunk * (self.dof - 2) / self.dof + 1e-9 * np.diag(sd**2)
+        root = self.root[0] @ np.linalg.cholesky(shrunk)
+        return StudentTProposal((self.centre[0] + self.root[0] @ z.mean(axis=0))[None], root[None], self.dof)
 
     def select(self, blocks: ArrayLike) -> StudentTProposal:
         """Return the proposal of the selected blocks, by index or mask."""

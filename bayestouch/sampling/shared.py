@@ -57,6 +57,10 @@ class SharedThenOwn:
         turn = (streams.uniform(x.shape[1]) < 0.5)[..., None]
         return self._joined(np.where(turn, new, first), np.where(turn, second, self.own.renewed(streams, second)))
 
+    def refitted(self, x: FloatArray, effective: float) -> SharedThenOwn:
+        """Proposal with the moments of draws for the coordinates that are not shared, see `RenewableProposal`."""
+        return SharedThenOwn(self.shared, self.own.refitted(self._parts(x)[1], effective), self.which)
+
     def select(self, blocks: ArrayLike) -> SharedThenOwn:
         """Proposal of some of the blocks."""
         return SharedThenOwn(self.shared.select(blocks), self.own.select(blocks), self.which)
