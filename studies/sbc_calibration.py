@@ -151,7 +151,7 @@ if __name__ == "__main__":
         table = cases_as_markdown(cases(names=[each for each in others if each != "--cases"] or tuple(CASES)))
         print(table)
         if docs:
-            put_into_page("sbc_calibration.py --cases", table, STATISTICS)
+            put_into_page("sbc_calibration.py cases", table, STATISTICS)
         raise SystemExit
     small, pictures = options(__doc__, others)
     found = main(100, SMALL, pictures, scheduler) if small else main(folder=pictures, scheduler=scheduler)

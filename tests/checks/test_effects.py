@@ -54,26 +54,41 @@ def test_values_are_drawn_from_the_documented_priors() -> None:
     assert set(values["gain_drift_own"]) == {0.0, 1.0}
 
 
-def test_readings_of_a_finger_have_the_drawn_crosstalk_and_creep() -> None:
-    """The same random numbers without noise: each element has its neighbours' shares, and creeps."""
-    design = finger_design("crosstalk", "creep")
-    true, _, touches = simulate_calibration(design, np.random.default_rng(4))
+def test_readings_have_crosstalk_and_creep() -> None:
+    """Written out: each element has its neighbours' shares, and every reading creeps from the start of its touch."""
+    design = finger_design("creep", "crosstalk")
+    means, signal = design.touches.averaged(), np.random.default_rng(4).normal(size=(20, 3))
+    values = ((0.2, 0.8), (0.05, 0.3, -0.4))
+    found = design.added.readings(
+        values,
+        design.touches,
+        means,
+        (np.array([-8.8, 0.0, 8.8]),),
+        (means.angle_deg,),
+        means.load,
+        np.ones(3),
+        lambda recording: signal,
+        np.random.default_rng(1),
+    )
+    up, down = 0.05 * (1 - 0.4), 0.05 * (1 + 0.4)
+    leaks = np.array([[1, down, down * 0.3], [up, 1, down], [up * 0.3, up, 1]])
+    creep = 1 + 0.2 * (1 - np.exp(-0.25 * design.touches.sample / 0.8))
+    rows = np.repeat(signal, 4, axis=0)
+    np.testing.assert_allclose(found, rows @ leaks.T * creep[:, None], rtol=1e-12)
+
+
+def test_the_finger_is_the_same_with_effects_as_without() -> None:
+    """Parameters come first from the random numbers; the values of effects are among the truth."""
+    design = finger_design("crosstalk")
+    true, loads, touches = simulate_calibration(design, np.random.default_rng(4))
     quiet = replace(design, added=replace(design.added, effects=()))
-    plain, _, alone = simulate_calibration(quiet, np.random.default_rng(4))
-    for name in ("sigma", "mu", "r_s", "response", "noise_sd"):
-        np.testing.assert_array_equal(true[name], plain[name])
-    share, reach, lean = (float(true[f"crosstalk_{name}"]) for name in ("share", "reach", "lean"))
-    up, down = share * (1 + lean), share * (1 - lean)
-    leaks = np.array([[1, down, down * reach], [up, 1, down], [up * reach, up, 1]])
-    held = touches.sample * 0.25
-    creep = 1 + float(true["creep_share"]) * (1 - np.exp(-held / float(true["creep_time"])))
-    # Readings of both differ from their means by noise of this size; elements far from the touch have little else.
-    noise = np.hypot(true["noise_sd"], true["discrepancy_sd"]).max()
-    expected = alone.readings @ leaks.T * creep[:, None]
-    off = touches.readings - expected
-    assert off.std() < 3 * noise
-    assert np.abs(off).max() < 12 * noise
-    assert np.abs(touches.readings - alone.readings).max() > 12 * noise
+    plain, same, _ = simulate_calibration(quiet, np.random.default_rng(4))
+    assert set(true) - set(plain) == {"crosstalk_share", "crosstalk_reach", "crosstalk_lean"}
+    for name, value in plain.items():
+        np.testing.assert_array_equal(true[name], value)
+    np.testing.assert_array_equal(loads, same)
+    assert design.model is not None and quiet.model is None
+    assert touches.readings.shape == (80, 3)
 
 
 def test_readings_of_a_pad_are_those_of_its_kernel(pad_design: PadCalibrationDesign) -> None:
