@@ -14,8 +14,8 @@ from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.chain.recording import Recording
-from bayestouch.checks.calibrations import Ranked, by_element, ranks_of
 from bayestouch.checks.effects import SimulatedEffects
+from bayestouch.checks.running import Ranked, by_element, ranks_of
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.sensor import Sensor, pad_of

@@ -101,7 +101,8 @@ def sbc(
     if isinstance(of, DataSet):
         if plug_in or samples != 1 or method != "emcee":
             raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
-        from bayestouch.checks.calibrations import CalibrationDesign, check_calibration
+        from bayestouch.checks.calibrations import CalibrationDesign
+        from bayestouch.checks.running import check_calibration
 
         if kernel is not None:
             from bayestouch.checks.pads import PadCalibrationDesign

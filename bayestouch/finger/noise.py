@@ -11,7 +11,6 @@ noise has the factor ``s^-ν exp(-W/2s²)``. This is exact, because mean and sca
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
@@ -22,14 +21,13 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.noise_grid import masses_on_grid
 from bayestouch.finger.quantiles import QuantileMaps
 
 # Grid of the conditional density of the noise, in standard deviations of log s and log τ. Sums over a smooth density
 # with steps of half a standard deviation are accurate to 0.1 %.
 STEPS = np.linspace(-4.0, 4.0, 17)
 LOG_DISCREPANCY_STEP = 0.15
-# A grid is finer than one standard deviation if no point has more than this mass; rounds of refinement at most.
-MOST_ON_A_POINT, FINER = 0.4, 12
 FORCE_STEPS = np.linspace(-6.0, 6.0, 61)
 
 
@@ -177,7 +175,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
         u, r, w = push[there, e], residuals.left[there, e], weight[there, e]
         others = by_load[there] - u**2 * w, by_both[there] - u * r * w
         data, spent = (r, u, *others), float(residuals.spent[e])
-        axes, mass = _masses(
+        axes, mass = masses_on_grid(
             _axes(known, prior, e, float(np.sum(r**2))),
             partial(_element_log_density, known, prior, e, data, spent=spent),
         )
@@ -194,31 +192,6 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
     centre = mean.copy()
     centre[layout.missed.start - layout.n_chain : layout.missed.stop - layout.n_chain] = 0.0
     return NoiseShape(mean, centre, covariance, QuantileMaps.of(grids, masses) if layout.discrepancy else None)
-
-
-def _masses(
-    axes: list[FloatArray], log_density: Callable[[list[FloatArray]], FloatArray]
-) -> tuple[list[FloatArray], FloatArray]:
-    """Grid and masses of a density on it; an axis with most of its mass on one point is made finer there.
-
-    A stated prior may be narrower than the steps of the first grid.
-    """
-    for left in reversed(range(FINER)):
-        log = log_density(axes)
-        mass = np.exp(log - log.max())
-        mass /= mass.sum()
-        by_axis = [mass.sum(axis=tuple(j for j in range(len(axes)) if j != i)) for i in range(len(axes))]
-        coarse = [own.max() > MOST_ON_A_POINT for own in by_axis]
-        if not any(coarse) or not left:
-            break
-        axes = [_around(axis, own) if here else axis for axis, own, here in zip(axes, by_axis, coarse, strict=True)]
-    return axes, mass
-
-
-def _around(axis: FloatArray, mass: FloatArray) -> FloatArray:
-    """As many equal steps over the points with mass and one step to either side."""
-    some, step = np.flatnonzero(mass > 1e-9), axis[1] - axis[0]
-    return np.linspace(axis[some[0]] - step, axis[some[-1]] + step, len(axis))
 
 
 def _axes(known: KnownTouches, prior: FlatPrior, element: int, squares: float) -> list[FloatArray]:
