@@ -7,6 +7,10 @@ their thresholds are those of `bayestouch.RankStatistics`; what they notice is t
 
     python studies/sbc_calibration.py [FOLDER] [--small] [--no-pictures] [--scheduler ADDRESS]
     python studies/sbc_calibration.py --docs             writes the table of docs/statistics.md
+    python studies/sbc_calibration.py --cases [--docs]   the same with effects, and of pads (100 calibrations each)
+
+Cases are small sensors, so that a calibration takes a second or two. Effects have the values of their priors, which the
+calibration uses too; no default prior was made narrower.
 """
 
 from __future__ import annotations
@@ -16,16 +20,19 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import sys
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from _page import STATISTICS, docs_of, markdown_table, put_into_page
 from _published import options, save
 from _shared_out import scheduler_of
+from sbc_power import pooled as pooled_check
+from sbc_power import power
 
 import bayestouch
 from bayestouch.checks.ranks import RankStatistics
-from bayestouch.simulation import FingerDesign
+from bayestouch.simulation import FingerDesign, PadDesign
 
 DESIGN = FingerDesign(
     n_elements=4,
@@ -40,6 +47,60 @@ DESIGN = FingerDesign(
 
 # Two elements and contacts that are quickly solved
 SMALL = replace(DESIGN, n_elements=2, calibration_span_deg=24.0, contact="hertz")
+
+
+THREE = replace(SMALL, n_elements=3)
+LINE = PadDesign(
+    element_x_mm=(0.0, 5.0, 10.0), element_y_mm=None, samples_per_touch=4, calibration_step_mm=0.75, n_touches=2
+)
+# Sensor, and effects of each case.
+CASES: dict[str, tuple[FingerDesign | PadDesign, tuple[str, ...]]] = {
+    "finger, cross-talk and creep": (THREE, ("crosstalk", "creep")),
+    "finger, gain nonlinearity": (THREE, ("gain_nonlinearity",)),
+    "finger, baseline drift": (THREE, ("baseline_drift",)),
+    "finger, outliers": (THREE, ("outliers",)),
+    "finger, shared noise": (THREE, ("common_mode_noise",)),
+    "pad": (LINE, ()),
+    "pad, creep": (LINE, ("creep",)),
+    "pad, creep and baseline drift": (LINE, ("creep", "baseline_drift")),
+}
+
+
+def cases(simulations: int = 100, names: Sequence[str] = tuple(CASES)) -> dict[str, RankStatistics]:
+    """Print p-values and coverage of the cases; returns their ranks."""
+    found = {}
+    for name in names:
+        design, effects = CASES[name]
+        dataset = bayestouch.simulate(design, seed=1).dataset
+        of_body = {"contact": "hertz"} if isinstance(design, FingerDesign) else {"kernel": "gaussian"}
+        found[name] = bayestouch.sbc(dataset, simulations=simulations, effects=effects, seed=1, **of_body)
+        print(f"{name}: {'uniform' if found[name].passes(0.01) else 'NOT uniform'} at 1 %")
+        print(found[name].table(), end="\n\n", flush=True)
+    return found
+
+
+def cases_as_markdown(found: dict[str, RankStatistics]) -> str:
+    """Table of docs/statistics.md: the pooled statistic of each case, and its power."""
+    rows = []
+    for name, result in found.items():
+        pooled, count = result.pooled, len(next(iter(result.ranks.values())))
+        worst = min(result.p_value, key=lambda each: result.p_value[each])
+        check = pooled_check("", count, pooled.scores / count)
+        chances = [f"{100 * power(check, narrow):.0f} %" for narrow in (0.05, 0.1)]
+        row = [name, str(count), str(len(result.ranks)), f"{result.p_value[worst]:.4f} ({worst})"]
+        row += [f"{pooled.mean_square:.3f}", f"{pooled.p_value:.3f}", f"{pooled.scores:.0f}", *chances]
+        rows.append([*row, "yes" if result.passes(0.01) else "**no**"])
+    head = [
+        "case",
+        "calibrations",
+        "quantities",
+        "least p-value",
+        "pooled mean square",
+        "pooled p",
+        "independent scores",
+    ]
+    head += ["notices 5 % too narrow", "notices 10 % too narrow", "uniform at 1 %"]
+    return markdown_table(head, rows)
 
 
 def main(
@@ -86,6 +147,12 @@ def _range(values: list[float], form: str) -> str:
 if __name__ == "__main__":
     scheduler, others = scheduler_of(sys.argv[1:])
     docs, others = docs_of(others)
+    if "--cases" in others:
+        table = cases_as_markdown(cases(names=[each for each in others if each != "--cases"] or tuple(CASES)))
+        print(table)
+        if docs:
+            put_into_page("sbc_calibration.py cases", table, STATISTICS)
+        raise SystemExit
     small, pictures = options(__doc__, others)
     found = main(100, SMALL, pictures, scheduler) if small else main(folder=pictures, scheduler=scheduler)
     if docs:

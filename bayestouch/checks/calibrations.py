@@ -7,38 +7,35 @@ independently of the noise, layout and prior densities of the likelihood.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from functools import partial
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.calibration import calibrate
+from bayestouch.calibration.log_density import log_density
 from bayestouch.chain.finger import FingerChain
-from bayestouch.checks.ranks import RankStatistics, of_ranks, rank
+from bayestouch.chain.recording import Recording
+from bayestouch.checks.effects import SimulatedEffects
+from bayestouch.checks.running import Ranked, by_element, ranks_of
 from bayestouch.contact import composite_radius
+from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.data.touches import Touches
+from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FIELDS, FingerPriors
 from bayestouch.finger.softest_rubber import softest
-from bayestouch.parallel.cluster import on_cluster
 from bayestouch.priors.parameters import LogNormal, Prior
-from bayestouch.progress import Progress
 
 # If the user states no prior, responses and noise are within these factors of those of the data set.
 RESPONSE_FACTOR, NOISE_FACTOR = 1.3, 1.5
-# Fewer simulations than this finish before other processes have started.
-WORTH_PROCESSES = 16
-
-Ranked = dict[str, tuple[int, bool]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +58,8 @@ class CalibrationDesign:
         Number of posterior draws of each simulation.
     seed : int
         Seed of all random numbers.
+    added : SimulatedEffects
+        Effects, with the priors from which their values are drawn.
     """
 
     sensor: Sensor
@@ -70,10 +69,17 @@ class CalibrationDesign:
     contact: str
     draws: int
     seed: int
+    added: SimulatedEffects = field(default_factory=SimulatedEffects)
 
     @classmethod
     def of(
-        cls, dataset: DataSet, stated: Mapping[str, Prior], contact: str, draws: int, seed: int
+        cls,
+        dataset: DataSet,
+        stated: Mapping[str, Prior],
+        contact: str,
+        draws: int,
+        seed: int,
+        effects: Sequence[str] = (),
     ) -> CalibrationDesign:
         """Return the design for a data set; priors that are not stated follow from its sensor and readings."""
         finger, table = finger_of(dataset.sensor, "simulation-based calibration"), dataset.calibration
@@ -92,44 +98,26 @@ class CalibrationDesign:
         }
         complete = default.with_stated(stated, finger)
         priors = {name: getattr(complete, field) or own[name] for name, field in FIELDS.items()}
-        return cls(dataset.sensor, priors, priors, touches, contact, draws, seed)
+        design = cls(dataset.sensor, priors, priors, touches, contact, draws, seed)
+        if not effects:
+            return design
+        known = DataSet(dataset.sensor, touches, touches)
+        return replace(design, added=SimulatedEffects.of(effects, known, contact, fit.likelihood.known.typical_load))
+
+    @property
+    def model(self) -> StatedModel | None:
+        """What a calibration is told of the effects; None without effects."""
+        effects = tuple((effect.name, dict[str, float]()) for effect in self.added.effects)
+        return StatedModel(self.sensor.body.kind, self.contact, effects) if effects else None
+
+    def ranked(self, number: int) -> Ranked:
+        """Ranks of one simulation, see `simulate_and_rank`."""
+        return simulate_and_rank(self, number)
 
     @property
     def finger(self) -> Finger:
         """Geometry as built."""
         return finger_of(self.sensor)
-
-
-def check_calibration(
-    design: CalibrationDesign, simulations: int, progress: Progress | None, scheduler: str | None = None
-) -> RankStatistics:
-    """Return the ranks of all parameters, of the true loads of the first and last touch, and of the log density.
-
-    The log density of the posterior is a function of parameters and data: its rank reveals errors that marginal ranks
-    may not show (Modrák et al. 2023, doi:10.1214/23-BA1404).
-    """
-    found: dict[int, Ranked] = {}
-    for number, piece in _numbered(design, range(simulations), scheduler):
-        found[number] = piece
-        if progress is not None:
-            progress(len(found) / simulations)
-    pieces = [found[number] for number in range(simulations)]
-    ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in pieces[0]}
-    return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in pieces[0]})
-
-
-def _numbered(design: CalibrationDesign, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
-    """Yield the number and result of each simulation, from a cluster, or from all cores if there are enough of them."""
-    from concurrent.futures import ProcessPoolExecutor
-
-    workers = os.cpu_count() or 1
-    if scheduler is not None:
-        yield from on_cluster(scheduler, simulate_and_rank, design, zip(numbers, numbers, strict=True))
-    elif workers == 1 or len(numbers) < WORTH_PROCESSES:
-        yield from ((number, simulate_and_rank(design, number)) for number in numbers)
-    else:
-        with ProcessPoolExecutor(workers) as pool:
-            yield from zip(numbers, pool.map(partial(simulate_and_rank, design), numbers, chunksize=4), strict=True)
 
 
 def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
@@ -140,39 +128,30 @@ def simulate_and_rank(design: CalibrationDesign, number: int) -> Ranked:
         DataSet(design.sensor, touches, touches),
         contact=design.contact,
         priors=design.assumed,
+        model=design.model,
         draws=design.draws,
         seed=design.seed + number,
     )
     public = {name: values.reshape(-1, *values.shape[2:]) for name, values in calibration.posterior.items()}
+    drawn, truth = by_element(public), by_element({name: true[name][None] for name in public})
+    if design.added.effects:
+        density = log_density(calibration, DataSet(design.sensor, touches, touches))
+        drawn["log density"] = density(density.from_parameters(public))
+        truth["log density"] = density(density.from_parameters({name: true[name][None] for name in public}))
+        return ranks_of(drawn, truth)
     fit, _ = fit_finger(
         touches.averaged(),
         design.finger,
         FingerPriors.of(design.sensor)[0].with_stated(design.assumed, design.finger),
         contact=design.contact,
     )
-    density, flat = FingerDensity.of(fit), flat_vectors(fit, public)
+    density_of_fit, flat = FingerDensity.of(fit), flat_vectors(fit, public)
     at_truth = flat_vectors(fit, {name: true[name][None] for name in public})
-    drawn, truth = by_element(public), by_element({name: true[name][None] for name in public})
-    drawn["log density"], truth["log density"] = density(flat), density(at_truth)
-    centre, sd = density.true_loads(flat)
+    drawn["log density"], truth["log density"] = density_of_fit(flat), density_of_fit(at_truth)
+    centre, sd = density_of_fit.true_loads(flat)
     for label, touch in (("P of the first touch", 0), ("P of the last touch", -1)):
         drawn[label], truth[label] = rng.normal(centre[:, touch], sd[:, touch]), loads[[touch]]
-    out = {}
-    for name, values in drawn.items():
-        low, high = np.quantile(values, [0.05, 0.95])
-        out[name] = int(rank(values[:, None], truth[name])[0]), bool(low <= truth[name][0] <= high)
-    return out
-
-
-def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Return the parameters with those by element (n, m) split into m arrays (n,), named such as ``"r_s e03"``."""
-    out = {}
-    for name, each in values.items():
-        if each.ndim == 1:
-            out[name] = each
-        else:
-            out |= {f"{name} e{element + 1:02d}": column for element, column in enumerate(each.T)}
-    return out
+    return ranks_of(drawn, truth)
 
 
 def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray:
@@ -234,8 +213,14 @@ def simulate_calibration(
     true["gain"] = chain.gain
     assert means.angle_deg is not None
     place = composite_radius(means.indenter_radius_mm, design.finger.outer_radius_mm), np.radians(means.angle_deg)
-    clean = chain.predict(*place, loads)
-    readings = rng.normal(rng.normal(clean, true["discrepancy_sd"])[group], true["noise_sd"])
+    if design.added.effects:
+        clean, drawn = _with_effects(design, chain, means, loads, rng)
+        true |= drawn
+        missed = rng.normal(0.0, true["discrepancy_sd"], (len(ids), chain.n_elements))
+        readings = rng.normal(clean + missed[group], true["noise_sd"])
+    else:
+        clean = chain.predict(*place, loads)
+        readings = rng.normal(rng.normal(clean, true["discrepancy_sd"])[group], true["noise_sd"])
     scatter = rng.normal(0.0, true["force_noise_sd"], len(group))
     scatter -= grouped_mean(scatter, group, len(ids))[group]
     return (
@@ -245,6 +230,33 @@ def simulate_calibration(
             readings=np.where(np.isnan(touches.readings), np.nan, readings), load=means.load[group] + scatter
         ),
     )
+
+
+def _with_effects(
+    design: CalibrationDesign, chain: FingerChain, means: TouchMeans, loads: FloatArray, rng: np.random.Generator
+) -> tuple[FloatArray, dict[str, FloatArray]]:
+    """Return readings (n, m) of all samples with effects, without noise, and the values of the effects by name."""
+    added, values = design.added, design.added.draw(rng)
+    for effect, each in zip(added.effects, values, strict=True):
+        chain = effect.finger(chain, each)
+
+    def press(recording: Recording) -> FloatArray:
+        radius = composite_radius(recording.indenter_radius_mm, design.finger.outer_radius_mm)
+        return chain.predict(radius, np.radians(recording.place[0]), recording.load)
+
+    assert means.angle_deg is not None
+    readings = added.readings(
+        values,
+        design.touches,
+        means,
+        (np.asarray(design.finger.element_angles_deg),),
+        (means.angle_deg,),
+        loads,
+        np.abs(chain.response) * added.reference_load,
+        press,
+        rng,
+    )
+    return readings, added.named(values)
 
 
 def draw_parameters(design: CalibrationDesign, reads: float, rng: np.random.Generator) -> dict[str, FloatArray]:

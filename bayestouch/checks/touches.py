@@ -10,7 +10,7 @@ and noise of the calibration. The check therefore detects any disagreement betwe
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -40,12 +40,14 @@ def sbc(
     method: str = "emcee",
     priors: Mapping[str, Prior] | None = None,
     contact: str = "layer",
+    effects: Sequence[str] = (),
+    kernel: str | None = None,
     draws: int | None = None,
     seed: int = 0,
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> RankStatistics:
-    """Return the ranks of a simulation-based calibration on a finger: of touches, or of the calibration itself.
+    """Return the ranks of a simulation-based calibration: of touches on a finger, or of the calibration of a sensor.
 
     Parameters
     ----------
@@ -66,7 +68,13 @@ def sbc(
         As in `bayestouch.calibrate` (calibrations only). Without a stated prior, responses and noise are
         within a factor of 1.3 and 1.5 of those of the data set, because a prior taken from data cannot be sampled.
     contact : str
-        Contact model (calibrations only; a calibration has its own).
+        Contact model of a finger (calibrations only; a calibration has its own).
+    effects : sequence of str
+        Effects of the simulated sensors, by name; their values are drawn from the priors that the calibration uses for
+        these touches (calibrations only).
+    kernel : str, optional
+        Kernel of a pad. Its parameters are drawn from their priors; gains, offsets and places of the elements, whose
+        priors are nearly flat, from the narrower ones of `bayestouch.checks.pads` (calibrations of pads only).
     draws : int, optional
         Posterior draws of each simulation: by default 1024 of a touch, 400 of a calibration.
     seed : int
@@ -85,20 +93,29 @@ def sbc(
     Raises
     ------
     InputError
-        If the sensor is not a finger, its calibration has effects or an identified E map (which the simulation does
-        not include), the number of simulations is too small, or an option does not apply.
+        If touches are tested and the sensor is not a finger, or its calibration has effects or an identified E map
+        (which the simulation does not include); if the number of simulations is too small, or an option does not apply.
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")
     if isinstance(of, DataSet):
         if plug_in or samples != 1 or method != "emcee":
             raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
-        from bayestouch.checks.calibrations import CalibrationDesign, check_calibration
+        from bayestouch.checks.calibrations import CalibrationDesign
+        from bayestouch.checks.running import check_calibration
 
-        design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed)
+        if kernel is not None:
+            from bayestouch.checks.pads import PadCalibrationDesign
+
+            pad = PadCalibrationDesign.of(of, kernel, draws or 400, seed, effects)
+            return check_calibration(pad, simulations, progress, scheduler)
+        design = CalibrationDesign.of(of, priors or {}, contact, draws or 400, seed, effects)
         return check_calibration(design, simulations, progress, scheduler)
-    if priors or contact != "layer" or scheduler is not None:
-        raise InputError("priors, contact and scheduler are options of a data set's calibration; this one has its own")
+    if priors or contact != "layer" or effects or kernel is not None or scheduler is not None:
+        raise InputError(
+            "priors, contact, effects, kernel and scheduler are options of a data set's calibration; this one has "
+            "its own"
+        )
     finger_of(of.sensor, "simulation-based calibration")
     if of.has_effects or of.has_identified_map:
         raise InputError(

@@ -12,6 +12,7 @@ noise has the factor ``s^-ν exp(-W/2s²)``. This is exact, because mean and sca
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -20,6 +21,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.noise_grid import masses_on_grid
 from bayestouch.finger.quantiles import QuantileMaps
 
 # Grid of the conditional density of the noise, in standard deviations of log s and log τ. Sums over a smooth density
@@ -172,10 +174,11 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
         there = ~known.missing[:, e]
         u, r, w = push[there, e], residuals.left[there, e], weight[there, e]
         others = by_load[there] - u**2 * w, by_both[there] - u * r * w
-        axes = _axes(known, prior, e, float(np.sum(r**2)))
-        log_density = _element_log_density(known, prior, e, (r, u, *others), axes, float(residuals.spent[e]))
-        mass = np.exp(log_density - log_density.max())
-        mass /= mass.sum()
+        data, spent = (r, u, *others), float(residuals.spent[e])
+        axes, mass = masses_on_grid(
+            _axes(known, prior, e, float(np.sum(r**2))),
+            partial(_element_log_density, known, prior, e, data, spent=spent),
+        )
         rows = [e, m + e] if layout.discrepancy else [e]
         mean[rows], covariance[np.ix_(rows, rows)] = _moments(axes, mass)
         if layout.discrepancy:

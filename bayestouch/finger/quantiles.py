@@ -38,11 +38,6 @@ class QuantileMaps:
             below = np.cumsum(weight) - 0.5 * weight
             kept = (below > 1e-7) & (below < 1 - 1e-7) & (weight > 1e-9)
             z, points = ndtri(below[kept]), grid[kept]
-            if len(z) < 2:
-                # All mass is on one point of the grid: one standard deviation is taken to be half of a step. These maps
-                # make proposals alone, which the exact density weighs.
-                step = grid[1] - grid[0]
-                z, points = np.array([-1.0, 1.0]), grid[weight.argmax()] + 0.5 * step * np.array([-1.0, 1.0])
             smooth = PchipInterpolator(z, points)
             inner = np.clip(nodes, z[0], z[-1])
             ends = smooth.derivative()(inner)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from bayestouch.array_types import FloatArray
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.finger.bend import Bend
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.known_touches import KnownTouches
@@ -41,7 +43,8 @@ class PosteriorMap:
     with the readings weighted by this noise. The proposal is thus wider for an element with larger noise.
 
     Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
-    first, from the last to the first; each is cut off at its bounds, given those drawn before it.
+    first, from the last to the first; each is cut off at its bounds, given those drawn before it. `bend` then shifts
+    the other coordinates of the chain to where their mode is given these values.
 
     Attributes
     ----------
@@ -58,13 +61,16 @@ class PosteriorMap:
     precision, gradient : (m, n, n), (m, n) arrays
         Contribution of the readings of each element, with the noise of `vector`.
     constant : (n, n) array or None
-        Contribution to the precision that does not depend on the noise.
+        Contribution to the precision of readings that drifts or a correction tie together. Rows and columns of an
+        element follow its noise, those of what all elements share the mean over these.
     pull : (n,) array or None
         Gradient of the log posterior at `vector`; None for zero.
     ends : pair of (d,) arrays or None
         Bounds of all coordinates, used for the values of effects.
     further_sd : (k,) array or None
         Standard deviations of the values of drifts and noise effects.
+    bend : Bend or None
+        Second-order shift of the other coordinates of the chain by the values of its effects.
     """
 
     known: KnownTouches
@@ -78,6 +84,7 @@ class PosteriorMap:
     pull: FloatArray | None = None
     ends: tuple[FloatArray, FloatArray] | None = None
     further_sd: FloatArray | None = None
+    bend: Bend | None = None
 
     @classmethod
     def of(cls, fit: FingerFit) -> PosteriorMap:
@@ -97,6 +104,13 @@ class PosteriorMap:
             np.einsum("itm,tm->mi", rows, left),
         )
 
+    @cached_property
+    def _element(self) -> IntArray:
+        """Column of the weights in `_map` that goes with each coordinate of the chain: its element's, or the mean."""
+        at = self.layout
+        own = np.tile(np.arange(at.n_elements), 3)
+        return np.concatenate([own, np.full(at.n_chain - len(own), at.n_elements)])
+
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Flat vectors (..., d) from points (..., d), and the log of the derivative (...)."""
         flat = points.reshape(-1, points.shape[-1])
@@ -114,7 +128,8 @@ class PosteriorMap:
         weight = self._variance(self.vector[None]) / self._variance(vectors)
         precision = np.tensordot(weight, self.precision, axes=1)
         if self.constant is not None:
-            precision += self.constant
+            size = np.sqrt(np.column_stack([weight, weight.mean(axis=1)])[:, self._element])
+            precision += size[:, :, None] * self.constant * size[:, None, :]
         index = np.arange(n)
         precision[:, index, index] += self.prior_spread**-2.0
         root = np.asarray(np.linalg.cholesky(precision), dtype=np.float64)
@@ -126,6 +141,8 @@ class PosteriorMap:
             standard, more = self._cut_off(standard, shift, root)
             log_derivative = log_derivative + more
         vectors[:, :n] = self.vector[:n] + solve_lower(root, standard + shift, transposed=True)
+        if self.bend is not None:
+            vectors[:, : at.n_base] += self.bend(vectors[:, at.values])
         return vectors, log_derivative - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
 
     def _cut_off(self, standard: FloatArray, shift: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
@@ -23,8 +24,8 @@ from bayestouch.sampling.rank_one import inverse_root
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
-# Number of attempts where drifts or a correction make each evaluation take milliseconds.
-DEAR = 2
+# Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
+DEAR_THIN = (4, 16, 16)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,8 +124,32 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
         pull=total,
         ends=(low, high),
         further_sd=further_sd,
+        bend=_bend(fitted, posterior, vector, hessian) if at.n_values else None,
     )
     return EffectFit(posterior, vector, np.asarray(np.linalg.inv(hessian), dtype=np.float64), shape, to_vectors)
+
+
+def _bend(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, hessian: FloatArray) -> Bend | None:
+    """Shift of the other coordinates of the chain by the values of its effects, where it is not linear."""
+    at, n = posterior.layout, posterior.layout.n_chain
+    base, low, high = slice(0, at.n_base), *posterior.bounds
+    margin = 1e-6 * posterior.prior.spread[base]
+    linear_part = -np.linalg.solve(hessian[base, base], hessian[base, at.values])
+
+    def step(values: FloatArray) -> tuple[FloatArray, float]:
+        moved = vector.copy()
+        moved[at.values] = values
+        first = vector[base] + linear_part @ (values - vector[at.values])
+        moved[base] = np.clip(first, low[base] + margin, high[base] - margin)
+        linear = _linearised(fitted, posterior, moved)
+        precision = linear.hessian[base, base] + np.diag(posterior.prior.spread[base] ** -2.0)
+        total = (linear.gradient.sum(axis=0) + linear.prior_pull)[base]
+        found = np.linalg.solve(precision, total)
+        return moved[base] + found - first, float(np.sqrt(abs(total @ found)))
+
+    covariance = np.asarray(np.linalg.inv(hessian)[at.values, at.values], dtype=np.float64)
+    ends = low[at.values], high[at.values]
+    return Bend.of(step, vector[at.values], covariance, ends, np.random.default_rng([n, 5]))
 
 
 def sample_effects(
@@ -138,7 +163,7 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    thins = THIN[:DEAR] if density.tied else THIN
+    thins = DEAR_THIN if density.tied else THIN
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
 
 
@@ -205,8 +230,7 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
         flat = white.reshape(n, -1).T
         inside = functions.without(flat)
         constant, precision = flat.T @ inside, np.zeros((m, n, n))
-        gradient = np.zeros((m, n))
-        gradient[0] = inside.T @ row.ravel()
+        gradient = np.einsum("tmi,tm->mi", inside.reshape(*row.shape, n), row)
     if samples is not None:
         assert predicted.samples is not None
         observed = model.known

@@ -6,12 +6,16 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from bayestouch.array_types import FloatArray
 from bayestouch.sampling.density import LogDensity
 from bayestouch.sampling.diagnostics import bulk_statistics
 from bayestouch.sampling.draws import BlockDraws, Demands
+from bayestouch.sampling.ensembles import renewal_round
 from bayestouch.sampling.lockstep import sample_blocks
-from bayestouch.sampling.proposals import BlockProposal
+from bayestouch.sampling.proposals import RenewableProposal
+from bayestouch.sampling.run import Run
 
 #: Chains of a calibration.
 CHAINS = 4
@@ -29,7 +33,7 @@ def long_enough(ess: FloatArray, rhat: FloatArray, draws: int) -> bool:
 
 def draw_until_good(
     log_density: LogDensity,
-    proposal: BlockProposal,
+    proposal: RenewableProposal,
     to_vectors: Callable[[FloatArray], tuple[FloatArray, FloatArray]],
     *,
     draws: int,
@@ -49,7 +53,9 @@ def draw_until_good(
     draws : int
         Number of draws in all.
     thins : sequence of int
-        Steps per draw of each attempt; with `moves` there is one attempt of one step per draw.
+        Steps per draw of each attempt; with `moves` there is one attempt of one step per draw. Where independence
+        chains stick (Pareto shape above 0.5), the next attempts renew a part of the coordinates in each step, with half
+        as many steps.
     progress : callable, optional
         Called with the fraction done.
 
@@ -58,27 +64,36 @@ def draw_until_good(
     BlockDraws
         Of the first attempt that is long enough, else of the last. The log density is that of the vectors.
     """
-    each = -(-draws // CHAINS)
+    each, sticks = -(-draws // CHAINS), False
     for attempt, thin in enumerate(thins if moves is None else (1,)):
-        drawn = sample_blocks(
-            log_density,
-            proposal,
-            walkers=CHAINS,
-            draws=thin * each,
-            seed=seed,
-            # One round: in so many dimensions an adapted proposal is not better than the first one.
-            rounds=1,
-            moves=moves,
-            progress=part_of(progress, attempt),
-        )
-        kept, log_derivative = to_vectors(drawn.draws[:, ::thin])
+        if not sticks:
+            drawn = sample_blocks(
+                log_density,
+                proposal,
+                walkers=CHAINS,
+                draws=thin * each,
+                seed=seed,
+                # One round: in so many dimensions an adapted proposal is not better than the first one.
+                rounds=1,
+                moves=moves,
+                progress=part_of(progress, attempt),
+            )
+            points, log_at = drawn.draws[:, ::thin], drawn.log_density[:, ::thin]
+            sticks = moves is None and not drawn.pareto_k[0] <= Demands().pareto_k
+        else:
+            run = Run(log_density, CHAINS, each, seed, Demands())
+            drawn = renewal_round(run, proposal, np.zeros(1, dtype=np.intp), thin=thin // 2)
+            points, log_at = drawn.draws, drawn.log_density
+            if drawn.worst_ess[0] > 0:
+                # The proposal of the next attempt is nearer to the target.
+                proposal = proposal.refitted(points.reshape(-1, points.shape[-1]), float(drawn.worst_ess[0]))
+        kept, log_derivative = to_vectors(points)
         ess, rhat = bulk_statistics(kept)
         if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
-    log = drawn.log_density[:, ::thin] - log_derivative
-    return replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
+    return replace(drawn, draws=kept, log_density=log_at - log_derivative, ess_bulk=ess, rhat=rhat)
 
 
 def part_of(progress: Callable[[float], None] | None, attempt: int) -> Callable[[float], None] | None:

@@ -1,4 +1,4 @@
-"""Ensembles of walkers: the third round of sampling, for blocks without a good proposal, and given moves."""
+"""Many walkers a chain: the third round of sampling, for blocks without a good proposal, given moves, and renewal."""
 
 from __future__ import annotations
 
@@ -10,16 +10,18 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IndexArray
 from bayestouch.sampling.density import BlockDensity, by_walker, of_blocks
 from bayestouch.sampling.draws import BlockDraws, empty_draws, grade
-from bayestouch.sampling.proposals import BlockProposal
+from bayestouch.sampling.proposals import BlockProposal, RenewableProposal
 from bayestouch.sampling.run import Run
 from bayestouch.sampling.streams import BlockStreams
 
-# Purpose numbers of the random streams: round 3, starting points, and moves that are given.
-ROUND, STARTS, GIVEN = 3, 4, 8
-# Number of the round of moves that are given.
-GIVEN_ROUND = 4
+# Purpose numbers of the random streams: round 3, starting points, moves that are given, and renewal.
+ROUND, STARTS, GIVEN, RENEWAL = 3, 4, 8, 13
+# Number of the round of moves that are given, and of the round of renewal.
+GIVEN_ROUND, RENEWAL_ROUND = 4, 5
 # Walkers of an ensemble, and steps, each times (number of parameters + 1). Half as many steps before are discarded.
 WALKERS, STEPS = 4, 192
+# Walkers of a chain of renewal: together they are evaluated at hardly more than the cost of a few.
+RENEWED = 16
 # Number of proposal points from which the starting points are chosen.
 CANDIDATES = 4096
 POINTS_HELD = 1 << 21
@@ -84,10 +86,38 @@ def given_round(run: Run, proposal: BlockProposal, numbers: IndexArray) -> Block
     return result
 
 
-def _starts(proposal: BlockProposal, density: BlockDensity, run: Run, numbers: IndexArray, n: int) -> FloatArray:
+def renewal_round(run: Run, proposal: RenewableProposal, numbers: IndexArray, *, thin: int) -> BlockDraws:
+    """Return draws with moves that renew a part of the coordinates; every `thin`-th step is kept.
+
+    In many dimensions a proposal that is near the target in every coordinate still has log ratios to it that scatter by
+    more than one: a few points have much larger ratios than all others, and an independence chain stays at such a point
+    for hundreds of steps. A part of the coordinates has a part of this scatter. The walkers of a chain do not interact.
+    """
+    from bayestouch.sampling.moves import RenewalMove
+
+    result = empty_draws(run.walkers, run.draws, proposal.n_blocks, proposal.dimension, RENEWAL_ROUND)
+    plan = _Plan(RENEWED, -(-run.draws // RENEWED), thin)
+    for block, number in enumerate(numbers):
+        part = slice(block, block + 1)
+        density, own = of_blocks(run.log_density, numbers[part]), proposal.select([block])
+        start = _starts(own, density, run, numbers[part], run.walkers * plan.members, CANDIDATES // 4)
+        move = RenewalMove(own, BlockStreams(run.seed, numbers[part], purpose=RENEWAL))
+        _run(run, density, start, move, (RENEWAL, int(number)), plan, result, part, slice(None))
+        grade(result, part, run.demands)
+    return result
+
+
+def _starts(
+    proposal: BlockProposal,
+    density: BlockDensity,
+    run: Run,
+    numbers: IndexArray,
+    n: int,
+    candidates: int = CANDIDATES,
+) -> FloatArray:
     """Choose n different points per block (B, n, d) from the proposals, with probability by importance weight."""
     streams = BlockStreams(run.seed, numbers, purpose=STARTS)
-    x, log_q = proposal.draw(streams, max(CANDIDATES, 2 * n))
+    x, log_q = proposal.draw(streams, max(candidates, 2 * n))
     # The n largest sums of log weight and Gumbel random number are a weighted sample without replacement.
     keys = density(x) - log_q - np.log(streams.exponential(x.shape[1]))
     best = np.argpartition(keys, -n, axis=1)[:, -n:]

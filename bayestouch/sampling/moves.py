@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.sampling.density import POINTS_A_CALL
 from bayestouch.sampling.pareto import pareto_shape
-from bayestouch.sampling.proposals import BlockProposal
+from bayestouch.sampling.proposals import BlockProposal, RenewableProposal
 from bayestouch.sampling.streams import BlockStreams
 
 
@@ -96,6 +96,33 @@ class IndependenceMove(Move):  # type: ignore[misc]  # emcee has no types
         some = max(1, POINTS_A_CALL // n)
         for first in range(0, self._proposal.n_blocks, some):
             yield slice(first, min(first + some, self._proposal.n_blocks))
+
+
+class RenewalMove(Move):  # type: ignore[misc]  # emcee has no types
+    """Move that draws a part of the coordinates anew from a proposal, given the others: a Metropolis-Hastings step.
+
+    Parameters
+    ----------
+    proposal : RenewableProposal
+        Distribution of one block.
+    streams : BlockStreams
+        Random numbers of the block.
+    """
+
+    def __init__(self, proposal: RenewableProposal, streams: BlockStreams) -> None:
+        self._proposal, self._streams = proposal, streams
+
+    def propose(self, model: Any, state: Any) -> tuple[Any, BoolArray]:
+        """Make one step; emcee calls this."""
+        x = state.coords[None]
+        new = self._proposal.renewed(self._streams, x)
+        log_p, _ = model.compute_log_prob_fn(new[0])
+        # The ratio of the proposal's densities is that of drawing one from the other.
+        before, after = (self._proposal.log_density(each)[0] for each in (x, new))
+        accepted = np.asarray(log_p - after + self._streams.exponential(len(x[0]))[0] > state.log_prob - before)
+        state.coords = np.where(accepted[:, None], new[0], state.coords)
+        state.log_prob = np.where(accepted, log_p, state.log_prob)
+        return state, accepted
 
 
 class _GroupMove(Move):  # type: ignore[misc]  # emcee has no types

@@ -14,6 +14,9 @@ from scipy.special import gammaln
 from bayestouch.array_types import FloatArray
 from bayestouch.sampling.streams import BlockStreams
 
+# One of so many coordinates is drawn anew by `renewed`.
+RENEWED_PART = 3
+
 
 class BlockProposal(Protocol):
     """Protocol of an independence proposal for each of B blocks of dimension d."""
@@ -37,6 +40,25 @@ class BlockProposal(Protocol):
         ...
 
     def select(self, blocks: ArrayLike) -> BlockProposal:
+        """Return the proposal of the selected blocks, by index or mask."""
+        ...
+
+
+class RenewableProposal(BlockProposal, Protocol):
+    """Protocol of a proposal of which a part of the coordinates can be drawn anew, given the others."""
+
+    def renewed(self, streams: BlockStreams, x: FloatArray) -> FloatArray:
+        """Return points (B, n, d) that differ from `x` (B, n, d) in a random part of their coordinates.
+
+        If `x` are points of the proposal, so are these, and both orders of a pair are equally likely.
+        """
+        ...
+
+    def refitted(self, x: FloatArray, effective: float) -> RenewableProposal:
+        """Return the proposal with the moments of draws (n, d) of one posterior that are worth so many."""
+        ...
+
+    def select(self, blocks: ArrayLike) -> RenewableProposal:
         """Return the proposal of the selected blocks, by index or mask."""
         ...
 
@@ -97,6 +119,32 @@ class StudentTProposal:
         """Return the normalised log density, (B, n, d) -> (B, n)."""
         z = self._inverse_root @ (np.swapaxes(x, 1, 2) - self.centre[:, :, None])
         return self._log_density_of_squares((z * z).sum(axis=1))
+
+    def renewed(self, streams: BlockStreams, x: FloatArray) -> FloatArray:
+        """Return points with a random third of the standard variables drawn anew, see `RenewableProposal`."""
+        d, n = self.dimension, x.shape[1]
+        new = -(-d // RENEWED_PART)
+        z = self._inverse_root @ (np.swapaxes(x, 1, 2) - self.centre[:, :, None])
+        chosen = np.argsort(streams.uniform(d, n), axis=1).argsort(axis=1) < new
+        # Given the others, these have a Student-t distribution of more degrees of freedom (Kotz and Nadarajah 2004).
+        dof = self.dof + d - new
+        kept = np.where(chosen, 0.0, z)
+        scale = np.sqrt((self.dof + (kept * kept).sum(axis=1)) / dof)
+        return self.place(np.where(chosen, scale[:, None] * standard_t(streams, d, n, dof), z))
+
+    def refitted(self, x: FloatArray, effective: float) -> StudentTProposal:
+        """Return the proposal with the moments of draws, see `RenewableProposal`.
+
+        Correlations are estimated from few draws: they are shrunk towards those of this proposal.
+        """
+        z = (x - self.centre[0]) @ self._inverse_root[0].T
+        covariance = np.cov(z.T).reshape(self.dimension, self.dimension)
+        sd, kept = np.sqrt(np.diag(covariance)), effective / (effective + self.dimension)
+        shrunk = np.where(np.eye(self.dimension, dtype=bool), covariance, kept * covariance)
+        # A scale matrix is (dof - 2) / dof times the covariance.
+        shrunk = shrunk * (self.dof - 2) / self.dof + 1e-9 * np.diag(sd**2)
+        root = self.root[0] @ np.linalg.cholesky(shrunk)
+        return StudentTProposal((self.centre[0] + self.root[0] @ z.mean(axis=0))[None], root[None], self.dof)
 
     def select(self, blocks: ArrayLike) -> StudentTProposal:
         """Return the proposal of the selected blocks, by index or mask."""

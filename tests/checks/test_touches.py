@@ -16,7 +16,7 @@ from study_modules import study
 
 import bayestouch
 from bayestouch.checks import calibrations as calibration_checks
-from bayestouch.checks.calibrations import CalibrationDesign, check_calibration, draw_parameters, simulate_and_rank
+from bayestouch.checks.calibrations import CalibrationDesign, draw_parameters, simulate_and_rank
 from bayestouch.checks.ranks import (
     BINS,
     RANKED,
@@ -26,6 +26,7 @@ from bayestouch.checks.ranks import (
     pooled_spread,
     rank_statistics,
 )
+from bayestouch.checks.running import check_calibration
 from bayestouch.checks.touches import simulate_touches
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Finger

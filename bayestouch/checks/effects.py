@@ -1,0 +1,134 @@
+"""Simulated touches with effects, whose values are drawn from their priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.recording import Recording
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.grouping import grouped_mean, groups
+from bayestouch.data.touches import Touches
+from bayestouch.effects import Effect, Values
+from bayestouch.effects.effect import STAGES
+from bayestouch.effects.kinds import of_time
+from bayestouch.model.effect_list import named_effects
+from bayestouch.model.split_data import SplitData
+from bayestouch.model.timing import Timing
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedEffects:
+    """Effects of the simulated sensors.
+
+    Attributes
+    ----------
+    effects : tuple of Effect
+        The effects, with their priors for these touches.
+    reference_load : float
+        Load of the peak readings, N/m or N.
+    """
+
+    effects: tuple[Effect, ...] = ()
+    reference_load: float = 1.0
+
+    @classmethod
+    def of(cls, names: Sequence[str], dataset: DataSet, contact: str, reference_load: float) -> SimulatedEffects:
+        """Effects by name, with the priors that a calibration of this data set uses.
+
+        Raises
+        ------
+        InputError
+            A name is unknown, or the effect cannot occur in these touches.
+        """
+        setting = SplitData.of_calibration(dataset).setting(contact, reference_load)
+        return cls(named_effects(list(names), setting), reference_load)
+
+    def draw(self, rng: np.random.Generator) -> tuple[Values, ...]:
+        """Values of each effect, from their priors; of a value that selects a kind, one of the kinds."""
+        drawn = []
+        for effect in self.effects:
+            free = effect.parameters[: self.n_ranked(effect)]
+            kinds = tuple(float(rng.choice(p.probes)) for p in effect.parameters[len(free) :])
+            drawn.append((*(float(p.prior.quantile(rng.random())) for p in free), *kinds))
+        return tuple(drawn)
+
+    @staticmethod
+    def n_ranked(effect: Effect) -> int:
+        """Number of values that a calibration draws; those after them select the kind of a drift."""
+        return 2 if of_time([effect]) else len(effect.parameters)
+
+    def named(self, values: tuple[Values, ...]) -> dict[str, FloatArray]:
+        """Values by their names in a calibration."""
+        return {
+            parameter.name: np.asarray(value)
+            for effect, each in zip(self.effects, values, strict=True)
+            for parameter, value in zip(effect.public_parameters(), each, strict=True)
+        }
+
+    def readings(
+        self,
+        values: tuple[Values, ...],
+        touches: Touches,
+        means: TouchMeans,
+        element_place: tuple[FloatArray, ...],
+        place: tuple[FloatArray, ...],
+        load: FloatArray,
+        peak: FloatArray,
+        press: Callable[[Recording], FloatArray],
+        rng: np.random.Generator,
+    ) -> FloatArray:
+        """Readings (n, m) of all samples with the effects, without the noise of the sensor.
+
+        Parameters
+        ----------
+        values : tuple of values
+            Of each effect.
+        touches, means : Touches, TouchMeans
+            The samples, and their means by touch.
+        element_place, place : tuple of arrays
+            Nominal places of the elements (m,), and of the touches (t,).
+        load : (t,) array
+            True loads.
+        peak : (m,) array
+            Peak readings, the unit of shares.
+        press : callable
+            Signals (t, m) of touches before effects on the signal.
+        rng : Generator
+            Random numbers of drifts and of noise effects.
+        """
+        ids, group = groups(touches.touch)
+        clock = Timing.of(touches)
+        by_touch = Recording(
+            indenter_radius_mm=means.indenter_radius_mm,
+            place=place,
+            load=load,
+            time_s=grouped_mean(clock.time_s, group, len(ids)),
+            held_s=grouped_mean(clock.held_s, group, len(ids)),
+            element_place=element_place,
+            peak=peak,
+            reference_load=self.reference_load,
+            signal=np.zeros((len(ids), len(peak))),
+        )
+        pairs = sorted(
+            zip(self.effects, values, strict=True),
+            key=lambda pair: (STAGES.index(pair[0].stage), pair[0].needs_samples),
+        )
+        for effect, each in pairs:
+            by_touch = effect.pose(by_touch, each)
+        rows = replace(
+            by_touch,
+            indenter_radius_mm=by_touch.indenter_radius_mm[group],
+            place=tuple(axis[group] for axis in by_touch.place),
+            load=by_touch.load[group],
+            time_s=clock.time_s,
+            held_s=clock.held_s,
+            signal=press(by_touch)[group],
+        )
+        for effect, each in pairs:
+            rows = replace(rows, signal=effect.simulate(rows, each, rng))
+        return rows.signal

@@ -1,0 +1,87 @@
+"""Simulations of a design one after the other or side by side, and the ranks of their truths."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import Protocol
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.checks.ranks import RankStatistics, of_ranks, rank
+from bayestouch.parallel.cluster import on_cluster
+from bayestouch.progress import Progress
+
+# Fewer simulations than this finish before other processes have started.
+WORTH_PROCESSES = 16
+
+Ranked = dict[str, tuple[int, bool]]
+
+
+class Ranking(Protocol):
+    """Protocol of a design whose simulations are ranked."""
+
+    def ranked(self, number: int) -> Ranked:
+        """Ranks of the simulation with this number."""
+        ...
+
+
+def check_calibration(
+    design: Ranking, simulations: int, progress: Progress | None, scheduler: str | None = None
+) -> RankStatistics:
+    """Return the ranks of all parameters, of the true loads of the first and last touch, and of the log density.
+
+    The log density of the posterior is a function of parameters and data: its rank reveals errors that marginal ranks
+    may not show (Modrák et al. 2023, doi:10.1214/23-BA1404).
+    """
+    found: dict[int, Ranked] = {}
+    for number, piece in _numbered(design, range(simulations), scheduler):
+        found[number] = piece
+        if progress is not None:
+            progress(len(found) / simulations)
+    pieces = [found[number] for number in range(simulations)]
+    ranks = {name: np.array([piece[name][0] for piece in pieces]) for name in pieces[0]}
+    return of_ranks(ranks, {name: float(np.mean([piece[name][1] for piece in pieces])) for name in pieces[0]})
+
+
+def _numbered(design: Ranking, numbers: range, scheduler: str | None) -> Iterator[tuple[int, Ranked]]:
+    """Yield the number and result of each simulation, from a cluster, or from all cores if there are enough of them."""
+    from concurrent.futures import ProcessPoolExecutor
+
+    workers = os.cpu_count() or 1
+    if scheduler is not None:
+        yield from on_cluster(scheduler, _ranked, design, zip(numbers, numbers, strict=True))
+    elif workers == 1 or len(numbers) < WORTH_PROCESSES:
+        yield from ((number, design.ranked(number)) for number in numbers)
+    else:
+        with ProcessPoolExecutor(workers) as pool:
+            yield from zip(numbers, pool.map(design.ranked, numbers, chunksize=4), strict=True)
+
+
+def _ranked(design: Ranking, number: int) -> Ranked:
+    return design.ranked(number)
+
+
+def ranks_of(drawn: Mapping[str, FloatArray], truth: Mapping[str, FloatArray]) -> Ranked:
+    """Return the rank of each truth (1,) among its draws (n,), and if the 90 % interval contains it.
+
+    What is held, such as the kind of a drift, has no rank.
+    """
+    out = {}
+    for name, values in drawn.items():
+        if np.ptp(values) > 0:
+            low, high = np.quantile(values, [0.05, 0.95])
+            out[name] = int(rank(values[:, None], truth[name])[0]), bool(low <= truth[name][0] <= high)
+    return out
+
+
+def by_element(values: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the parameters with those by element (n, m) split into m arrays (n,), named such as ``"r_s e03"``."""
+    out = {}
+    for name, each in values.items():
+        if each.ndim == 1:
+            out[name] = each
+        else:
+            out |= {f"{name} e{element + 1:02d}": column for element, column in enumerate(each.T)}
+    return out
