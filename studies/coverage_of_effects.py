@@ -6,10 +6,10 @@ drifts are exact Matérn 3/2 processes with a length of 600 s. Edges, flats and 
 `bayestouch.diagnose`, which is not told what is missing. An hour after that the finger reads touches that are drawn
 from the priors of R, θ_c and P, 20 samples each.
 
-Before: the calibration without effects, its discrepancy independent from touch to touch. Before, by default: the one
-that may choose functions of place, `calibration_before` of the diagnosis. After: the one with what was found,
-`calibration_after`. P is read with the force sensor's readings, and from the elements alone. Both are held against the
-load that was pressed, which no reading of the force sensor is.
+Before: `calibration_before` of the diagnosis, without effects, its discrepancy independent from touch to touch. Before,
+by default: what `bayestouch.calibrate` gives for the same touches, which may choose functions of place. After:
+`calibration_after`, with what was found. P is read with the force sensor's readings, and from the elements alone. Both
+are held against the load that was pressed, which no reading of the force sensor is.
 
     python studies/coverage_of_effects.py [fingers] [touches a finger] [--processes N | --scheduler ADDRESS]
     python studies/coverage_of_effects.py --docs            writes the table of docs/statistics.md
@@ -84,8 +84,8 @@ def one_finger(touches: int, job: tuple[str, str, int]) -> Finger:
     known = SplitData.of(dataset)
     training = replace(dataset, calibration=known.table.select(known.training))
     ways = {
-        BEFORE: bayestouch.calibrate(training, discrepancy="touch", draws=400, seed=seed),
-        PLACED: diagnosis.calibration_before,
+        BEFORE: diagnosis.calibration_before,
+        PLACED: bayestouch.calibrate(training, draws=400, seed=seed),
         AFTER: diagnosis.calibration_after,
     }
     reads = {}

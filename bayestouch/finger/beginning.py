@@ -97,23 +97,23 @@ class FingerEvaluation:
     groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, functions of place too."""
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch"."""
         data = self.data
         if not added and correction is None:
-            return finger_calibration(
+            calibration = finger_calibration(
                 self.start.calibrated,
                 self.start.fitted.model.known.means,
                 self.start.used,
                 sensor=data.dataset.sensor,
                 priors=self.start.priors,
                 rest=data.rest,
-                e_map=self.e_map,
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes),
                 groups=self.groups,
                 moves=self.moves,
             )
+            return calibration if self.e_map == MODEL_MAP else with_identified_map(calibration, self.start.calibrated)
         calibration = calibration_with_effects(
             fitted,
             added,

@@ -38,7 +38,7 @@ def calibrate_finger(
     dataset: DataSet,
     *,
     contact: str,
-    e_map: str = MODEL_MAP,
+    e_map: str = "model",
     discrepancy: str = AUTO,
     draws: int,
     seed: int,
@@ -70,38 +70,48 @@ def calibrate_finger(
             "sensor is identifiable: give touches with a load",
             file=_file(dataset),
         )
-    fit, used = fit_finger(means, finger, priors, contact=contact)
-    return finger_calibration(
+    elastic, used = fit_finger(means, finger, priors, contact=contact)
+    fit = elastic
+    places: PlacePosterior | None = None
+    why: tuple[str, ...] = ()
+    if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
+        fit, places, why = fit_of_places(elastic, wanted=discrepancy == OF_PLACE)
+    calibration = finger_calibration(
         fit,
         means,
         used,
         sensor=sensor,
         priors=priors,
         rest=rest,
-        e_map=e_map,
-        discrepancy=discrepancy,
         draws=draws,
         seed=seed,
-        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes),
+        notes=(*dataset.notes, *table.notes, *corrected.notes, *notes, *why),
+        places=places,
         groups=groups,
         progress=progress,
         moves=moves,
     )
+    if discrepancy == NO_DISCREPANCY:
+        calibration = replace(calibration, settings={**calibration.settings, DISCREPANCY_SETTING: NO_DISCREPANCY})
+    if places is not None:
+        # That of the model says what to look for: functions of place hide it.
+        both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
+        calibration = replace(calibration, statistics={**calibration.statistics, **both})
+    return calibration if e_map == "model" else with_identified_map(calibration, fit)
 
 
 def finger_calibration(
-    elastic: FingerFit,
+    fit: FingerFit,
     means: TouchMeans,
     used: NDArray[np.bool_],
     *,
     sensor: Sensor,
     priors: FingerPriors,
     rest: FloatArray | None,
-    e_map: str = MODEL_MAP,
-    discrepancy: str = AUTO,
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    places: PlacePosterior | None = None,
     groups: Sequence[str] = (),
     progress: Progress | None = None,
     moves: Any = None,
@@ -110,8 +120,8 @@ def finger_calibration(
 
     Parameters
     ----------
-    elastic : FingerFit
-        The fit without functions of place.
+    fit : FingerFit
+        The fit.
     means : TouchMeans
         Mean readings of t touches.
     used : (t,) bool array
@@ -122,16 +132,13 @@ def finger_calibration(
         Priors of the fit.
     rest : (m,) array or None
         Rest reading that was subtracted.
-    e_map, discrepancy, draws, seed, groups, progress, moves
-        As in `bayestouch.calibrate`; without discrepancy, its prior in `priors` is None.
+    draws, seed, groups, progress, moves
+        As in `bayestouch.calibrate`.
     notes : tuple of str
-        Notes; those on functions of place, on the noise and on touches that are left out are added.
+        Notes; those on the noise and on touches that are left out are added.
+    places : PlacePosterior, optional
+        Functions of place that were fitted with it.
     """
-    fit = elastic
-    places: PlacePosterior | None = None
-    why: tuple[str, ...] = ()
-    if discrepancy in (AUTO, OF_PLACE) and e_map == MODEL_MAP:
-        fit, places, why = fit_of_places(elastic, wanted=discrepancy == OF_PLACE)
     drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
     touches, layout_ = fit.likelihood.known, fit.likelihood.layout
@@ -151,7 +158,7 @@ def finger_calibration(
     extra = {} if rest is None else {REST_READING: rest}
     if places is not None:
         extra |= places.with_model_covariance(covariance).arrays()
-    calibration = Calibration(
+    return Calibration(
         sensor=sensor,
         parameters=priors.parameters(sensor.reading_unit, discrepancy=layout_.discrepancy),
         mode=public_mode(fit),
@@ -168,25 +175,20 @@ def finger_calibration(
             "version": __version__,
             "largest_load": fit.chain.largest_load,
             "typical_load": typical,
-            **({DISCREPANCY_SETTING: NO_DISCREPANCY} if discrepancy == NO_DISCREPANCY else {}),
         },
         statistics={
             **_statistics(fit, rows, typical),
-            # That of the model says what to look for: functions of place hide it.
-            "lack_of_fit": elastic.lack_of_fit,
             "ess_bulk": float(drawn.ess_bulk.min()),
             "rhat": float(drawn.rhat.max()),
             "acceptance": float(drawn.acceptance.min()),
-            **({} if places is None else {"lack_of_fit_of_place": fit.lack_of_fit}),
         },
         extra=extra,
-        notes=tuple(dict.fromkeys((*notes, *why, *_noise_notes(touches, priors), *_left_out(used)))),
+        notes=tuple(dict.fromkeys((*notes, *_noise_notes(touches, priors), *_left_out(used)))),
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
             **groups_without_effects(fit, vectors, groups, seed),
         },
     )
-    return calibration if e_map == MODEL_MAP else with_identified_map(calibration, fit)
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
@@ -280,6 +282,7 @@ def _statistics(fit: FingerFit, rows: TouchRows, typical_load: float) -> dict[st
     error = np.sqrt(squares.sum(axis=0)[alive] / present.sum(axis=0)[alive]) / peak[alive] * 100
     return {
         "touches": float(len(rows.touch)),
+        "lack_of_fit": fit.lack_of_fit,
         "error_percent_peak": float(error.mean()),
         "noise_percent_peak": float((fit.noise.tactile_sd / peak)[alive].mean() * 100),
     }
