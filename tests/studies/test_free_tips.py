@@ -10,10 +10,8 @@ import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from nicolson_fearing import free_tips
 from nicolson_fearing.free_tips import FreeTips
 from nicolson_fearing.published_fits import BiasCurves, infer_from_table_3
-from nicolson_fearing.simulated_fits import HERTZ, R_B
-from nicolson_fearing.table_3_effects import CONTACTS, squeezed, table_3
-
-from bayestouch.contact import composite_radius
+from nicolson_fearing.simulated_fits import HERTZ
+from nicolson_fearing.table_3_effects import CONTACTS, squeezed
 
 TIP, OTHER = 2, 6
 
@@ -22,6 +20,13 @@ TIP, OTHER = 2, 6
 def free() -> FreeTips:
     made = FreeTips.simulated(small=True)
     return FreeTips(made.tips_mm, made.many, made.base, (0.33,))
+
+
+def table_of(tips_mm: list[float]) -> np.ndarray:
+    """Table 3 as simulated with these tips in its rows, which are all among those simulated; nothing interpolated."""
+    rows = np.searchsorted(free().tips_mm, tips_mm)
+    curves = BiasCurves.of(free().many, (HERTZ, squeezed(0.33)))
+    return np.asarray(curves.means(0.057)[..., rows])
 
 
 def test_without_free_tips_the_evidence_is_that_of_table_3_residual() -> None:
@@ -40,10 +45,12 @@ def test_without_free_tips_the_evidence_is_that_of_table_3_residual() -> None:
 
 
 def test_a_tip_of_another_radius_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Table 3 as predicted, but with a tip of 2.6 mm in the row of 3.90 mm."""
-    true = 2.6
-    made = free()._predicted(0.33, np.array([0.057]), (TIP,), [composite_radius(np.array([true]), R_B)])
-    monkeypatch.setattr(free_tips, "table_3", lambda: made[0, :, 0].reshape(table_3().shape))
+    """Table 3 as simulated, but with a tip of 2.4 mm in the row of 3.90 mm."""
+    true = 2.4
+    tips = list(free_tips.TIPS_MM)
+    tips[TIP] = true
+    made = table_of(tips)
+    monkeypatch.setattr(free_tips, "table_3", lambda: made)
     as_printed = free().posterior()
     found = free().posterior((TIP,), [free().between(TIP)])
     mean, low, high = found.radius_mm(0)
@@ -57,15 +64,3 @@ def test_a_tip_of_another_radius_is_found(monkeypatch: pytest.MonkeyPatch) -> No
     assert other.log_evidence < as_printed.log_evidence + 0.5
     low, high = other.radius_mm(0)[1:]
     assert low < free_tips.TIPS_MM[OTHER] < high
-
-
-def test_two_free_tips_are_each_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    true = np.array([2.6, 5.2])
-    radii = [np.array([r]) for r in composite_radius(true, R_B)]
-    made = free()._predicted(0.33, np.array([0.057]), (TIP, TIP + 1), radii)
-    monkeypatch.setattr(free_tips, "table_3", lambda: made[0, :, 0].reshape(table_3().shape))
-    found = free().posterior((TIP, TIP + 1), [free().between(tip, 12) for tip in (TIP, TIP + 1)])
-    assert found.weight.sum() == pytest.approx(1.0)
-    for which, radius in enumerate(true):
-        low, high = found.radius_mm(which)[1:]
-        assert low < radius < high
