@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 
 from bayestouch.effects.body import FiniteStrain, SoftSpot
-from bayestouch.effects.contact import BluntEdge, RigidCore, TangentialLoad
+from bayestouch.effects.contact import BluntEdge, RigidCore, SurfaceProfile, TangentialLoad
 from bayestouch.effects.effect import STAGES, Effect, Setting
 from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximity
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
@@ -24,6 +24,7 @@ _BUILT_IN: tuple[type[Effect], ...] = (
     RigidCore,
     BluntEdge,
     TangentialLoad,
+    SurfaceProfile,
     LoadNonlinearity,
     SoftSpot,
     FiniteStrain,

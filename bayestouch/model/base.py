@@ -240,6 +240,32 @@ class SensorModel(ABC):
         up, down, step = self.about_value(vector, place)
         return difference(lambda sign: self.predict(up if sign > 0 else down), step)
 
+    def of_values(self, vector: FloatArray, recording: Recording) -> list[Predicted]:
+        """Derivative of the prediction over each value of the effects; `recording` holds the touches."""
+        out, place = list[Predicted](), self.n_base
+        for effect in self.effects:
+            ours = range(place, place + len(effect.parameters))
+            basis = effect.by_place(recording)
+            out += [self.of_value(vector, i) for i in ours] if basis is None else self._of_basis(vector, ours, basis)
+            place = ours.stop
+        return out
+
+    def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray) -> list[Predicted]:
+        """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`: one of all together."""
+        step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
+        moves = np.isin(np.arange(len(vector)), places)
+        together = difference(lambda sign: self.predict(vector + sign * step * moves), step)
+        total = basis.sum(axis=1)
+        shares = np.divide(basis.T, total, out=np.zeros_like(basis.T), where=total != 0)
+        rows = None if together.samples is None else self.observed.row_touch
+        return [
+            Predicted(
+                share[:, None] * together.touches,
+                None if together.samples is None else share[rows, None] * together.samples,
+            )
+            for share in shares
+        ]
+
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the mean readings of each touch over its load, (t, m)."""
         step = LOAD_STEP * self.load

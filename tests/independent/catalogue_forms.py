@@ -7,7 +7,10 @@ Nothing of the package is used.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.interpolate import make_interp_spline
 
 Array = np.ndarray
 
@@ -173,3 +176,15 @@ def signal_dependent_noise(signal: Array, peak: Array, share: float, power: floa
 def outliers(signal: Array, peak: Array, probability: float, size: float, rng: np.random.Generator) -> Array:
     """A share of the readings has errors of sd size × peak."""
     return np.asarray((rng.random(signal.shape) < probability) * size * peak * rng.standard_normal(signal.shape))
+
+
+def surface_profile(angle: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
+    """Departure of the curvature (1/mm) at angles (degree) between -90 and 90: a spline of B-splines.
+
+    Through the values of 21 knots `at_01` to `at_21` from -90° to 90°, and through zeros 18° beyond, where it is level.
+    """
+    knots = np.linspace(-90, 90, 21)
+    through = [values.get(f"at_{i:02d}", 0.0) for i in range(1, 22)]
+    level = [(1, 0.0)]
+    spline = make_interp_spline([-108, *knots, 108], [0, *through, 0], k=3, bc_type=(level, level))
+    return np.asarray(spline(angle))
