@@ -26,7 +26,6 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -45,7 +44,9 @@ from bayestouch.data.dataset import load_dataset  # noqa: E402
 from bayestouch.data.touch_table import read_touches  # noqa: E402
 from bayestouch.data.touches import Touches  # noqa: E402
 from bayestouch.diagnosis.pictures.profile import draw_profile, profile_band  # noqa: E402
-from bayestouch.effects.contact import SurfaceProfile  # noqa: E402
+from bayestouch.effects.surface import SurfaceProfile  # noqa: E402
+from bayestouch.finger.chain_with_effects import ChainWithEffects  # noqa: E402
+from bayestouch.model.observations import UntimedTouches  # noqa: E402
 from bayestouch.output.pictures import RED, canvas, drawing, rendered  # noqa: E402
 from bayestouch.results.objects import Calibration  # noqa: E402
 
@@ -87,8 +88,8 @@ class Examined:
         True R, mm.
     before, after : (t,) arrays
         Bias of R read with the calibrations before and after, mm.
-    predicted : (t,) array
-        Bias before that the profile predicts, mm.
+    predicted, formula : (t,) arrays
+        Bias before that the calibration after predicts, and -R² times the departure that it found, mm.
     hit_before, hit_after : (t,) arrays
         How often the 90 % interval of R held the truth.
     curvature_rms : float
@@ -103,6 +104,7 @@ class Examined:
     before: np.ndarray
     after: np.ndarray
     predicted: np.ndarray
+    formula: np.ndarray
     hit_before: np.ndarray
     hit_after: np.ndarray
     curvature_rms: float
@@ -150,13 +152,14 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
             errors[i] += (read.mean("R") - radius) / REPEATS
             hits[i] += ((low <= radius) & (radius <= high)) / REPEATS
     profile = found_profile(after)
-    predicted, wrong, band = np.zeros(len(radius)), hump, tuple[np.ndarray, ...]()
+    predicted = formula = np.zeros(len(radius))
+    wrong, band = hump, tuple[np.ndarray, ...]()
     if profile is not None:
         effect, draws = profile
-        mean = effect.by_place(_places(angle)) @ draws.mean(axis=0)
-        # κ = P R/μ is what readings tell, so that the modulus of the calibration before counts too.
-        softer = float(before.mode["mu"] / after.mode["mu"])
-        predicted = radius / (1 + radius * mean) * softer - radius
+        mean = effect.departures(angle) @ draws.mean(axis=0)
+        formula = -(radius**2) * mean
+        touches = expected(exam, after, radius, angle, made.recording.press.load[first:])
+        predicted = bayestouch.infer(touches, before, check_sensor=False).mean("R") - radius
         wrong = mean - hump
         place, *limits = profile_band(effect, draws)
         band = (place, *limits, _truth(made, place))
@@ -167,6 +170,7 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
         before=errors[0],
         after=errors[1],
         predicted=predicted,
+        formula=formula,
         hit_before=hits[0],
         hit_after=hits[1],
         curvature_rms=float(np.sqrt(np.mean(wrong**2))),
@@ -199,11 +203,14 @@ def found_profile(calibration: Calibration) -> tuple[SurfaceProfile, np.ndarray]
     return None
 
 
-def _places(angle: np.ndarray) -> Any:
-    from bayestouch.chain.recording import Recording
-
-    none = np.zeros(len(angle))
-    return Recording(none, (angle,), none, none, none, (np.zeros(1),), np.ones(1), 1.0, np.zeros((len(angle), 1)))
+def expected(
+    exam: Touches, calibration: Calibration, radius: np.ndarray, angle: np.ndarray, load: np.ndarray
+) -> Touches:
+    """The touches with the readings that a calibration with effects expects of them."""
+    chain = ChainWithEffects.of(calibration)
+    model = chain.model.observing(UntimedTouches(len(load))).at(radius, np.radians(angle), load)
+    readings = model.predict(chain.vector).touches
+    return replace(exam, readings=readings[exam.touch], load=load[exam.touch])
 
 
 def _truth(made: Simulated, place: np.ndarray) -> np.ndarray:
@@ -215,11 +222,11 @@ def _truth(made: Simulated, place: np.ndarray) -> np.ndarray:
     return np.asarray(CubicSpline(angle, np.broadcast_to(press.hump, press.angle.shape)[first])(place))
 
 
-def explained(fingers: list[Examined]) -> float:
-    """R²: share of the variance of the bias of R under blunt tips, before, that the profile predicts."""
+def explained(fingers: list[Examined], name: str = "predicted") -> float:
+    """R²: share of the variance of the bias of R under blunt tips, before, that is predicted."""
     blunt = [(each.radius > BLUNT_MM[0]) & (each.radius < BLUNT_MM[1]) for each in fingers]
     error = np.concatenate([each.before[b] for each, b in zip(fingers, blunt, strict=True)])
-    predicted = np.concatenate([each.predicted[b] for each, b in zip(fingers, blunt, strict=True)])
+    predicted = np.concatenate([getattr(each, name)[b] for each, b in zip(fingers, blunt, strict=True)])
     return float(1 - ((error - predicted) ** 2).sum() / ((error - error.mean()) ** 2).sum())
 
 
@@ -242,6 +249,7 @@ def row(rubber: str, curvature: float, fingers: list[Examined]) -> list[str]:
         f"{named} of {len(fingers)}",
         ", ".join(others),
         f"{explained(fingers):.2f}" if curvature and named else "",
+        f"{explained(fingers, 'formula'):.2f}" if curvature and named else "",
         f"{rms('before')} → {rms('after')}",
         f"{coverage('hit_before')} → {coverage('hit_after')}",
         f"{np.sqrt(np.mean([each.curvature_rms**2 for each in fingers])):.4f}",
@@ -273,8 +281,8 @@ def main(
             flush=True,
         )
     rows = [row(*group, [done[g * fingers + seed] for seed in range(fingers)]) for g, group in enumerate(groups)]
-    head = ["rubber", "curvature, rms 1/mm", "named first", "also found", "R² of blunt tips", "R, rms mm"]
-    head += ["coverage, %", "profile, rms 1/mm"]
+    head = ["rubber", "curvature, rms 1/mm", "named first", "also found", "R² of bias", "of -R² f"]
+    head += ["bias of R, rms mm", "coverage, %", "profile, rms 1/mm"]
     table = markdown_table(head, rows)
     print(table)
     return table, [done[number] for number in range(len(cases))]

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_tabulated_finger
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
-from bayestouch.chain.surface import SurfaceProfile
+from bayestouch.chain.surface import Profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class FingerChain:
         Width of the elements and friction under the indenter, see `bayestouch.chain.response.mode_strain`.
     finite_strain : float
         Fraction of `bayestouch.body.finite_strain` in `predict`: 0 linear, 1 neo-Hookean with projected strains.
-    surface : SurfaceProfile or None
+    surface : Profile or None
         Departure of the outer surface from a circle of radius `outer_radius_mm`; None for a round one.
     """
 
@@ -60,7 +60,7 @@ class FingerChain:
     aperture_mm: float = 0.0
     friction: float = 0.0
     finite_strain: float = 0.0
-    surface: SurfaceProfile | None = None
+    surface: Profile | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """State for a worker process, without the tables: 13 MB that it computes in some hundredths of a second."""

@@ -20,7 +20,7 @@ FADING = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class SurfaceProfile:
+class Profile:
     """Departure of the surface's curvature from ``1/r_b``: cubic splines through values at equally spaced knots.
 
     Beyond the outermost knots the departure goes to zero within two distances between knots. It adds to the curvature
@@ -45,7 +45,7 @@ class SurfaceProfile:
         """Composite radius (...) in mm with this surface, of touches with composite radius R on a round one."""
         return np.asarray(radius_mm / np.maximum(1 + radius_mm * self.at(angle), LEAST_SHARE))
 
-    def scaled(self, factor: float) -> SurfaceProfile:
+    def scaled(self, factor: float) -> Profile:
         """The profile with departures multiplied by a factor."""
         return replace(self, departure=factor * self.departure)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 
 from bayestouch.effects.body import FiniteStrain, SoftSpot
-from bayestouch.effects.contact import BluntEdge, RigidCore, SurfaceProfile, TangentialLoad
+from bayestouch.effects.contact import BluntEdge, RigidCore, TangentialLoad
 from bayestouch.effects.effect import STAGES, Effect, Setting
 from bayestouch.effects.element import Aperture, ChannelLag, Crosstalk, Proximity
 from bayestouch.effects.noise import CommonModeNoise, Outliers, SignalDependentNoise
@@ -13,6 +13,7 @@ from bayestouch.effects.pad import CreepByElement, LoadNonlinearity
 from bayestouch.effects.random import BaselineDrift, GainDrift
 from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
 from bayestouch.effects.rig import LoadMisalignment, LoadOffset, ProberEccentricity
+from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.errors import InputError
 
 GROUP = "bayestouch.effects"

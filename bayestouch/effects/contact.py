@@ -7,19 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
-from bayestouch.chain.surface import SurfaceProfile as Surface
-from bayestouch.chain.surface import profile_basis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import Normal, Uniform
-
-# Distance between knots of a profile, degree, at most: a flat on soft rubber averages over 10° to 20°. Splines through
-# these knots follow a function with a correlation length of 10° to 4 % of its standard deviation.
-KNOT_SPACING_DEG = 9.0
-# Standard deviation of the departure at a knot, over 1/r_b: 0.2 mm on a finger of 12.7 mm over 20°.
-SPREAD = 0.2
 
 
 @dataclass(frozen=True)
@@ -100,46 +91,3 @@ class TangentialLoad(Effect):
 
     def finger(self, chain: FingerChain, values: Values) -> FingerChain:
         return chain.with_(friction=values[0])
-
-
-@dataclass(frozen=True)
-class SurfaceProfile(Effect):
-    """The surface is out of round: 1/R = 1/r_c + 1/r_b + f(θ_c), with a smooth function f of the place touched.
-
-    f is a cubic spline through its values at knots over the touched range, 9° apart or less. A flat feels it most and
-    a knife edge does not feel it: a touch of composite radius R that is read without it is read wrong by -R² f. The
-    gains, which are those of knife edges, cannot take it up.
-
-    Reference: K. L. Johnson, Contact Mechanics (1985), section 4.2 (relative curvature); C. de Boor, A Practical Guide
-    to Splines (1978).
-    """
-
-    parameters: tuple[EffectParameter, ...]
-    knots_deg: tuple[float, ...]
-
-    name: ClassVar[str] = "surface_profile"
-    stage: ClassVar[Stage] = "contact"
-    summary: ClassVar[str] = "curvature of the surface that depends on where the touch is"
-    mixes: ClassVar[bool] = False
-
-    @classmethod
-    def suited(cls, setting: Setting) -> Effect | None:
-        outer = setting.radii_mm[1]
-        low, high = setting.place_range[0]
-        if not setting.finger or not outer > 0 or not high - low > KNOT_SPACING_DEG:
-            return None
-        knots = np.linspace(low, high, int(np.ceil((high - low) / KNOT_SPACING_DEG)) + 1)
-        prior, probe = Normal(0.0, SPREAD / outer), (0.1 * SPREAD / outer,)
-        return cls(
-            tuple(
-                EffectParameter(f"at_{i:02d}", "1/mm", f"curvature minus 1/r_b at {knot:.4g}°", prior, probe, 0.0)
-                for i, knot in enumerate(knots, start=1)
-            ),
-            tuple(knots.tolist()),
-        )
-
-    def finger(self, chain: FingerChain, values: Values) -> FingerChain:
-        return chain.with_(surface=Surface(self.knots_deg, np.array(values)))
-
-    def by_place(self, recording: Recording) -> FloatArray:
-        return profile_basis(self.knots_deg, np.radians(recording.place[0]))

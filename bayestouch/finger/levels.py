@@ -10,6 +10,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.finger.local_series import REACH
 from bayestouch.finger.model import FingerModel
+from bayestouch.model.base import evenly
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,8 +23,10 @@ class Levels:
         Positions of the values in the vector.
     basis : (t, q) array
         See `Effect.by_place`.
-    centre, half_width : (q,) arrays
-        Range of the values.
+    centre, sd : (q,) arrays
+        Middle and standard deviation of the values.
+    half_width : (q,) array
+        Change of the values by which the number of each touch changes by about four standard deviations.
     nodes : (l,) array
         Levels, from -1 to 1: all values at `centre` plus this times `half_width`.
     """
@@ -31,23 +34,23 @@ class Levels:
     places: IntArray
     basis: FloatArray
     centre: FloatArray
+    sd: FloatArray
     half_width: FloatArray
     nodes: FloatArray
 
     @classmethod
     def of(cls, model: FingerModel, centre: FloatArray, sd: FloatArray, count: int) -> Levels | None:
-        """Levels about a vector (d,) with standard deviations (d,), of the first effect with a basis; None without.
-
-        They reach four standard deviations.
-        """
+        """Levels about a vector (d,) with standard deviations (d,), of the first effect with a basis; None without."""
         found = _with_basis(model, centre)
         if found is None:
             return None
         places, basis = found
-        # A spline through values of unlike size may go beyond them: the widest of three neighbours counts.
-        widest = np.max([np.roll(sd[places], shift) for shift in (-1, 0, 1)], axis=0)
+        spread = np.sqrt(basis**2 @ sd[places] ** 2)
+        half = evenly(basis, REACH * spread)
+        if not np.all(basis @ half > 0.5 * REACH * spread):
+            half = evenly(basis, np.full(len(basis), REACH * spread.max()))
         nodes = np.cos(np.pi * (np.arange(count) + 0.5) / count)
-        return cls(places, basis, centre[places], REACH * widest, nodes)
+        return cls(places, basis, centre[places], sd[places], half, nodes)
 
     def vectors(self, vectors: FloatArray) -> list[FloatArray]:
         """The vectors (n, d) with the values at each level."""

@@ -136,8 +136,8 @@ def _of_degree(
     at_levels = [fitted]
     if levels is not None:
         at_levels = levels.vectors(fitted)
-        spread = np.random.default_rng(1).uniform(-1, 1, (COMPARED, len(levels.centre)))
-        compared[:, levels.places] = levels.centre + spread * levels.half_width
+        away = np.random.default_rng(1).standard_normal((COMPARED, len(levels.centre)))
+        compared[:, levels.places] = levels.centre + away * levels.sd
     signals, slopes = list[Polynomials](), list[Polynomials]()
     for signal, slope in zip(*_exact_at(model, at_levels), strict=True):
         signals.append(Polynomials.of(nodes[COMPARED:], signal / response, degree, noise))

@@ -251,11 +251,15 @@ class SensorModel(ABC):
         return out
 
     def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray) -> list[Predicted]:
-        """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`: one of all together."""
+        """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
+
+        One along the direction in which the number that each touch depends on changes by much the same.
+        """
         step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
-        moves = np.isin(np.arange(len(vector)), places)
-        together = difference(lambda sign: self.predict(vector + sign * step * moves), step)
-        total = basis.sum(axis=1)
+        direction = np.zeros(len(vector))
+        direction[places.start : places.stop] = evenly(basis, np.ones(len(basis)))
+        together = difference(lambda sign: self.predict(vector + sign * step * direction), step)
+        total = basis @ direction[places.start : places.stop]
         shares = np.divide(basis.T, total, out=np.zeros_like(basis.T), where=total != 0)
         rows = None if together.samples is None else self.observed.row_touch
         return [
@@ -279,6 +283,11 @@ class SensorModel(ABC):
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:
         """The same sensor with other effects."""
         return replace(self, effects=effects)
+
+
+def evenly(basis: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Values (q,) whose product with a basis (t, q) is closest to `wanted` (t,), and small."""
+    return np.asarray(np.linalg.lstsq(basis, wanted, rcond=1e-6)[0], dtype=np.float64)
 
 
 def difference(at: Callable[[float], Predicted], step: float) -> Predicted:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.surface import profile_basis
 from bayestouch.diagnosis.traced import Traced
-from bayestouch.effects.contact import SurfaceProfile
+from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.output.pictures import BLUE, GREY, Picture, canvas, drawing, rendered
 
 if TYPE_CHECKING:
@@ -56,7 +55,7 @@ def profile_band(effect: SurfaceProfile, draws: FloatArray) -> tuple[FloatArray,
     """Places (degree), and 5 %, median and 95 % of the departure (1/mm) there, from draws (n, k) of the values."""
     first, last = effect.knots_deg[0], effect.knots_deg[-1]
     place = np.linspace(first, last, round((last - first) / STEP_DEG) + 1)
-    low, middle, high = np.quantile(draws @ profile_basis(effect.knots_deg, np.radians(place)).T, BAND, axis=0)
+    low, middle, high = np.quantile(draws @ effect.departures(place).T, BAND, axis=0)
     return place, low, middle, high
 
 
