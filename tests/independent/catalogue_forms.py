@@ -179,17 +179,17 @@ def outliers(signal: Array, peak: Array, probability: float, size: float, rng: n
     return np.asarray((rng.random(signal.shape) < probability) * size * peak * rng.standard_normal(signal.shape))
 
 
-def surface_profile(angle: np.ndarray, values: Mapping[str, float]) -> np.ndarray:
-    """Departure of the curvature (1/mm) at angles (degree) between -90 and 90: a spline of B-splines.
+def surface_profile(angle: np.ndarray, values: Mapping[str, float], end: float = 90.0) -> np.ndarray:
+    """Departure of the curvature (1/mm) at angles (degree) between `-end` and `end`: a spline of B-splines.
 
-    Through 21 knots from -90° to 90°, and through zeros 18° beyond, where it is level. The values at the knots are the
+    Through 21 knots between these, and through zeros two steps beyond, where it is level. The values at the knots are the
     square root of their correlation, a Matérn 5/2 process over 10° without its first two waves, times the weights.
     """
-    knots = np.linspace(-90, 90, 21)
+    knots = np.linspace(-end, end, 21)
     lag = np.radians(knots[:, None] - knots)
     waves = [(k, (1 + np.radians(10 * k) ** 2 / 5) ** -3) for k in range(2, 121)]
     correlation = np.sum([p * np.cos(k * lag) for k, p in waves], axis=0) / sum(p for _, p in waves)
     through = sqrtm(correlation).real @ [values.get(f"weight_{i:02d}", 0.0) for i in range(1, 22)]
     level = [(1, 0.0)]
-    spline = make_interp_spline([-108, *knots, 108], [0, *through, 0], k=3, bc_type=(level, level))
+    spline = make_interp_spline([-1.2 * end, *knots, 1.2 * end], [0, *through, 0], k=3, bc_type=(level, level))
     return np.asarray(spline(angle))
