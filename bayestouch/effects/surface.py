@@ -56,7 +56,7 @@ class SurfaceProfile(Effect):
         if not setting.finger or not outer > 0 or not high - low > KNOT_SPACING_DEG:
             return None
         knots = np.linspace(low, high, int(np.ceil((high - low) / KNOT_SPACING_DEG)) + 1)
-        prior, probe = Normal(0.0, SPREAD / outer), (0.1 * SPREAD / outer,)
+        prior, probe = Normal(0.0, SPREAD / outer), (0.3 * SPREAD / outer,)
         return cls(
             tuple(
                 EffectParameter(f"weight_{i:02d}", "1/mm", f"weight of the knot at {knot:.4g}°", prior, probe, 0.0)

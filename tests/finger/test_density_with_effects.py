@@ -159,7 +159,7 @@ def test_a_surface_out_of_round() -> None:
     for x in points:
         values = one.density.to_parameters(x)
         weights = {f"weight_{i:02d}": float(values[f"surface_profile_weight_{i:02d}"]) for i in range(1, 22)}
-        bent = replace(one, radius_mm=radius / (1 + radius * surface_profile(means.angle_deg, weights)))
+        bent = replace(one, radius_mm=radius / (1 + radius * surface_profile(means.angle_deg, weights, 88.0)))
         expected.append(written_out(bent, x, lambda clean, values: clean, own_noise))
     agree(one, expected, points, LARGEST_ERROR)
 

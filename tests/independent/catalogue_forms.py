@@ -182,7 +182,7 @@ def outliers(signal: Array, peak: Array, probability: float, size: float, rng: n
 def surface_profile(angle: np.ndarray, values: Mapping[str, float], end: float = 90.0) -> np.ndarray:
     """Departure of the curvature (1/mm) at angles (degree) between `-end` and `end`: a spline of B-splines.
 
-    Through 21 knots between these, and through zeros two steps beyond, where it is level. The values at the knots are the
+    Through 21 knots between these, and through zeros two steps beyond, where it is level. The knots' values are the
     square root of their correlation, a Matérn 5/2 process over 10° without its first two waves, times the weights.
     """
     knots = np.linspace(-end, end, 21)
