@@ -6,9 +6,9 @@ finger is calibrated with edges, flats and two round tips, hardly any noise, so 
 each: its rms over the peak, what is left of it when gains, depths, angles and the rubber are fitted anew, and the share
 of the sum of squares of this that the best effects of the catalogue take up, each alone.
 
-    python studies/made_by_hand.py [FOLDER] [--small] [--docs]
+    python studies/made_by_hand.py [FOLDER] [--small] [--only PROPERTY ...] [--docs]
 
-`--docs` writes the table of docs/robustness.md.
+`--docs` writes the table of docs/made_by_hand.md.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _page import markdown_table, put_into_page  # noqa: E402
+from _page import MADE_BY_HAND, markdown_table, put_into_page  # noqa: E402
 from independent import shape  # noqa: E402
 from independent.dataset import Simulated, write  # noqa: E402
 from independent.effects import Effect  # noqa: E402
@@ -100,11 +100,10 @@ def row(effect: Effect, seed: int = 0) -> list[str]:
     ]
 
 
-def main(small: bool) -> str:
-    """Print the table; returns it."""
-    effects = (*shape.EFFECTS, *shape.MADE_BY_HAND)
+def main(names: list[str]) -> str:
+    """Print the table of some properties; returns it."""
     rows = []
-    for effect in effects[:2] if small else effects:
+    for effect in (each for each in (*shape.EFFECTS, *shape.MADE_BY_HAND) if each.name in names):
         rows.append(row(effect))
         print(*rows[-1], sep=" | ", flush=True)
     head = ["property", "changes readings by, % of the peak", "a fit leaves, % of the peak", "of which effects take up"]
@@ -115,11 +114,12 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path, nargs="?", help="where the table goes")
     parser.add_argument("--small", action="store_true", help="two properties")
-    parser.add_argument("--docs", action="store_true", help="write the table of docs/robustness.md")
+    parser.add_argument("--only", nargs="+", choices=PROPERTIES, default=list(PROPERTIES), help="these properties")
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/made_by_hand.md")
     options = parser.parse_args()
-    table = main(options.small)
+    table = main(options.only[:2] if options.small else options.only)
     if options.folder is not None:
         options.folder.mkdir(parents=True, exist_ok=True)
         (options.folder / "made_by_hand.md").write_text(table, "utf-8")
     if options.docs:
-        put_into_page("made_by_hand.py", table)
+        put_into_page("made_by_hand.py", table, MADE_BY_HAND)

@@ -7,8 +7,9 @@ edges and flats, and touched with three tips, 20 samples each; `bayestouch.diagn
 that it never saw, drawn from the priors of R and θ_c, are read with the calibration before and after, each several
 times with new noise. A bias is the mean error over these.
 
-    python studies/surface_profile.py [FOLDER] [--fingers 10] [--small] [--processes N | --scheduler ADDRESS]
-    python studies/surface_profile.py --docs            writes the table of docs/robustness.md
+    python studies/surface_profile.py [FOLDER] [--fingers 6] [--modulus 0.15] [--curvature 0.0084] [--small]
+        [--processes N | --scheduler ADDRESS]
+    python studies/surface_profile.py --docs            writes the table of docs/made_by_hand.md
 
 FOLDER gets a picture of the profiles that were found, beside those that are true.
 """
@@ -31,7 +32,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _page import markdown_table, put_into_page  # noqa: E402
+from _page import MADE_BY_HAND, markdown_table, put_into_page  # noqa: E402
 from _shared_out import finished  # noqa: E402
 from independent import shape  # noqa: E402
 from independent.dataset import Simulated, write  # noqa: E402
@@ -92,8 +93,6 @@ class Examined:
         Bias before that the calibration after predicts, and -R² times the departure that it found, mm.
     hit_before, hit_after : (t,) arrays
         How often the 90 % interval of R held the truth.
-    curvature_rms : float
-        Rms of the error of the profile at the touched places, 1/mm.
     band : tuple of (k,) arrays
         Places (degree), limits and median of the profile, and the truth; empty if it was not found.
     """
@@ -107,7 +106,6 @@ class Examined:
     formula: np.ndarray
     hit_before: np.ndarray
     hit_after: np.ndarray
-    curvature_rms: float
     band: tuple[np.ndarray, ...]
 
 
@@ -142,7 +140,7 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
         exam = read_touches(Path(folder) / "exam.csv", load_dataset(folder).sensor)
     before, after = diagnosis.calibration_before, diagnosis.calibration_after
     press, first = made.recording.press, sum(made.recording.parts[:2])
-    angle, hump = press.angle[first:], np.broadcast_to(press.hump, press.angle.shape)[first:]
+    angle = press.angle[first:]
     radius = composite_radius(press.tip[first:], design.body.outer)
     errors, hits = np.zeros((2, len(radius))), np.zeros((2, len(radius)))
     for touches in again(exam, made, seed):
@@ -152,15 +150,13 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
             errors[i] += (read.mean("R") - radius) / REPEATS
             hits[i] += ((low <= radius) & (radius <= high)) / REPEATS
     profile = found_profile(after)
-    predicted = formula = np.zeros(len(radius))
-    wrong, band = hump, tuple[np.ndarray, ...]()
+    predicted, formula, band = np.zeros(len(radius)), np.zeros(len(radius)), tuple[np.ndarray, ...]()
     if profile is not None:
         effect, draws = profile
         mean = effect.departures(angle) @ draws.mean(axis=0)
         formula = -(radius**2) * mean
         touches = expected(exam, after, radius, angle, made.recording.press.load[first:])
         predicted = bayestouch.infer(touches, before, check_sensor=False).mean("R") - radius
-        wrong = mean - hump
         place, *limits = profile_band(effect, draws)
         band = (place, *limits, _truth(made, place))
     return Examined(
@@ -173,7 +169,6 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
         formula=formula,
         hit_before=hits[0],
         hit_after=hits[1],
-        curvature_rms=float(np.sqrt(np.mean(wrong**2))),
         band=band,
     )
 
@@ -230,62 +225,50 @@ def explained(fingers: list[Examined], name: str = "predicted") -> float:
     return float(1 - ((error - predicted) ** 2).sum() / ((error - error.mean()) ** 2).sum())
 
 
-def row(rubber: str, curvature: float, fingers: list[Examined]) -> list[str]:
+def row(case: tuple[str, float, int], each: Examined) -> list[str]:
     """One line of the table."""
-
-    def rms(name: str) -> str:
-        return f"{np.sqrt(np.mean(np.concatenate([getattr(each, name) for each in fingers]) ** 2)):.2f}"
-
-    def coverage(name: str) -> str:
-        shares = np.array([getattr(each, name).mean() for each in fingers])
-        error = shares.std(ddof=1) / np.sqrt(len(shares)) if len(shares) > 1 else np.nan
-        return f"{100 * shares.mean():.1f} ± {100 * error:.1f}"
-
-    named = sum(each.found[:1] == (NAMED,) for each in fingers)
-    others = sorted({name for each in fingers for name in each.found if name != NAMED})
+    rubber, curvature, seed = case
+    before, after = (f"{np.sqrt(np.mean(errors**2)):.2f}" for errors in (each.before, each.after))
+    covered = [f"{100 * hits.mean():.0f}" for hits in (each.hit_before, each.hit_after)]
     return [
         rubber,
         f"{curvature:g}",
-        f"{named} of {len(fingers)}",
-        ", ".join(others),
-        f"{explained(fingers):.2f}" if curvature and named else "",
-        f"{explained(fingers, 'formula'):.2f}" if curvature and named else "",
-        f"{rms('before')} → {rms('after')}",
-        f"{coverage('hit_before')} → {coverage('hit_after')}",
-        f"{np.sqrt(np.mean([each.curvature_rms**2 for each in fingers])):.4f}",
+        str(seed),
+        f"{each.verdict}{': ' if each.found else ''}{', '.join(each.found)}",
+        f"{before} → {after}",
+        f"{explained([each]):.2f}" if each.band else "",
+        " → ".join(covered),
     ]
 
 
 def main(
-    fingers: int,
-    curvatures: tuple[float, ...],
-    *,
-    small: bool = False,
-    processes: int = 1,
-    scheduler: str | None = None,
+    cases: list[tuple[str, float, int]], *, processes: int = 1, scheduler: str | None = None
 ) -> tuple[str, list[Examined]]:
-    """Print the table; returns it, and the fingers."""
-    rubbers = dict(list(RUBBERS.items())[: 1 if small else None])
-    groups = [(rubber, curvature) for curvature in curvatures for rubber in rubbers]
-    cases = [(*group, seed) for group in groups for seed in range(fingers)]
+    """Print the table line by line, and rates over all fingers; returns the table, and the fingers."""
+    head = [
+        "rubber",
+        "curvature, rms 1/mm",
+        "finger",
+        "diagnosis",
+        "bias of R, rms mm",
+        "R² of bias",
+        "coverage of R, %",
+    ]
     done: dict[int, Examined] = {}
-    for number, result in finished(examine, rubbers, cases, processes=processes, scheduler=scheduler):
+    for number, result in finished(examine, RUBBERS, cases, processes=processes, scheduler=scheduler):
         done[number] = result
+        print(" | ".join(row(cases[number], result)), flush=True)
+    fingers = [done[number] for number in range(len(cases))]
+    for curvature in sorted({case[1] for case in cases}):
+        group = [each for case, each in zip(cases, fingers, strict=True) if case[1] == curvature]
+        named = sum(each.found[:1] == (NAMED,) for each in group)
+        covered = np.array([each.hit_after.mean() for each in group])
         print(
-            *cases[number],
-            result.verdict,
-            result.found,
-            f"R {np.sqrt(np.mean(result.before**2)):.2f} → {np.sqrt(np.mean(result.after**2)):.2f} mm",
-            f"R² {explained([result]):.2f}",
-            f"coverage {100 * result.hit_before.mean():.0f} → {100 * result.hit_after.mean():.0f} %",
-            flush=True,
+            f"{curvature:g} /mm: {NAMED} found first on {named} of {len(group)}; coverage {100 * covered.mean():.1f} %"
         )
-    rows = [row(*group, [done[g * fingers + seed] for seed in range(fingers)]) for g, group in enumerate(groups)]
-    head = ["rubber", "curvature, rms 1/mm", "named first", "also found", "R² of bias", "of -R² f"]
-    head += ["bias of R, rms mm", "coverage, %", "profile, rms 1/mm"]
-    table = markdown_table(head, rows)
-    print(table)
-    return table, [done[number] for number in range(len(cases))]
+        if named:
+            print(f"R² of the bias {explained(group):.2f}, of -R² f {explained(group, 'formula'):.2f}")
+    return markdown_table(head, [row(case, each) for case, each in zip(cases, fingers, strict=True)]), fingers
 
 
 def save_picture(examined: list[Examined], folder: Path) -> None:
@@ -308,20 +291,21 @@ def save_picture(examined: list[Examined], folder: Path) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("folder", type=Path, nargs="?", help="where a picture goes")
-    parser.add_argument("--fingers", type=int, default=10, help="of each rubber and curvature")
+    parser.add_argument("--fingers", type=int, default=6, help="of each rubber and curvature")
+    parser.add_argument("--modulus", type=float, help="only the rubber of this shear modulus, MPa")
+    parser.add_argument("--curvature", type=float, help="rms 1/mm; by default 0.0084, then round fingers")
     parser.add_argument("--small", action="store_true", help="one finger of one rubber")
     parser.add_argument("--processes", type=int, default=1, help="of this machine")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
-    parser.add_argument("--docs", action="store_true", help="write the table of docs/robustness.md")
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/made_by_hand.md")
     options = parser.parse_args()
-    of_all, results = main(
-        1 if options.small else options.fingers,
-        (CURVATURE,) if options.small else (CURVATURE, 0.0),
-        small=options.small,
-        processes=options.processes,
-        scheduler=options.scheduler,
+    rubbers = [name for name, each in RUBBERS.items() if options.modulus in (None, each.modulus)]
+    curvatures = [CURVATURE, 0.0] if options.curvature is None else [options.curvature]
+    every = [(r, c, seed) for c in curvatures for r in rubbers for seed in range(options.fingers)]
+    table, results = main(
+        every[:1] if options.small else every, processes=options.processes, scheduler=options.scheduler
     )
     if options.folder is not None:
         save_picture(results, options.folder)
     if options.docs:
-        put_into_page("surface_profile.py", of_all)
+        put_into_page("surface_profile.py", table, MADE_BY_HAND)
