@@ -145,7 +145,8 @@ def sticking_tip(r: Recording, value: float, rng: np.random.Generator) -> Record
     strain = weight[:, None] * shear.strain_at(finger.depth)
     more = (added * np.cos(touch)) @ (strain * np.cos(place)) + (added * np.sin(touch)) @ (strain * np.sin(place))
     scale = press.load / 1000 / finger.modulus / (2 * np.pi * outer)
-    return replace(r, signal=r.signal + (finger.gain * scale[:, None] * more)[r.touch])
+    # compression counts as positive, tractions outwards and towards larger angles
+    return replace(r, signal=r.signal - (finger.gain * scale[:, None] * more)[r.touch])
 
 
 @lru_cache(maxsize=4)
