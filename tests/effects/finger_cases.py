@@ -64,7 +64,7 @@ def both(name: str, values: dict[str, float], seen: tuple[str, ...], **more: obj
 
 
 #: Weights of 21 knots from -90° to 90°. Data see those within the elements, which end at 31°.
-PROFILE = {f"weight_{i:02d}": float(0.024 * (-1) ** (i // 2)) for i in range(1, 22)}
+PROFILE = {f"weight_{i:02d}": float(0.03 * (-1) ** (i // 2)) for i in range(1, 22)}
 
 CASES = (
     *both("prober_eccentricity", {"sine": 2.0, "cosine": -1.5}, ("sine", "cosine")),
