@@ -9,6 +9,7 @@ from pathlib import Path
 DOCS = Path(__file__).parent.parent / "docs"
 PAGE, RELIABILITY, STATISTICS = DOCS / "robustness.md", DOCS / "reliability.md", DOCS / "statistics.md"
 PUBLISHED = DOCS / "published.md"
+MADE_BY_HAND = DOCS / "made_by_hand.md"
 
 
 def write_between(mark: str, text: str, page: Path) -> None:

@@ -26,6 +26,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.diagnosis.pictures.maps import binned, draw_map, most_telling
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
 from bayestouch.effects.listing import PAD, typical
+from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.finger.quantities import quantities
 from bayestouch.finger.start import base_fit
 from bayestouch.model.fitting import Fitted, drift_columns
@@ -100,6 +101,9 @@ class Scene:
 def sized(scene: Scene, effect: Effect) -> tuple[tuple[float, ...], np.ndarray]:
     """Values at which the largest change is `LARGEST`, and the change over the peak."""
     values = effect.probes[len(effect.probes) // 2]
+    if isinstance(effect, SurfaceProfile):
+        # a constant profile would be taken for another modulus: five waves over the range
+        values = tuple(np.array(values) * np.cos(np.linspace(0, 10 * np.pi, len(values))))
     peak = scene.fitted.model.peak
     for _ in range(3):
         change = scene.change(effect, values) / peak
@@ -121,19 +125,34 @@ def stated(effect: Effect, values: tuple[float, ...]) -> str:
 def maps(scene: Scene, effect: Effect) -> bytes:
     """Change and what is left of it, as maps."""
     values, change = sized(scene, effect)
-    left = scene.left(change * scene.fitted.model.peak) / scene.fitted.model.peak
-    quantity = most_telling(scene.quantities, left)
     with drawing():
         figure, axes = canvas(3.1, 1, 2, sharey=True)
-        for axis, each, title in zip(
-            axes[0], (change, left), ("what it changes", "what fits leave of it"), strict=True
-        ):
-            limit = 100 * float(np.nanmax(np.abs(binned(quantity, each)[1])))
-            mesh = draw_map(axis, quantity, each, limit)
-            axis.set_title(title)
-            figure.colorbar(mesh, ax=axis, label="% of the peak", shrink=0.9)
-        axes[0][0].set_ylabel("element")
+        draw_change(figure, axes[0], scene, change)
         figure.suptitle(stated(effect, values), fontsize=10)
+        return rendered(figure, "png")
+
+
+def draw_change(figure: Any, axes: Any, scene: Scene, change: np.ndarray) -> None:
+    """Draw the maps of a change over the peak, and of what is left of it."""
+    left = scene.left(change * scene.fitted.model.peak) / scene.fitted.model.peak
+    quantity = most_telling(scene.quantities, left)
+    for axis, each, title in zip(axes, (change, left), ("what it changes", "what fits leave of it"), strict=True):
+        limit = 100 * float(np.nanmax(np.abs(binned(quantity, each)[1])))
+        mesh = draw_map(axis, quantity, each, limit)
+        axis.set_title(title)
+        figure.colorbar(mesh, ax=axis, label="% of the peak", shrink=0.9)
+    axes[0].set_ylabel("element")
+
+
+def profile(scene: Scene, effect: SurfaceProfile) -> bytes:
+    """The profile, then its change and what is left of it."""
+    values, change = sized(scene, effect)
+    place = np.linspace(effect.knots_deg[0], effect.knots_deg[-1], 361)
+    with drawing():
+        figure, axes = canvas(3.1, 1, 3)
+        axes[0, 0].plot(place, effect.departures(place) @ np.array(values), color=BLUE)
+        axes[0, 0].set(xlabel="place touched (degree)", ylabel="curvature - 1/r_b (1/mm)", title="the profile")
+        draw_change(figure, axes[0, 1:], scene, change)
         return rendered(figure, "png")
 
 
@@ -232,7 +251,7 @@ def picture(effect: Effect, scenes: dict[str, Scene]) -> bytes:
         scenes[contact] = Scene.of(contact)
     suited = type(effect).suited(scenes[contact].setting)
     assert suited is not None
-    return maps(scenes[contact], suited)
+    return profile(scenes[contact], suited) if isinstance(suited, SurfaceProfile) else maps(scenes[contact], suited)
 
 
 def page() -> str:

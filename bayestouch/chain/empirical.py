@@ -76,7 +76,7 @@ def pressure_matrix(
     (t, 2 n_c + 1) array
         MPa, tension positive.
     """
-    load, radius = np.asarray(load, dtype=float), np.asarray(radius_mm, dtype=float)
+    load, radius = np.asarray(load, dtype=float), chain.effective_radius(radius_mm, angle)
     kappa = np.maximum(load / 1000 * radius / chain.shear_modulus_MPa, 0.0)
     # Interpolated as in `ResponseTable`, so that both give the same prediction.
     spectrum = chain.spectra.at(kappa, n_coefficients)
@@ -153,6 +153,10 @@ class EmpiricalFingerChain:
         """Fraction of the finite strain of the elastic finger in `predict`."""
         return self.elastic.finite_strain
 
+    def effective_radius(self, radius_mm: ArrayLike, angle: ArrayLike) -> FloatArray:
+        """Return the composite radius (...) in mm on the surface as it is, see `FingerChain.effective_radius`."""
+        return self.elastic.effective_radius(radius_mm, angle)
+
     @property
     def spectra(self) -> ContactSpectra:
         """Pressure spectra of the contact."""
@@ -199,7 +203,7 @@ class EmpiricalFingerChain:
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Return the readings (..., m) under touches of composite radius R (mm) at θ_c (rad) with load P (N/m)."""
         load = np.asarray(load, dtype=float)
-        kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
+        kappa = load / 1000 * self.effective_radius(radius_mm, angle) / self.shear_modulus_MPa
         shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
         linear = np.asarray(self.offset + self.response * load[..., None] * shape)
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from bayestouch.array_types import FloatArray
 from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTable, check_tabulated_finger
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
+from bayestouch.chain.surface import Profile
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +42,8 @@ class FingerChain:
         Width of the elements and friction under the indenter, see `bayestouch.chain.response.mode_strain`.
     finite_strain : float
         Fraction of `bayestouch.body.finite_strain` in `predict`: 0 linear, 1 neo-Hookean with projected strains.
+    surface : Profile or None
+        Departure of the outer surface from a circle of radius `outer_radius_mm`; None for a round one.
     """
 
     core_radius_mm: float
@@ -57,6 +60,7 @@ class FingerChain:
     aperture_mm: float = 0.0
     friction: float = 0.0
     finite_strain: float = 0.0
+    surface: Profile | None = None
 
     def __getstate__(self) -> dict[str, object]:
         """State for a worker process, without the tables: 13 MB that it computes in some hundredths of a second."""
@@ -113,13 +117,21 @@ class FingerChain:
         """Reading per unit compressive strain (the inverse of the paper's ``G_ii``), shape (n_elements,)."""
         return self.response * 1000 * self.shear_modulus_MPa / self.table.peak_strain
 
+    def effective_radius(self, radius_mm: ArrayLike, angle: ArrayLike) -> FloatArray:
+        """Return the composite radius (...) in mm on the surface as it is, of touches of composite radius R (mm).
+
+        R is that on a round surface; `angle` is the place touched, rad. They differ if the finger is out of round.
+        """
+        radius = np.asarray(radius_mm, dtype=float)
+        return radius if self.surface is None else self.surface.effective_radius(radius, np.asarray(angle, dtype=float))
+
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
         """Return the expected readings under touches.
 
         Parameters
         ----------
         radius_mm : (...,) array_like
-            Composite radius R in mm: 0 a knife edge, ``r_b`` a flat.
+            Composite radius R in mm on a round surface: 0 a knife edge, ``r_b`` a flat.
         angle : (...,) array_like
             Contact location ``θ_c``, rad.
         load : (...,) array_like
@@ -131,7 +143,7 @@ class FingerChain:
             Expected readings, in the sensor's unit.
         """
         load = np.asarray(load, dtype=float)
-        kappa = load / 1000 * np.asarray(radius_mm) / self.shear_modulus_MPa
+        kappa = load / 1000 * self.effective_radius(radius_mm, angle) / self.shear_modulus_MPa
         shape = self.table(kappa, self.angle - np.asarray(angle)[..., None])
         linear = np.asarray(self.offset + self.response * load[..., None] * shape)
         return linear + self.beyond_linear(radius_mm, angle, load) if self.finite_strain else linear
@@ -140,13 +152,16 @@ class FingerChain:
         """Return the part of the readings due to finite strain, (..., n_elements); parameters as in `predict`."""
         load = np.asarray(load, dtype=float)
         turn = self.angle - np.asarray(angle)[..., None]
-        added = self.added_by_finite_strain(load / 1000 / self.shear_modulus_MPa, radius_mm, turn)
+        radius = self.effective_radius(radius_mm, angle)
+        added = self.added_by_finite_strain(load / 1000 / self.shear_modulus_MPa, radius, turn)
         return np.asarray(self.finite_strain * self.response * load[..., None] * added)
 
     def with_(self, **changes: object) -> FingerChain:
         """Return the finger with some values changed; keeps the solved contact if the change does not affect it."""
         new = replace(self, **changes)  # type: ignore[arg-type]  # a wrong name raises an error in `replace`
-        keep = {"response", "angle", "offset"}
+        if set(changes) == {"surface"}:
+            self.table  # noqa: B018  # compute it once for all surfaces
+        keep = {"response", "angle", "offset", "surface"}
         of_the_body = {"sensing_radius_mm", "aperture_mm", "friction", "finite_strain"}
         if set(changes) <= keep | of_the_body and "spectra" in self.__dict__:
             shallowest = float(new.sensing_radius_mm.max())

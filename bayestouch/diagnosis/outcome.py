@@ -18,6 +18,8 @@ _BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
 _LIMITS, _LITTLE_OPEN = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
 # If errors of samples and of touch means differ by no more than this share, touches have one sample each.
 _EQUAL = 1e-6
+# More values than these are counted in a sentence, and not listed.
+_MOST_VALUES = 12
 # A change of an error counts if it exceeds this many standard errors.
 _STANDARD_ERRORS = 2.0
 
@@ -40,8 +42,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     """Sentences: what got worse, verdict, effects, remaining misfit, and errors before and after."""
     out = [*worse_lines(numbers), verdict_sentence(numbers)]
     for effect in numbers["effects"]:
-        values = ", ".join(_value(name, each) for name, each in effect["parameters"].items())
-        line = f"Found {effect['name']} ({effect['summary']}): {values}."
+        line = f"Found {effect['name']} ({effect['summary']}): {_values(effect['parameters'])}."
         if effect["indistinguishable_from"]:
             line += f" These data cannot tell it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
@@ -53,6 +54,13 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     if numbers["measure"] is not None:
         out.append(numbers["measure"]["advice"])
     return out + _before_and_after(numbers)
+
+
+def _values(parameters: Mapping[str, Any]) -> str:
+    if len(parameters) <= _MOST_VALUES:
+        return ", ".join(_value(name, each) for name, each in parameters.items())
+    clear = sum(abs(each["mean"]) > _STANDARD_ERRORS * (each["sd"] or math.inf) for each in parameters.values())
+    return f"{len(parameters)} values, {clear} of which are more than {_STANDARD_ERRORS:g} standard deviations from 0"
 
 
 def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:

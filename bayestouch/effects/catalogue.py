@@ -13,6 +13,7 @@ from bayestouch.effects.pad import CreepByElement, LoadNonlinearity
 from bayestouch.effects.random import BaselineDrift, GainDrift
 from bayestouch.effects.readout import Creep, GainNonlinearity, Memory, Saturation
 from bayestouch.effects.rig import LoadMisalignment, LoadOffset, ProberEccentricity
+from bayestouch.effects.surface import SurfaceProfile
 from bayestouch.errors import InputError
 
 GROUP = "bayestouch.effects"
@@ -24,6 +25,7 @@ _BUILT_IN: tuple[type[Effect], ...] = (
     RigidCore,
     BluntEdge,
     TangentialLoad,
+    SurfaceProfile,
     LoadNonlinearity,
     SoftSpot,
     FiniteStrain,

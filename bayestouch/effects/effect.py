@@ -168,6 +168,14 @@ class Effect:
         """Readings (n, m) with the effect, from `recording.signal`, the readings before it."""
         return recording.signal
 
+    def by_place(self, recording: Recording) -> FloatArray | None:
+        """Basis (n, q) through which alone the q values act on each row; None where they act in other ways.
+
+        A row then depends on the values only by the product of its basis with them, e.g. by a function of the place
+        touched. All derivatives over the values follow from one.
+        """
+        return None
+
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
         """Simulated readings (n, m) with the effect: as `signal`; random parts are drawn with `rng`."""
         return self.signal(recording, values)

@@ -2,7 +2,9 @@
 
 Effects that move the touches or change the finger need a new table of contacts for each vector. Near the fit the signal
 of an element over its response is a polynomial in its depth and angle, in σ and log μ, and in the values of these
-effects. Effects on the signal are not part of it; they are evaluated as they are.
+effects. Effects on the signal are not part of it; they are evaluated as they are. Values of an effect that act through
+a basis (`Effect.by_place`, such as the profile of the surface) are no variables of the polynomials: there are too many.
+Each touch depends on them by one number, in which the signals are interpolated between polynomials at a few levels.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.finger.levels import Levels
 from bayestouch.finger.local_series import COMPARED, NODES, Polynomials, chain_coordinates, monomials, powers
 from bayestouch.finger.model import FingerModel
 
@@ -37,8 +40,10 @@ class LocalSignals:
         Range of the variables, for each element.
     degree : int
         Total degree of the signals.
-    signals, slopes : Polynomials
-        Signal over response, and its derivative over the load.
+    signals, slopes : tuple of Polynomials
+        Signal over response, and its derivative over the load, at each of the levels.
+    levels : Levels or None
+        Levels of an effect with a basis; None without, and then there is one polynomial.
     error : float
         Largest root sum of squares of the errors of the signals over the noise, at points that were not fitted.
     """
@@ -48,18 +53,27 @@ class LocalSignals:
     centre: FloatArray
     half_width: FloatArray
     degree: int
-    signals: Polynomials
-    slopes: Polynomials
+    signals: tuple[Polynomials, ...]
+    slopes: tuple[Polynomials, ...]
+    levels: Levels | None
     error: float
 
     def __call__(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Signals (n, t, m) at the measured loads, and their derivative over the load (n, t, m)."""
         place = (_variables(self.model, self.moved, vectors) - self.centre[:, None]) / self.half_width[:, None]
-        beyond = np.flatnonzero((np.abs(place) > 1).any(axis=(0, 2)))
+        outside = (np.abs(place) > 1).any(axis=(0, 2))
         response = self.model.sign * np.exp(vectors[:, self.model.layout.response])
         terms = (monomials(place, self.degree) * response).transpose(2, 0, 1)
-        signals, slopes = self.signals(terms), self.slopes(terms)
-        for i in beyond:
+        if self.levels is None:
+            signals, slopes = self.signals[0](terms), self.slopes[0](terms)
+        else:
+            along = self.levels.place(vectors)
+            outside = outside | (np.abs(along) > 1).any(axis=1)
+            signals, slopes = (
+                self.levels.between([each(terms) for each in polynomials], along)
+                for polynomials in (self.signals, self.slopes)
+            )
+        for i in np.flatnonzero(outside):
             signals[i], slopes[i] = exact_signal(self.model, vectors[i])
         return signals, slopes
 
@@ -107,7 +121,8 @@ def _of_degree(
     _, _, lowest, highest = model.prior()
     low, high = np.maximum(centre - REACH * sd, lowest), np.minimum(centre + REACH * sd, highest)
     middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), 1e-12)
-    moved = _moved(model)
+    levels = Levels.of(model, centre, sd, degree)
+    moved = _moved(model, levels)
     variables = 4 + len(moved)
     count = int(NODES * len(powers(degree, variables))) + COMPARED
     nodes = np.sin(np.pi / 2 * np.random.default_rng(0).uniform(-1, 1, (count, variables)))
@@ -116,21 +131,41 @@ def _of_degree(
     for place, node in zip(places, nodes.T, strict=True):
         vectors[:, place] = middle[place] + np.multiply.outer(node, half[place])
     response = model.sign * np.exp(centre[at.response])
-    found = [exact_signal(model, vector) for vector in vectors]
-    signals, slopes = (np.stack(each) / response for each in zip(*found, strict=True))
     noise = noise_sd / np.abs(response)
+    compared, fitted = vectors[:COMPARED].copy(), vectors[COMPARED:]
+    at_levels = [fitted]
+    if levels is not None:
+        at_levels = levels.vectors(fitted)
+        away = np.random.default_rng(1).standard_normal((COMPARED, len(levels.centre)))
+        compared[:, levels.places] = levels.centre + away * levels.sd
+    signals, slopes = list[Polynomials](), list[Polynomials]()
+    for signal, slope in zip(*_exact_at(model, at_levels), strict=True):
+        signals.append(Polynomials.of(nodes[COMPARED:], signal / response, degree, noise))
+        slopes.append(Polynomials.of(nodes[COMPARED:], slope / response, SLOPE_DEGREE, noise / model.load[:, None]))
     local = LocalSignals(
         model,
         moved,
         _variables(model, moved, middle),
         _variables(model, moved, half),
         degree,
-        Polynomials.of(nodes[COMPARED:], signals[COMPARED:], degree, noise),
-        Polynomials.of(nodes[COMPARED:], slopes[COMPARED:], SLOPE_DEGREE, noise / model.load[:, None]),
+        tuple(signals),
+        tuple(slopes),
+        levels,
         0.0,
     )
-    off = (local(vectors[:COMPARED])[0] / response - signals[:COMPARED]) / noise
+    exact = np.stack([exact_signal(model, vector)[0] for vector in compared])
+    off = (local(compared)[0] / response - exact / response) / noise
     return replace(local, error=float(np.sqrt((off**2).sum(axis=(1, 2))).max()))
+
+
+def _exact_at(model: FingerModel, at_levels: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Exact signals and slopes of vectors (n, d) at each of l levels, (l, n, t, m) each.
+
+    Level by level for each vector, since the chain keeps what its tables need.
+    """
+    found = [[exact_signal(model, vector) for vector in each] for each in zip(*at_levels, strict=True)]
+    signals, slopes = (np.array([[pair[i] for pair in each] for each in found]) for i in (0, 1))
+    return np.swapaxes(signals, 0, 1), np.swapaxes(slopes, 0, 1)
 
 
 def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -140,14 +175,14 @@ def exact_signal(model: FingerModel, vector: FloatArray) -> tuple[FloatArray, Fl
     return here, (up - here) / step[:, None]
 
 
-def _moved(model: FingerModel) -> IntArray:
-    """Positions of the values of effects that change the pose or the finger."""
+def _moved(model: FingerModel, levels: Levels | None) -> IntArray:
+    """Positions of the values of effects that change the pose or the finger, without those of the levels."""
     place, out = model.n_base, list[int]()
     for effect in model.effects:
         if effect.changes_pose or effect.changes_finger:
             out += range(place, place + len(effect.parameters))
         place += len(effect.parameters)
-    return np.array(out, dtype=np.intp)
+    return np.setdiff1d(np.array(out, dtype=np.intp), [] if levels is None else levels.places)
 
 
 def _variables(model: FingerModel, moved: IntArray, vectors: FloatArray) -> FloatArray:

@@ -153,8 +153,17 @@ class FingerModel(SensorModel):
         return quick
 
     def _chain(self, vector: FloatArray) -> FingerChain:
+        key = vector[: self.n_base].tobytes()
+        if self._last.get("plain_key") != key:
+            self._last.update(plain_key=key, plain=self._plain_chain(vector))
+        chain: FingerChain = self._last["plain"]
+        for effect, values in self.in_order(vector):
+            chain = effect.finger(chain, values)
+        return chain
+
+    def _plain_chain(self, vector: FloatArray) -> FingerChain:
         at = self.layout
-        chain = FingerChain(
+        return FingerChain(
             core_radius_mm=self.finger.core_radius_mm,
             outer_radius_mm=self.finger.outer_radius_mm,
             response=self.sign * np.exp(vector[at.response]),
@@ -166,9 +175,6 @@ class FingerModel(SensorModel):
             largest_load=self.largest_load,
             contact=self.contact,
         )
-        for effect, values in self.in_order(vector):
-            chain = effect.finger(chain, values)
-        return chain
 
     def poses(self, vector: FloatArray, load: FloatArray | None = None) -> Recording:
         """Touches after the effects on their pose, for loads as read or `load` (t,)."""
@@ -214,7 +220,7 @@ class FingerModel(SensorModel):
         recording = self.signal(vector)
         of_signal = self._of_signal(vector, recording)
         out = through_effects(self, recording, vector, of_signal)
-        out += [self.of_value(vector, i) for i in range(self.n_base, len(vector))]
+        out += self.of_values(vector, recording)
         samples = None if out[0].samples is None else np.stack([np.asarray(each.samples) for each in out])
         return np.stack([each.touches for each in out]), samples
 

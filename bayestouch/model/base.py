@@ -240,6 +240,36 @@ class SensorModel(ABC):
         up, down, step = self.about_value(vector, place)
         return difference(lambda sign: self.predict(up if sign > 0 else down), step)
 
+    def of_values(self, vector: FloatArray, recording: Recording) -> list[Predicted]:
+        """Derivative of the prediction over each value of the effects; `recording` holds the touches."""
+        out, place = list[Predicted](), self.n_base
+        for effect in self.effects:
+            ours = range(place, place + len(effect.parameters))
+            basis = effect.by_place(recording)
+            out += [self.of_value(vector, i) for i in ours] if basis is None else self._of_basis(vector, ours, basis)
+            place = ours.stop
+        return out
+
+    def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray) -> list[Predicted]:
+        """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
+
+        One along the direction in which the number that each touch depends on changes by much the same.
+        """
+        step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
+        direction = np.zeros(len(vector))
+        direction[places.start : places.stop] = evenly(basis, np.ones(len(basis)))
+        together = difference(lambda sign: self.predict(vector + sign * step * direction), step)
+        total = basis @ direction[places.start : places.stop]
+        shares = np.divide(basis.T, total, out=np.zeros_like(basis.T), where=total != 0)
+        rows = None if together.samples is None else self.observed.row_touch
+        return [
+            Predicted(
+                share[:, None] * together.touches,
+                None if together.samples is None else share[rows, None] * together.samples,
+            )
+            for share in shares
+        ]
+
     def by_load(self, vector: FloatArray) -> FloatArray:
         """Derivative of the mean readings of each touch over its load, (t, m)."""
         step = LOAD_STEP * self.load
@@ -253,6 +283,11 @@ class SensorModel(ABC):
     def with_effects(self, effects: tuple[Effect, ...]) -> Self:
         """The same sensor with other effects."""
         return replace(self, effects=effects)
+
+
+def evenly(basis: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Values (q,) whose product with a basis (t, q) is closest to `wanted` (t,), and small."""
+    return np.asarray(np.linalg.lstsq(basis, wanted, rcond=1e-6)[0], dtype=np.float64)
 
 
 def difference(at: Callable[[float], Predicted], step: float) -> Predicted:

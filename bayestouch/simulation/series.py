@@ -35,7 +35,8 @@ def summed_strain(
     radii = (chain.core_radius_mm, chain.outer_radius_mm)
     modes = np.arange(1.5 * modes_needed(float(chain.sensing_radius_mm.max()), radii[1]))
     body = solve_annulus(modes, core_radius_mm=radii[0], outer_radius_mm=radii[1], poisson_ratio=chain.poisson_ratio)
-    kappa = load / 1000 * composite_radius(indenter_radius_mm, radii[1]) / chain.shear_modulus_MPa
+    radius = chain.effective_radius(composite_radius(indenter_radius_mm, radii[1]), angle)
+    kappa = load / 1000 * radius / chain.shear_modulus_MPa
     spectrum = _spectrum(chain, kappa, modes)
     of_mode = mode_strain(body, chain.sensing_radius_mm, aperture_mm=chain.aperture_mm, friction=chain.friction)
     weights = np.where(modes == 0, 1.0, 2.0) * of_mode

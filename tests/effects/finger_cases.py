@@ -48,6 +48,8 @@ class Case:
 
     @property
     def key(self) -> str:
+        if len(self.values) > 10:
+            return f"{self.name} {next(iter(self.values.values())):+g} …"
         return f"{self.name} {' '.join(f'{v:+g}' for v in self.values.values())}"
 
     @property
@@ -61,6 +63,9 @@ def both(name: str, values: dict[str, float], seen: tuple[str, ...], **more: obj
     return Case(name, values, seen, **more), Case(name, other, seen, **more)  # type: ignore[arg-type]
 
 
+#: Weights of 21 knots from -90° to 90°. Data see those within the elements, which end at 31°.
+PROFILE = {f"weight_{i:02d}": float(0.03 * (-1) ** (i // 2)) for i in range(1, 22)}
+
 CASES = (
     *both("prober_eccentricity", {"sine": 2.0, "cosine": -1.5}, ("sine", "cosine")),
     *both("load_offset", {"offset": 15.0}, ("offset",)),
@@ -69,6 +74,8 @@ CASES = (
     Case("rigid_core", {"share": -0.4}, ("share",), contact="hertz"),
     Case("blunt_edge", {"radius": 2.0}, ("radius",)),
     *both("tangential_load", {"share": 0.2}, ("share",)),
+    Case("surface_profile", PROFILE, tuple(PROFILE)[9:12]),
+    Case("surface_profile", {knot: -value for knot, value in PROFILE.items()}, tuple(PROFILE)[9:12]),
     *both("soft_spot", {"share": 0.15, "width": 10.0, "tails": 0.3, "centre": 12.0}, ("share",)),
     Case("finite_strain", {"share": 0.8}, ("share",)),
     Case("finite_strain", {"share": -0.4}, ("share",)),

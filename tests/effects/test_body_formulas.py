@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from independent.body import Annulus
 from independent.catalogue_finger import finite_strain
+from independent.catalogue_forms import surface_profile
 from independent.finger import REFERENCE_LOAD, Finger, Press
 
 from bayestouch.chain.finger import FingerChain
@@ -69,6 +70,18 @@ def test_friction_pulls_towards_larger_angles(share: float) -> None:
     found = packaged("tangential_load", (share,), EDGES, EDGES)
     np.testing.assert_allclose(found / peak(EDGES), BUILT.signal(pulled) / peak(EDGES), atol=5e-5)
     assert np.abs(BUILT.signal(pulled) - BUILT.signal(EDGES)).max() > 0.02 * peak(EDGES).max()
+
+
+def test_a_surface_out_of_round_adds_its_curvature() -> None:
+    """And an edge does not feel it."""
+    weights = {f"weight_{i:02d}": 0.012 * np.sin(1.7 * i) for i in range(1, 22)}
+    bent, edges = (replace(press, hump=surface_profile(press.angle, weights)) for press in (TIPS, EDGES))
+    found = packaged("surface_profile", tuple(weights.values()), TIPS, EDGES)
+    # Interpolation over the width of the contact, 1e-4 of the peak.
+    np.testing.assert_allclose(found / peak(EDGES), BUILT.signal(bent) / peak(EDGES), atol=1.5e-4)
+    assert np.abs(BUILT.signal(bent) - BUILT.signal(TIPS)).max() > 0.01 * peak(EDGES).max()
+    found = packaged("surface_profile", tuple(weights.values()), edges, EDGES)
+    np.testing.assert_allclose(found / peak(EDGES), BUILT.signal(EDGES) / peak(EDGES), atol=5e-5)
 
 
 @pytest.mark.parametrize("share", [1.0, 0.5, -0.4])

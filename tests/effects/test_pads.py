@@ -35,7 +35,7 @@ def test_values_are_recovered_with_their_signs(case: Case) -> None:
 def test_every_effect_of_pads_is_tried() -> None:
     """And those that have a sign with both."""
     only_fingers = {
-        *("prober_eccentricity", "rigid_core", "blunt_edge", "tangential_load"),
+        *("prober_eccentricity", "rigid_core", "blunt_edge", "tangential_load", "surface_profile"),
         *("finite_strain", "aperture", "proximity"),
     }
     built_in = {name for name, cls in effect_classes().items() if cls.__module__.startswith("bayestouch.")}

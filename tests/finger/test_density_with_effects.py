@@ -7,11 +7,12 @@ contacts are good to 1e-4 of the peak, and readings are taken as linear over the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 import pytest
+from independent.catalogue_forms import surface_profile
 from numpy.typing import NDArray
 from scipy.stats import multivariate_normal, norm
 
@@ -35,6 +36,7 @@ class Case:
 
     fit: StatedFit
     density: LogDensity
+    radius_mm: FloatArray | None = None
 
     @property
     def samples(self) -> list[NDArray[np.intp]]:
@@ -53,7 +55,9 @@ class Case:
 @cache
 def case(name: str, size: float) -> Case:
     made = bayestouch.simulate(DESIGN, effects={name: size}, seed=5)
-    fit = fit_stated(made.dataset, StatedModel("finger", "layer", ((name, {}),)), draws=8, seed=0, contact="layer")
+    fit = fit_stated(
+        made.dataset, StatedModel("finger", "layer", ((name.partition(".")[0], {}),)), draws=8, seed=0, contact="layer"
+    )
     return Case(fit, fit.evaluation.log_density(fit.fitted, fit.added, fit.correction))
 
 
@@ -64,7 +68,8 @@ def predicted(case: Case, values: Mapping[str, FloatArray], load: FloatArray) ->
         9.4, 12.7, values["response"], values["r_s"], np.radians(values["theta_s"]), np.zeros(3),
         float(values["sigma"]), float(values["mu"]), float(2 * load.max()),
     )  # fmt: skip
-    return chain.predict(composite_radius(means.indenter_radius_mm, 12.7), np.radians(means.angle_deg), load)
+    radius = composite_radius(means.indenter_radius_mm, 12.7) if case.radius_mm is None else case.radius_mm
+    return chain.predict(radius, np.radians(means.angle_deg), load)
 
 
 def shared_errors(case: Case, values: Mapping[str, FloatArray], with_effect):  # type: ignore[no-untyped-def]
@@ -146,9 +151,20 @@ def test_an_effect_that_moves_the_touches() -> None:
     agree(one, expected, points, LARGEST_ERROR)
 
 
-def _moved(one: Case, angle_deg: FloatArray) -> Case:
-    from dataclasses import replace
+def test_a_surface_out_of_round() -> None:
+    """1/R has a further part that goes with the place: signals between levels of it, each by polynomials."""
+    one = case("surface_profile.weight_11", 0.02)
+    means, points = one.fit.fitted.model.known.means, one.points()
+    radius, expected = composite_radius(means.indenter_radius_mm, 12.7), []
+    for x in points:
+        values = one.density.to_parameters(x)
+        weights = {f"weight_{i:02d}": float(values[f"surface_profile_weight_{i:02d}"]) for i in range(1, 22)}
+        bent = replace(one, radius_mm=radius / (1 + radius * surface_profile(means.angle_deg, weights, 88.0)))
+        expected.append(written_out(bent, x, lambda clean, values: clean, own_noise))
+    agree(one, expected, points, LARGEST_ERROR)
 
+
+def _moved(one: Case, angle_deg: FloatArray) -> Case:
     model = one.fit.fitted.model
     known = replace(model.known, means=replace(model.known.means, angle_deg=angle_deg))
     return replace(one, fit=replace(one.fit, fitted=replace(one.fit.fitted, model=model.observing(known))))

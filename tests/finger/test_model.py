@@ -135,7 +135,7 @@ def test_effects_on_readings_act_alike_on_both_evaluators(case: Case, name: str)
         assert np.abs(one - other).max() < 5e-3 * max(np.abs(other).max(), 1e-3 * peak.max())
 
 
-@pytest.mark.parametrize("name", ["aperture", "finite_strain", "tangential_load"])
+@pytest.mark.parametrize("name", ["aperture", "finite_strain", "tangential_load", "surface_profile"])
 def test_effects_before_the_readings_are_those_of_the_chain(case: Case, name: str) -> None:
     effect = effect_classes()[name].suited(FINGER)
     assert effect is not None

@@ -106,6 +106,7 @@ BEFORE: dict[str, Apply] = {
     "rigid_core": lambda r, v, rng: pressed_otherwise(r, half_space=1 - v["share"]),
     "blunt_edge": lambda r, v, rng: pressed_otherwise(r, tip=np.where(r.tip == 0, v["radius"], r.tip)),
     "tangential_load": lambda r, v, rng: pressed_otherwise(r, tangential=np.full(len(r.tip), v["share"])),
+    "surface_profile": lambda r, v, rng: pressed_otherwise(r, hump=forms.surface_profile(r.commanded, v)),
     "aperture": lambda r, v, rng: pressed_otherwise(r, width=v["width"]),
 }
 AFTER: dict[str, Apply] = {

@@ -7,7 +7,11 @@ Nothing of the package is used.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.linalg import sqrtm
 
 Array = np.ndarray
 
@@ -173,3 +177,19 @@ def signal_dependent_noise(signal: Array, peak: Array, share: float, power: floa
 def outliers(signal: Array, peak: Array, probability: float, size: float, rng: np.random.Generator) -> Array:
     """A share of the readings has errors of sd size × peak."""
     return np.asarray((rng.random(signal.shape) < probability) * size * peak * rng.standard_normal(signal.shape))
+
+
+def surface_profile(angle: np.ndarray, values: Mapping[str, float], end: float = 90.0) -> np.ndarray:
+    """Departure of the curvature (1/mm) at angles (degree) between `-end` and `end`: a spline of B-splines.
+
+    Through 21 knots between these, and through zeros two steps beyond, where it is level. The knots' values are the
+    square root of their correlation, a Matérn 5/2 process over 10° without its first two waves, times the weights.
+    """
+    knots = np.linspace(-end, end, 21)
+    lag = np.radians(knots[:, None] - knots)
+    waves = [(k, (1 + np.radians(10 * k) ** 2 / 5) ** -3) for k in range(2, 121)]
+    correlation = np.sum([p * np.cos(k * lag) for k, p in waves], axis=0) / sum(p for _, p in waves)
+    through = sqrtm(correlation).real @ [values.get(f"weight_{i:02d}", 0.0) for i in range(1, 22)]
+    level = [(1, 0.0)]
+    spline = make_interp_spline([-1.2 * end, *knots, 1.2 * end], [0, *through, 0], k=3, bc_type=(level, level))
+    return np.asarray(spline(angle))

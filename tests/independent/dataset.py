@@ -8,14 +8,16 @@ from pathlib import Path
 
 import numpy as np
 
-from . import elements, errors, readout, rig, unlisted
+from . import elements, errors, readout, rig, shape, unlisted
 from .effects import Effect
 from .finger import Design, Recording, build, record
 from .sizes import applied, size, value_of_size
 
 LISTED = rig.EFFECTS + elements.EFFECTS + readout.EFFECTS + errors.EFFECTS
 UNLISTED = unlisted.EFFECTS
-EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED}
+#: Not among the causes of `studies/error_rates.py`, which was run before there were any.
+SHAPES = shape.EFFECTS
+EFFECTS = {effect.key: effect for effect in LISTED + UNLISTED + SHAPES}
 
 
 @dataclass(frozen=True, eq=False)

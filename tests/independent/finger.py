@@ -38,6 +38,7 @@ class Design:
     flat_step: float = 3.0
     tips: tuple[float, ...] = (0.0, 0.5, 1.59, 3.9, 6.01, 7.55, 9.3, 12.3, 18.71, 25.25, np.inf)
     tip_step: float = 1.0
+    tip_span: float = 20.0
     exam_tips: tuple[float, ...] = (1.0, 2.7, 5.0, 8.4, 10.8, 15.0)
     exam_step: float = 1.0
     loads: tuple[float, float] = (160.0, 240.0)
@@ -75,7 +76,8 @@ class Finger:
         """Counts, shape (touch, element)."""
         k = np.arange(MODES)
         outer = self.body.outer
-        kappa = press.load / 1000 / self.modulus / (1 / outer + 1 / np.maximum(press.tip, 1e-9))
+        curvature = np.maximum(1 / outer + press.hump, 0) + 1 / np.maximum(press.tip, 1e-9)
+        kappa = press.load / 1000 / self.modulus / curvature
         spectrum = contact_table(self.body, MODES).spectrum(np.where(press.tip == 0, 0.0, kappa))
         if press.half_space:
             spectrum = spectrum + press.half_space * (
@@ -105,7 +107,8 @@ class Press:
 
     `land` is the half-width (mm) of a worn edge, `aperture` the half-width (mm) at the foot of a triangular element,
     `tangential` (t,) the shear load as a share of the load, towards larger angles. `width` (mm) is that of an element
-    which weighs all of it alike, `half_space` the share of Hertz's pressure in that of the bonded layer.
+    which weighs all of it alike, `half_space` the share of Hertz's pressure in that of the bonded layer. `hump` (t,) is
+    the curvature of the surface where it is touched, less that of a round one, 1/mm.
     """
 
     tip: np.ndarray
@@ -116,6 +119,7 @@ class Press:
     tangential: np.ndarray | float = 0.0
     width: float = 0.0
     half_space: float = 0.0
+    hump: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,8 +186,8 @@ def build(design: Design, rng: np.random.Generator) -> Finger:
 def record(design: Design, finger: Finger, rng: np.random.Generator) -> Recording:
     """Plan the touches: edges and flats from -90° to 90°, then every tip, then the exam's tips."""
     calibration = [(0.0, 90, design.edge_step), (np.inf, 90, design.flat_step)]
-    touches = [(tip, 20, design.tip_step) for tip in design.tips]
-    exam = [(tip, 20 - design.exam_step / 2, design.exam_step) for tip in design.exam_tips]
+    touches = [(tip, design.tip_span, design.tip_step) for tip in design.tips]
+    exam = [(tip, design.tip_span - design.exam_step / 2, design.exam_step) for tip in design.exam_tips]
     plans = [[(tip, _ladder(span, step)) for tip, span, step in part] for part in (calibration, touches, exam)]
     tip = np.concatenate([np.full(len(angles), tip) for part in plans for tip, angles in part])
     angle = np.concatenate([angles for part in plans for _, angles in part])

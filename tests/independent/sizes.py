@@ -37,7 +37,7 @@ def expected(recording: Recording, finger: Finger | None = None) -> np.ndarray:
     """Signal (t, m) that a calibration expects of what the tables say."""
     load = recording.by_touch(recording.read_load)
     press = replace(recording.press, tip=recording.tip, angle=recording.commanded, load=load)
-    press = replace(press, land=0.0, aperture=0.0, tangential=0.0, width=0.0, half_space=0.0)
+    press = replace(press, land=0.0, aperture=0.0, tangential=0.0, width=0.0, half_space=0.0, hump=0.0)
     return (finger or recording.finger).signal(press)
 
 

@@ -235,6 +235,10 @@ def test_touches_are_where_the_prober_is_off() -> None:
         ({"aperture": 1.5}, {"width": 1.5}),
         ({"blunt_edge": 2.5}, {"tip": 2.5}),
         ({"rigid_core": 0.4}, {"half_space": 0.6}),
+        (
+            {"surface_profile.weight_09": 0.02, "surface_profile.weight_12": -0.02},
+            {"weight_09": 0.02, "weight_12": -0.02},
+        ),
     ],
     ids=str,
 )
@@ -245,6 +249,8 @@ def test_effects_on_contact_and_body(effects: Stated, changes: dict[str, float])
     press = made.press()
     if "tip" in changes:
         press = replace(press, tip=np.where(press.tip == 0, changes["tip"], press.tip))
+    elif "weight_09" in changes:
+        press = replace(press, hump=forms.surface_profile(press.angle, changes))
     elif "tangential" in changes:
         press = replace(press, **changes | {"tangential": np.full(len(press.tip), changes["tangential"])})
     else:

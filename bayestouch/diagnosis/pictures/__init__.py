@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bayestouch.diagnosis.pictures.effects import effect_pictures
+from bayestouch.diagnosis.pictures.profile import profile_pictures
 from bayestouch.diagnosis.pictures.search import search_picture
 from bayestouch.diagnosis.pictures.touches import touch_picture
 from bayestouch.diagnosis.pictures.views import pair_picture, view_picture
@@ -21,6 +22,7 @@ def diagnosis_pictures(traced: Traced) -> tuple[Picture, ...]:
 
 def _each(traced: Traced) -> Iterator[Picture]:
     yield from effect_pictures(traced)
+    yield from profile_pictures(traced)
     before, after = traced.before.held_out, traced.after.held_out
     if before is not None and after is not None:
         yield view_picture(before, after)

@@ -22,7 +22,7 @@ STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 class MapNeighbours:
     """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
 
-    Since κ = P R/μ, a step in log μ is a step in the radius.
+    Since κ = P R/μ, a step in log μ is a step in the radius; on a surface out of round also in its own curvature.
     """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]
@@ -37,8 +37,13 @@ def contact_neighbours(elastic: FingerChain) -> tuple[MapNeighbours, MapNeighbou
     wider, narrower = np.exp(STEP_LOG_MODULUS), np.exp(-STEP_LOG_MODULUS)
     return (
         MapNeighbours(((up, 1.0), (down, 1.0)), step),
-        MapNeighbours(((elastic, narrower), (elastic, wider)), STEP_LOG_MODULUS),
+        MapNeighbours(((_curved(elastic, wider), narrower), (_curved(elastic, narrower), wider)), STEP_LOG_MODULUS),
     )
+
+
+def _curved(elastic: FingerChain, factor: float) -> FingerChain:
+    """The finger with departures of its surface from a circle multiplied by a factor."""
+    return elastic if elastic.surface is None else elastic.with_(surface=elastic.surface.scaled(factor))
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,7 +81,7 @@ class OneTouch:
 
     def predicted(self, radius: FloatArray, angle: FloatArray, load: FloatArray) -> NDArray[np.float32]:
         """Readings (n, m) for R (mm), θ_c (rad) and P (N/m), all (n,)."""
-        kappa = load * radius
+        kappa = load * self.chain.effective_radius(radius, angle)
         kappa *= self.per_modulus
         rows = self.table(kappa, angle)
         rows *= load.astype(np.float32)[:, None]

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
-from bayestouch.finger.place.chain import PlacedFinger
 from bayestouch.finger.reading.indenter_coordinate import IndenterCoordinate
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.priors.indenters import IndenterPrior, UniformRadius
@@ -45,6 +44,10 @@ class CalibratedFinger(Protocol):
     @property
     def finite_strain(self) -> float:
         """Fraction of the finite strain in the readings; 0 where they are in proportion to the load."""
+        ...
+
+    def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
+        """R (...) in mm with the curvature of the surface at places (...) in rad, of R (mm) on a round one."""
         ...
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
@@ -218,8 +221,7 @@ class FingerPosterior:
         """
         if self.table is None:
             return self.effects_chain(self.chain.predict(radius, angle, load), radius, angle, load, blocks)
-        touched = self.chain.effective_radius(radius, angle) if isinstance(self.chain, PlacedFinger) else radius
-        kappa = (load * touched / (1000 * self.chain.shear_modulus_MPa)).ravel()
+        kappa = (load * self.chain.effective_radius(radius, angle) / (1000 * self.chain.shear_modulus_MPa)).ravel()
         rows = self.table(np.maximum(kappa, 0.0), angle.ravel())
         rows *= load.astype(np.float32).reshape(-1, 1)
         rows = rows.reshape(*load.shape, -1)
