@@ -93,11 +93,11 @@ class LoadOffset(Effect):
 class LoadMisalignment(Effect):
     """The force sensor is not parallel to the load; the angle between them varies with location.
 
-    On a finger the reading of the force sensor is P (1 + a (sin θ - s) + b (cos θ - c)), where a and b are shares, and s
-    and c the means of sin θ and cos θ over the elements: an error that is the same everywhere is absorbed by the gains,
-    so that the scale of the loads is known only as the force sensor states it. On a pad the share changes linearly from
-    one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or too little at
-    the same locations.
+    On a finger the reading of the force sensor is P (1 + a (sin θ - s) + b (cos θ - c)), where a and b are shares, and
+    s and c the means of sin θ and cos θ over the elements: an error that is the same everywhere is absorbed by the
+    gains, so that the scale of the loads is known only as the force sensor states it. On a pad the share changes
+    linearly from one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or
+    too little at the same locations.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """
