@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.diagnosis.harm import harmless, moving_effects, references_believed
 from bayestouch.diagnosis.measure import advice
 from bayestouch.diagnosis.rounds import SearchRound
 from bayestouch.diagnosis.search import ERRORS, search
@@ -23,6 +24,7 @@ from bayestouch.model.correction import Correction, corrected_fit
 from bayestouch.model.drift_posterior import settled_drifts
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
+from bayestouch.model.joining import fit_without
 from bayestouch.model.split_data import SplitData
 from bayestouch.progress import Progress, staged
 
@@ -73,6 +75,11 @@ def trace(
         new = corrected_fit(final)
         if new is not None:
             corrected = evaluate(new[0], moved_to(new[0], added), new[1])
+    after, refused = harmless(
+        before,
+        (lambda: corrected, lambda: explained, lambda: _at_stated(explained, added, evaluate)),
+        believed=references_believed(rounds, remaining, moving_effects(explained)),
+    )
     compared(1.0)
     return Traced(
         data=data,
@@ -83,8 +90,25 @@ def trace(
         explained=explained,
         corrected=corrected,
         remaining=remaining,
+        after=after,
+        refused=refused,
         advice=advice(rounds),
     )
+
+
+def _at_stated(
+    explained: EvaluatedModel, added: tuple[AddedEffect, ...], evaluate: Callable[..., EvaluatedModel]
+) -> EvaluatedModel | None:
+    """Model fitted again without the effects that move references; None if none of these or nothing else was found."""
+    moving = moving_effects(explained)
+    kept = tuple(each for each in added if each.effect.name not in moving)
+    if not moving or not kept:
+        return None
+    fitted = explained.fitted
+    for each in added:
+        if each.effect.name in moving:
+            fitted = fit_without(each.effect, fitted)
+    return evaluate(fitted, moved_to(fitted, kept), None)
 
 
 def _evaluated(

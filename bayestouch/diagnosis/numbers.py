@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.rounds import SearchRound, Tried
-from bayestouch.diagnosis.traced import EvaluatedModel, Traced
+from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
 from bayestouch.diagnosis.where import where_it_is
 from bayestouch.model.added import AddedEffect
@@ -38,8 +38,8 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "after": _errors(after),
         "after_against_stated": _errors(after, stated=True),
         "change_against_stated_se": standard_errors(traced.before, after),
-        "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(remaining.after)},
-        "verdict": verdict(len(traced.added), remaining),
+        "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
+        "verdict": verdict(len(traced.added), remaining, traced.returned),
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {
@@ -49,6 +49,11 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
             "test": asdict(remaining.after),
         },
         "correction": None,
+        "calibration_after": {
+            "effects": list(after.fitted.names),
+            "correction": after.correction is not None,
+        },
+        "not_used": [_not_used(each) for each in traced.refused],
         "measure": None if traced.advice is None else {**asdict(traced.advice), "advice": str(traced.advice)},
         "rounds": [_round(each) for each in traced.rounds],
         "notes": list(data.notes),
@@ -79,6 +84,19 @@ def _errors(evaluated: EvaluatedModel, *, stated: bool = False) -> Numbers:
     }
 
 
+def _not_used(refused: Refused) -> Numbers:
+    """A model that is not returned, with its errors and what it reads worse."""
+    model = refused.model
+    return {
+        "effects": list(model.fitted.names),
+        "correction": model.correction is not None,
+        "references_corrected": refused.believed,
+        "worse": {each.key: {"before": each.before, "after": each.after} for each in refused.worse},
+        "after": _errors(model),
+        "after_against_stated": _errors(model, stated=True),
+    }
+
+
 def _limits(test: LackOfFit) -> Numbers:
     return {"low": test.low, "high": test.high, "expected": test.expected}
 
@@ -92,9 +110,9 @@ def _has_repeats(traced: Traced) -> bool:
 def _noise_floor(traced: Traced) -> float | None:
     """Prediction error of a correct model: noise of the readings, from repeats, and the error of the load.
 
-    It is computed with the effects that were found, because changes during a touch are not noise.
+    It is computed with the effects of the model that is returned, because changes during a touch are not noise.
     """
-    held = traced.explained.held_out
+    held = (traced.explained if traced.after is traced.corrected else traced.after).held_out
     return held.floor_percent_peak if held is not None and _has_repeats(traced) else None
 
 

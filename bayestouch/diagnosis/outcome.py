@@ -6,6 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bayestouch.output.text import listed
+
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
 VERDICTS = {
     "adequate": "Adequate: the model",
@@ -47,7 +49,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
             line += f" These data cannot tell it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
     left = numbers["unexplained"]
-    if numbers["verdict"] in ("partly explained", "unattributed"):
+    if numbers["verdict"] in ("partly explained", "unattributed") and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     if numbers["correction"] is not None:
         out.append("Errors after are with a correction by element and location, which is no cause.")
@@ -105,7 +107,43 @@ def verdict_word(numbers: Mapping[str, Any]) -> str:
 
 
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
-    """Sentence on the final model, in agreement with the lack of fit that is printed."""
+    """Sentence on the final model, in agreement with the lack of fit that is printed; and on what is not used."""
+    refused = not_used(numbers)
+    if not refused:
+        return _of_final_model(numbers)
+    if numbers["unexplained"]["where"] == "nowhere" and verdict_word(numbers) == "partly explained":
+        # What is not used leaves nothing, what is used does.
+        return f"Partly explained: what was found explains held-out touches, and not all of it can be used. {refused}"
+    return f"{_of_final_model(numbers)} {refused}"
+
+
+def not_used(numbers: Mapping[str, Any]) -> str:
+    """Sentence on what was found and is not in the calibration after, and why; empty if all of it is."""
+    refused = numbers.get("not_used")
+    if not refused:
+        return ""
+    returned = numbers["calibration_after"]
+    effects = {name for each in refused for name in each["effects"] if name not in returned["effects"]}
+    names = [each["name"] for each in numbers["effects"] if each["name"] in effects]
+    if not returned["correction"] and any(each["correction"] for each in refused):
+        names.append("a correction by element and location")
+    worse = {key: values for each in reversed(refused) for key, values in each["worse"].items()}
+    shown = ", ".join(_worse(key, values) for key, values in worse.items())
+    them = "it" if len(names) == 1 else "them"
+    against = "as they are corrected" if refused[0]["references_corrected"] else "as the data set states them"
+    return (
+        f"Not used for reading: {listed(names)}. With {them}, held-out touches are read worse against references "
+        f"{against} ({shown}), so that calibration_after is without {them}."
+    )
+
+
+def _worse(key: str, values: Mapping[str, float]) -> str:
+    if key == "log_density":
+        return f"log density of the readings of a touch {values['before']:.1f} → {values['after']:.1f}"
+    return _pairs({key: values["before"]}, {key: values["after"]})[key]
+
+
+def _of_final_model(numbers: Mapping[str, Any]) -> str:
     word, lack = verdict_word(numbers), numbers["after"].get("lack_of_fit")
     limits = _limits(numbers)
     low = limits["low"]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from bayestouch.diagnosis.measure import Advice
 from bayestouch.diagnosis.rounds import SearchRound
-from bayestouch.diagnosis.verdict import Remaining
+from bayestouch.diagnosis.verdict import LackOfFit, Remaining, lack_of_fit
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
@@ -44,6 +44,42 @@ class EvaluatedModel(Summarised):
     read: TouchReading | None
 
 
+@dataclass(frozen=True)
+class Worse:
+    """A quantity that a model reads worse than the model without effects does.
+
+    Attributes
+    ----------
+    key : str
+        Key of the error in ``diagnosis.json``, or ``log_density``: log predictive density of readings.
+    before, after : float
+        Root mean square without and with what was found, or mean log density of a touch.
+    """
+
+    key: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True, eq=False)
+class Refused:
+    """A model that is not returned.
+
+    Attributes
+    ----------
+    model : EvaluatedModel
+        The model.
+    worse : tuple of Worse
+        The quantities that it reads worse; not empty.
+    believed : bool
+        Whether errors are against references as the model corrects them; else as the data set states them.
+    """
+
+    model: EvaluatedModel
+    worse: tuple[Worse, ...]
+    believed: bool
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Traced(Summarised):
     """Result of a search for the causes of a residual.
@@ -64,6 +100,10 @@ class Traced(Summarised):
         Model with a correction in addition, if structure without a known cause remains.
     remaining : Remaining
         Misfit that the effects do not explain.
+    after : EvaluatedModel
+        Best model that reads no quantity worse than the model without effects; see `bayestouch.diagnosis.harm`.
+    refused : tuple of Refused
+        Better predictions of readings that are not returned, because they read a quantity worse.
     advice : Advice or None
         Advice on what to measure if two effects are indistinguishable.
     """
@@ -76,9 +116,13 @@ class Traced(Summarised):
     explained: EvaluatedModel
     corrected: EvaluatedModel | None
     remaining: Remaining
+    after: EvaluatedModel
+    refused: tuple[Refused, ...] = ()
     advice: Advice | None = None
 
     @property
-    def after(self) -> EvaluatedModel:
-        """Best model: with the correction if there is one."""
-        return self.corrected or self.explained
+    def returned(self) -> LackOfFit:
+        """Test of the model that is returned, without its correction."""
+        if self.after is self.corrected:
+            return self.remaining.after
+        return lack_of_fit(self.after.fitted, self.after.held_out)

@@ -7,25 +7,38 @@ from typing import ClassVar
 
 import numpy as np
 
+from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import Normal
 
 
+def once_around(angle_deg: FloatArray, values: Values, centre: tuple[float, ...]) -> FloatArray:
+    """a (sin θ - s) + b (cos θ - c) at angles θ, for values (a, b) and a centre (s, c)."""
+    turn = np.radians(angle_deg)
+    return np.asarray(values[0] * (np.sin(turn) - centre[0]) + values[1] * (np.cos(turn) - centre[1]))
+
+
+def centre_of_elements(setting: Setting) -> tuple[float, float]:
+    """Means of sin θ and cos θ over the elements of a finger."""
+    turn = np.radians(setting.element_place[0])
+    return float(np.sin(turn).mean()), float(np.cos(turn).mean())
+
+
 @dataclass(frozen=True)
 class ProberEccentricity(Effect):
-    """The axis of the prober is not that of the finger: θ_c = θ + a sin θ + b cos θ.
+    """The axis of the prober is not that of the finger: θ_c = θ + a (sin θ - s) + b (cos θ - c).
 
-    An offset e of the axis gives an angle error with the amplitude e/r_b radians and a period of one turn. The fitted
-    angles of the elements absorb its value at each element; only its change near an element can be observed.
+    An offset e of the axis gives an angle error with the amplitude e/r_b radians and a period of one turn. s and c are
+    the means of sin θ and cos θ over the elements, so that the effect does not turn the finger as a whole: where zero
+    degree is on a finger is known only as the data set states it. The fitted angles of the elements absorb the angle
+    error at each element; only its change near an element can be observed.
 
     Reference: J. Slocum, Precision Machine Design (1992), on radial error motion of spindles.
     """
 
-    parameters: tuple[EffectParameter, ...] = (
-        EffectParameter("sine", "degree", "angle error per sin θ", Normal(0.0, 1.0), (0.1,), 0.0),
-        EffectParameter("cosine", "degree", "angle error per cos θ", Normal(0.0, 1.0), (0.1,), 0.0),
-    )
+    parameters: tuple[EffectParameter, ...]
+    centre: tuple[float, float]
 
     name: ClassVar[str] = "prober_eccentricity"
     stage: ClassVar[Stage] = "rig"
@@ -34,11 +47,16 @@ class ProberEccentricity(Effect):
 
     @classmethod
     def suited(cls, setting: Setting) -> Effect | None:
-        return cls() if setting.finger else None
+        if not setting.finger:
+            return None
+        parameters = tuple(
+            EffectParameter(name, "degree", f"angle error per {what} θ", Normal(0.0, 1.0), (0.1,), 0.0)
+            for name, what in (("sine", "sin"), ("cosine", "cos"))
+        )
+        return cls(parameters, centre_of_elements(setting))
 
     def pose(self, recording: Recording, values: Values) -> Recording:
-        turn = np.radians(recording.place[0])
-        error = values[0] * np.sin(turn) + values[1] * np.cos(turn)
+        error = once_around(recording.place[0], values, self.centre)
         return replace(recording, place=(recording.place[0] + error, *recording.place[1:]))
 
 
@@ -75,9 +93,11 @@ class LoadOffset(Effect):
 class LoadMisalignment(Effect):
     """The force sensor is not parallel to the load; the angle between them varies with location.
 
-    On a finger the reading of the force sensor is P (1 + a sin θ + b cos θ), where a and b are shares. On a pad the
-    share changes linearly from one side to the other, as on a tilted table. All elements read too much or too little at
-    the same locations.
+    On a finger the reading of the force sensor is P (1 + a (sin θ - s) + b (cos θ - c)), where a and b are shares, and
+    s and c the means of sin θ and cos θ over the elements: an error that is the same everywhere is absorbed by the
+    gains, so that the scale of the loads is known only as the force sensor states it. On a pad the share changes
+    linearly from one side to the other, as on a tilted table, and is zero in the middle. All elements read too much or
+    too little at the same locations.
 
     Reference: E. O. Doebelin, Measurement Systems (2003), on the cross-sensitivity of force sensors.
     """
@@ -97,14 +117,13 @@ class LoadMisalignment(Effect):
         names = ("sine", "cosine") if setting.finger else ("x", "y")[: len(setting.place_range)]
         prior = Normal(0.0, 0.1)
         parameters = tuple(EffectParameter(n, "", f"load error ({n}) as a share", prior, (0.001,), 0.0) for n in names)
-        centre = tuple(0.5 * (low + high) for low, high in setting.place_range)
+        middle = tuple(0.5 * (low + high) for low, high in setting.place_range)
         half = tuple(max(0.5 * (high - low), 1e-9) for low, high in setting.place_range)
-        return cls(parameters, setting.finger, centre, half)
+        return cls(parameters, setting.finger, centre_of_elements(setting) if setting.finger else middle, half)
 
     def pose(self, recording: Recording, values: Values) -> Recording:
         if self.around:
-            turn = np.radians(recording.place[0])
-            error = values[0] * np.sin(turn) + values[1] * np.cos(turn)
+            error = once_around(recording.place[0], values, self.centre)
         else:
             scaled = zip(values, recording.place, self.centre, self.half_range, strict=False)
             error = np.sum([v * (place - middle) / half for v, place, middle, half in scaled], axis=0)

@@ -72,4 +72,6 @@ def held_out(
         quantities=quantities(observed, element, angle, radius, load, predicted / peak, peak),
         noise_sd=np.where(measured[:, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),
+        log_volume=whitening.log_volume,
+        repeated=bool(np.nansum(fitted.model.known.means.pure_error_dof) > 0),
     )

@@ -47,13 +47,15 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     estimate["P"] = read(False, check=not sound).mean("P")[index] if measured else np.full(len(index), np.nan)
     low, high = (end[index] for end in with_load.interval("R", COVERAGE))
     tip = held.observed.means.indenter_radius_mm
+    corrected, stated = (errors_by_touch(estimate, low, high, each, tip) for each in (held.reference, held.stated))
     return TouchReading(
-        errors=_summary(errors_by_touch(estimate, low, high, held.reference, tip)),
-        against_stated=_summary(errors_by_touch(estimate, low, high, held.stated, tip)),
+        errors=_summary(corrected),
+        against_stated=_summary(stated),
         R_mm=estimate["R"],
         low_mm=low,
         high_mm=high,
-        by_touch=errors_by_touch(estimate, low, high, held.stated, tip),
+        by_touch=stated,
+        by_touch_corrected=corrected,
     )
 
 

@@ -43,6 +43,8 @@ class HeldOut:
     load_free : (t,) array
         Decrease of the expected sum of squares of `whitened` of a touch because its load was not measured and is
         free; zero where it was measured.
+    log_volume : (t,) array
+        Logarithm of the determinant that whitens the readings of each touch.
     samples : (n, m) array or None
         Reading minus prediction of every sample, over the peak, if the prediction error is that of samples.
     repeated : bool
@@ -59,6 +61,7 @@ class HeldOut:
     quantities: tuple[Quantity, ...]
     noise_sd: FloatArray
     load_free: FloatArray
+    log_volume: FloatArray
     samples: FloatArray | None = None
     repeated: bool = True
 
@@ -87,6 +90,19 @@ class HeldOut:
         here = np.isfinite(self.errors)
         known = np.isfinite(self.noise_sd[here]).all()
         return rms_percent(np.where(here, self.noise_sd, np.nan)) if known else float("nan")
+
+    @property
+    def log_density(self) -> FloatArray:
+        """Log predictive density of the mean readings of each touch, (t,), up to a constant for each reading.
+
+        Normal, with the noise and the uncertainty that the fit leaves in the prediction.
+        """
+        t, m = self.whitened.shape
+        spread = self.design.reshape(t, m, -1)
+        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
+        solved = np.linalg.solve(covariance, self.whitened[..., None])[..., 0]
+        _, volume = np.linalg.slogdet(covariance)
+        return np.asarray(self.log_volume - 0.5 * ((self.whitened * solved).sum(axis=1) + volume))
 
     @property
     def freedom(self) -> float:

@@ -51,9 +51,9 @@ class TouchReading:
         Errors against references as corrected by the model, and as stated in the data set.
     R_mm, low_mm, high_mm : (t,) arrays
         Posterior mean of R and ends of its interval, mm.
-    by_touch : mapping of (t,) arrays
-        Error of each touch against the stated reference, by field of `TouchErrors`; NaN unknown. For coverage: 1 if
-        the interval contains the reference, else 0.
+    by_touch, by_touch_corrected : mappings of (t,) arrays
+        Error of each touch against the reference as stated and as corrected, by field of `TouchErrors`; NaN unknown.
+        For coverage: 1 if the interval contains the reference, else 0.
     """
 
     errors: TouchErrors
@@ -62,6 +62,7 @@ class TouchReading:
     low_mm: FloatArray
     high_mm: FloatArray
     by_touch: Mapping[str, FloatArray] = field(default_factory=dict)
+    by_touch_corrected: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 #: Type of `bayestouch.infer`, which is in a higher layer.

@@ -51,6 +51,12 @@ class Whitening:
         """Whether each mean reading is present, (t, m)."""
         return np.asarray((self.root != 0).any(axis=2))
 
+    @property
+    def log_volume(self) -> FloatArray:
+        """Logarithm of the determinant of the transform of each touch's mean readings, (t,), without missing ones."""
+        diagonal = np.einsum("tii->ti", self.root)
+        return np.asarray(np.log(np.where(diagonal > 0, diagonal, 1.0)).sum(axis=1))
+
     def columns(self, raw: FloatArray) -> WhiteColumns:
         """Whitened columns from columns of mean readings (c, t, m)."""
         return WhiteColumns.of(raw, self.root)

@@ -69,6 +69,7 @@ def held_out(
         quantities=quantities(observed, model.element_place, recording.place, observed.load, signal, peak),
         noise_sd=np.where(measured[rows, None], noise_sd, np.nan),
         load_free=free_load(whitening, of_load, measured),
+        log_volume=whitening.log_volume,
         samples=by_sample / peak,
         repeated=bool(reads.min(initial=ENOUGH_SAMPLES) >= ENOUGH_SAMPLES),
     )

@@ -66,8 +66,8 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
         "P_rms_N": load - stated,
         "coverage_90": (level <= COVERAGE).astype(float),
     }
-    errors = _errors({**by_touch, "P_rms_N": load - reference})
-    return TouchReading(errors, _errors(by_touch), unknown, unknown, unknown, by_touch)
+    corrected = {**by_touch, "P_rms_N": load - reference}
+    return TouchReading(_errors(corrected), _errors(by_touch), unknown, unknown, unknown, by_touch, corrected)
 
 
 def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:

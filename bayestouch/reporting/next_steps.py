@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.checking.lacking import lacking
-from bayestouch.diagnosis.outcome import worse_lines
+from bayestouch.diagnosis.outcome import not_used, worse_lines
 from bayestouch.output.text import listed, number, percent
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.body_pages import BodyPages
@@ -27,7 +27,7 @@ def next_steps(evidence: Evidence, numbers: dict[str, Any]) -> list[dict[str, st
 
 def _effects(found: dict[str, Any] | None, pages: BodyPages) -> list[dict[str, str]]:
     # A calibration that makes the estimates worse is not recommended.
-    if not found or not found.get("effects") or worse_lines(found):
+    if not found or not found.get("effects") or worse_lines(found) or not_used(found):
         return []
     names = listed([effect["name"].replace("_", " ") for effect in found["effects"]])
     why = f"With {names} the model predicts touches better that were held out of its fit."

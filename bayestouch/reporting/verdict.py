@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from bayestouch.diagnosis.outcome import errors_of_samples, verdict_sentence, verdict_word, worse_lines
+from bayestouch.diagnosis.outcome import errors_of_samples, not_used, verdict_sentence, verdict_word, worse_lines
 from bayestouch.output.text import listed, number, percent
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
 from bayestouch.reporting.bodies import PAGES
@@ -82,7 +82,8 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     parts = []
     if found is not None and found.get("effects"):
         names = _names(found)
-        parts += worse_lines(found) or [
+        refused = not_used(found)
+        parts += ([refused] if refused else worse_lines(found)) or [
             f"Taking {listed(names)} into account lowers the prediction error on held-out touches{_gain(found)}."
         ]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"

@@ -78,8 +78,21 @@ def same(found: np.ndarray, wanted: np.ndarray) -> None:
 @pytest.mark.parametrize("values", [(1.3, -0.7), (-1.3, 0.7), (0.5, 0.0), (0.0, 0.5)])
 def test_prober_eccentricity_is_in_degrees_once_around(values: tuple[float, float]) -> None:
     moved = effect("prober_eccentricity").pose(finger(), values)
-    same(moved.place[0], forms.prober_eccentricity(PLACE, *values))
+    same(moved.place[0], forms.prober_eccentricity(PLACE, *values, ANGLE))
     same(moved.load, LOAD)
+
+
+@pytest.mark.parametrize("places", [ANGLE, np.array([-10.0, 20.0, 55.0]), np.array([30.0])])
+def test_errors_of_references_turn_no_finger_and_scale_no_load(places: np.ndarray) -> None:
+    """Their mean over the elements is zero, wherever these are: a frame is known only as it is stated."""
+    setting = replace(SETTINGS["finger"], n_elements=len(places), element_place=(places,))
+    touched = finger(place=(places,), load=np.full(len(places), 200.0))
+    for name in ("prober_eccentricity", "load_misalignment"):
+        found = effect_classes()[name].suited(setting)
+        assert found is not None
+        moved = found.pose(touched, (0.3, -0.2))
+        assert np.mean(moved.place[0] - places) == pytest.approx(0, abs=1e-12)
+        assert np.mean(200.0 / moved.load) == pytest.approx(1, abs=1e-12)
 
 
 @pytest.mark.parametrize(("body", "offset"), [("finger", 17.0), ("finger", -17.0), ("pad", 0.08), ("pad", -0.08)])
@@ -91,7 +104,7 @@ def test_load_offset_is_added_to_what_is_read(body: str, offset: float) -> None:
 
 @pytest.mark.parametrize("values", [(0.12, -0.2), (-0.12, 0.2), (0.1, 0.0), (0.0, 0.1)])
 def test_load_misalignment_of_a_finger_multiplies_what_is_read(values: tuple[float, float]) -> None:
-    read = finger(load=forms.load_misalignment_finger(LOAD, PLACE, *values))
+    read = finger(load=forms.load_misalignment_finger(LOAD, PLACE, *values, ANGLE))
     same(effect("load_misalignment").pose(read, values).load, LOAD)
 
 

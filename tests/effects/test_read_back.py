@@ -54,4 +54,5 @@ def test_left_out_the_same_effects_bias_them(case: Case) -> None:
     found = recovered(case, 1)
     plain = bayestouch.calibrate(found.data, draws=64)
     z = scores(case, plain)[BIASED[case.name]]
-    assert abs(z.mean()) > 10
+    # An error with mean zero over the elements hardly changes the mean. Touches read with the effect have at most 1.3.
+    assert np.sqrt(np.mean(z**2)) > 4

@@ -136,16 +136,17 @@ def test_an_effect_of_the_readout() -> None:
 
 
 def test_an_effect_that_moves_the_touches() -> None:
-    """The angle of the prober is off by a sin θ + b cos θ: signals by polynomials in the values, too."""
+    """The angle of the prober is off by a sin θ + b cos θ, less its mean: signals by polynomials in the values, too."""
     one = case("prober_eccentricity", 0.3)
     means, points = one.fit.fitted.model.known.means, one.points()
-    turn = np.radians(means.angle_deg)
+    turn, element = np.radians(means.angle_deg), np.radians(DESIGN.element_angles_deg)
     expected = []
     for x in points:
         values = one.density.to_parameters(x)
-        error = values["prober_eccentricity_sine"] * np.sin(turn) + values["prober_eccentricity_cosine"] * np.cos(turn)
+        size = [values[f"prober_eccentricity_{name}"] for name in ("sine", "cosine")]
+        error, mean = (size[0] * np.sin(at) + size[1] * np.cos(at) for at in (turn, element))
         # The same touches at other angles are those of a finger that is read there.
-        moved = _moved(one, np.degrees(turn) + error)
+        moved = _moved(one, np.degrees(turn) + error - mean.mean())
         expected.append(written_out(moved, x, lambda clean, values: clean, own_noise))
     # The polynomials are good to so much, see `bayestouch.finger.local_signals`.
     agree(one, expected, points, LARGEST_ERROR)

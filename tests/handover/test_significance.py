@@ -49,6 +49,7 @@ def test_a_model_that_is_right_has_uniform_p_values_on_held_out_touches() -> Non
         quantities=(),
         noise_sd=np.ones((t, m)),
         load_free=np.zeros(t),
+        log_volume=np.zeros(t),
     )
     means = SimpleNamespace(pure_error_dof=np.array([4.0, 4.0, 4.0]))
     fitted = SimpleNamespace(model=SimpleNamespace(known=SimpleNamespace(means=means)), drifts=())

@@ -97,11 +97,14 @@ def _baseline_drift(r: Recording, v: Values, rng: np.random.Generator) -> Record
 
 BEFORE: dict[str, Apply] = {
     "prober_eccentricity": lambda r, v, rng: pressed_otherwise(
-        r, angle=forms.prober_eccentricity(r.commanded, v["sine"], v["cosine"])
+        r, angle=forms.prober_eccentricity(r.commanded, v["sine"], v["cosine"], r.finger.angle)
     ),
     "load_offset": lambda r, v, rng: replace(r, read_load=forms.load_offset(r.read_load, v["offset"])),
     "load_misalignment": lambda r, v, rng: replace(
-        r, read_load=forms.load_misalignment_finger(r.read_load, r.commanded[r.touch], v["sine"], v["cosine"])
+        r,
+        read_load=forms.load_misalignment_finger(
+            r.read_load, r.commanded[r.touch], v["sine"], v["cosine"], r.finger.angle
+        ),
     ),
     "rigid_core": lambda r, v, rng: pressed_otherwise(r, half_space=1 - v["share"]),
     "blunt_edge": lambda r, v, rng: pressed_otherwise(r, tip=np.where(r.tip == 0, v["radius"], r.tip)),

@@ -16,14 +16,18 @@ from scipy.linalg import sqrtm
 Array = np.ndarray
 
 
-def once_around(angle: Array, sine: float, cosine: float) -> Array:
-    """a sin θ + b cos θ, in the unit of a and b."""
-    return np.asarray(sine * np.sin(np.pi * angle / 180) + cosine * np.cos(np.pi * angle / 180))
+def once_around(angle: Array, sine: float, cosine: float, elements: Array) -> Array:
+    """a sin θ + b cos θ less its mean over the elements, in the unit of a and b."""
+
+    def wave(at: Array) -> Array:
+        return np.asarray(sine * np.sin(np.pi * at / 180) + cosine * np.cos(np.pi * at / 180))
+
+    return np.asarray(wave(angle) - np.mean(wave(elements)))
 
 
-def prober_eccentricity(commanded: Array, sine: float, cosine: float) -> Array:
-    """Where the touch really is, degree: θ_c = θ + a sin θ + b cos θ."""
-    return np.asarray(commanded + once_around(commanded, sine, cosine))
+def prober_eccentricity(commanded: Array, sine: float, cosine: float, elements: Array) -> Array:
+    """Where the touch really is, degree: θ_c = θ + a sin θ + b cos θ + constant."""
+    return np.asarray(commanded + once_around(commanded, sine, cosine, elements))
 
 
 def load_offset(load: Array, offset: float) -> Array:
@@ -31,9 +35,9 @@ def load_offset(load: Array, offset: float) -> Array:
     return np.asarray(load + offset)
 
 
-def load_misalignment_finger(load: Array, angle: Array, sine: float, cosine: float) -> Array:
-    """What the force sensor reads of the load P: P (1 + a sin θ + b cos θ)."""
-    return np.asarray(load * (1 + once_around(angle, sine, cosine)))
+def load_misalignment_finger(load: Array, angle: Array, sine: float, cosine: float, elements: Array) -> Array:
+    """What the force sensor reads of the load P: P (1 + a sin θ + b cos θ + constant)."""
+    return np.asarray(load * (1 + once_around(angle, sine, cosine, elements)))
 
 
 def load_misalignment_pad(load: Array, place: Array, slope: Array) -> Array:

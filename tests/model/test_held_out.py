@@ -32,6 +32,7 @@ def held(**changes: Any) -> HeldOut:
         "quantities": (),
         "noise_sd": np.array([[0.01, 0.02, 9.0], [0.03, 9.0, 9.0]]),
         "load_free": np.array([0.0, 0.5]),
+        "log_volume": np.zeros(2),
     }
     return HeldOut(**(values | changes))
 

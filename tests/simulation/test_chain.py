@@ -13,6 +13,7 @@ from independent.catalogue_finger import finite_strain
 from independent.finger import Finger, Press
 
 from bayestouch.body.layer import layer_kernel_2d
+from bayestouch.data.sensor import Finger as SensorFinger
 from bayestouch.effects import effect_classes
 from bayestouch.errors import InputError
 from bayestouch.simulation import FingerDesign, PadDesign, SimulatedDataSet, simulate
@@ -80,6 +81,13 @@ class Made:
     @property
     def element(self) -> np.ndarray:
         return np.array(self.simulated.truth["theta_s"])
+
+    @property
+    def nominal(self) -> np.ndarray:
+        """Angles of the elements as the file of the sensor states them."""
+        finger = self.simulated.dataset.sensor.body
+        assert isinstance(finger, SensorFinger)
+        return np.array(finger.element_angles_deg)
 
     @property
     def angle(self) -> np.ndarray:
@@ -202,7 +210,7 @@ def test_the_force_sensor_reads_as_the_effects_of_the_rig_say() -> None:
         (
             SILENT,
             {"load_misalignment": 0.1, "load_misalignment.cosine": -0.05},
-            lambda r: forms.load_misalignment_finger(r.true("P"), r.angle, 0.1, -0.05),
+            lambda r: forms.load_misalignment_finger(r.true("P"), r.angle, 0.1, -0.05, r.nominal),
         ),
         (
             QUIET_PAD,
@@ -222,9 +230,10 @@ def test_touches_are_where_the_prober_is_off() -> None:
     effects = {"prober_eccentricity": 0.8, "prober_eccentricity.cosine": -0.4}
     made = Made.of(SILENT, effects)
     np.testing.assert_array_equal(made.angle, PLAIN.angle)  # what was commanded
-    np.testing.assert_allclose(made.true("theta_c"), forms.prober_eccentricity(made.angle, 0.8, -0.4), atol=1e-12)
-    there = replace(made.press(), angle=made.true("theta_c"))
-    np.testing.assert_allclose(made.signal, made.independent().signal(there), atol=TOLERANCE)
+    there = forms.prober_eccentricity(made.angle, 0.8, -0.4, made.nominal)
+    np.testing.assert_allclose(made.true("theta_c"), there, atol=1e-12)
+    press = replace(made.press(), angle=made.true("theta_c"))
+    np.testing.assert_allclose(made.signal, made.independent().signal(press), atol=TOLERANCE)
 
 
 @pytest.mark.parametrize(

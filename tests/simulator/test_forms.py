@@ -125,8 +125,9 @@ def test_a_form_of_the_readings_is_a_member_where_the_catalogue_leaves_nothing_o
 
 
 def around(r: Recording) -> np.ndarray:
+    """With a constant, which the angles of the elements or their gains absorb."""
     turn = np.radians(r.commanded)
-    return np.column_stack([np.sin(turn), np.cos(turn)])
+    return np.column_stack([np.ones(len(turn)), np.sin(turn), np.cos(turn)])
 
 
 #: What a form changes in the poses or loads, and what the catalogue's formula can be, linear in its values.

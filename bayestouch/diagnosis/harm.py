@@ -1,0 +1,108 @@
+"""Choice of the calibration that is returned: none that reads touches worse than the calibration without effects."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.rounds import SearchRound
+from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Worse
+from bayestouch.diagnosis.verdict import Remaining
+from bayestouch.model.as_stated import moves_reference
+from bayestouch.model.held_out import HeldOut
+from bayestouch.model.touch_errors import TouchReading
+
+# A quantity is read worse if its mean squared error is larger by more than so many standard errors.
+STANDARD_ERRORS = 2.0
+# Effects that move references are believed if they leave less than this share of the misfit. A cause that is not in the
+# catalogue can make a similar effect appear to explain half of it.
+MOST_LEFT = 0.25
+#: Key of the log predictive density of the readings of held-out touches.
+DENSITY = "log_density"
+
+
+def harmless(
+    before: EvaluatedModel, models: Iterable[Callable[[], EvaluatedModel | None]], *, believed: bool
+) -> tuple[EvaluatedModel, tuple[Refused, ...]]:
+    """The first of the models that reads no quantity worse than `before`, which is returned if there is none.
+
+    Parameters
+    ----------
+    before : EvaluatedModel
+        Model without effects.
+    models : iterable of callable
+        Functions that make the models, best first; a function may give None.
+    believed : bool
+        Whether references are where the models say; else they are where the data set states them.
+
+    Returns
+    -------
+    (EvaluatedModel, tuple of Refused)
+        The model, and those that come before it.
+    """
+    refused: list[Refused] = []
+    for make in models:
+        model = make()
+        if model is None:
+            continue
+        worse = worse_quantities_of(before, model, believed=believed)
+        if not worse:
+            return model, tuple(refused)
+        refused.append(Refused(model, worse, believed))
+    return before, tuple(refused)
+
+
+def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believed: bool) -> tuple[Worse, ...]:
+    """Quantities of which the squared error of held-out touches is larger after than before, touch by touch.
+
+    These are R, location and load, as far as touches were read, and the log predictive density of readings.
+    """
+    out = []
+    if before.read is not None and after.read is not None:
+        one, two = before.read.by_touch, _of_references(after.read, believed)
+        for key in (key for key in one if "rms" in key):
+            if _larger(two[key] ** 2 - one[key] ** 2):
+                first, last = (float(np.sqrt(np.nanmean(each[key] ** 2))) for each in (one, two))
+                out.append(Worse(key, first, last))
+    if before.held_out is not None and after.held_out is not None:
+        first_density, last_density = _densities(before.held_out, after.held_out)
+        if _larger(first_density - last_density):
+            out.append(Worse(DENSITY, float(first_density.mean()), float(last_density.mean())))
+    return tuple(out)
+
+
+def references_believed(rounds: tuple[SearchRound, ...], remaining: Remaining, names: Iterable[str]) -> bool:
+    """Whether the data tell that references are off as the effects `names` of a search say.
+
+    They do if these effects, with the others that were found, explain held-out readings, and no other effect would do
+    so as well.
+    """
+    found = set(names)
+    clear = all(not each.added.indistinguishable for each in rounds if each.added and each.added.effect.name in found)
+    return clear and remaining.fraction < MOST_LEFT
+
+
+def moving_effects(model: EvaluatedModel) -> tuple[str, ...]:
+    """Names of the effects of a model that say that references are off."""
+    chain = model.fitted.model
+    return tuple(each.name for each in chain.effects if moves_reference(each, chain.reference_stages))
+
+
+def _of_references(read: TouchReading, believed: bool) -> Mapping[str, FloatArray]:
+    return read.by_touch_corrected if believed else read.by_touch
+
+
+def _densities(one: HeldOut, two: HeldOut) -> tuple[FloatArray, FloatArray]:
+    """Densities of the touches of which both models have the same readings: a model may leave out wrong ones."""
+    same = (one.present == two.present).all(axis=1)
+    return one.log_density[same], two.log_density[same]
+
+
+def _larger(difference: FloatArray) -> bool:
+    """True if the mean of differences, one a touch, is above zero by more than `STANDARD_ERRORS`."""
+    known = difference[np.isfinite(difference)]
+    if len(known) < 2:
+        return False
+    return bool(known.mean() > STANDARD_ERRORS * known.std(ddof=1) / np.sqrt(len(known)))
