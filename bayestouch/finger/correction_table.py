@@ -188,9 +188,14 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     )
 
 
+def errs_in_map(chosen: Correction) -> bool:
+    """Whether a correction has errors of the elements' E maps."""
+    return bool(chosen.sizes.get("map"))
+
+
 def nodes_of(chosen: Correction) -> FloatArray:
     """Values of P R (N) at which a table of the correction needs coefficients; none without errors of the E map."""
-    if not chosen.sizes.get("map"):
+    if not errs_in_map(chosen):
         return np.zeros(0)
     assert isinstance(chosen.basis, FingerCorrectionBasis)
     return chosen.basis.felt.nodes

@@ -153,12 +153,11 @@ def test_chance_of_the_best_of_many_trials(trials: int) -> None:
         ({"effect": DRIFT}, True),
         ({"effect": DRIFT, "seen": 0.2}, False),
         ({"effect": DRIFT, "seen": 0.21}, True),
-        ({"effect": DRIFT, "gain": 40.0}, False),
     ],
 )
 def test_what_is_real(changes: dict[str, Any], real: bool) -> None:
-    """At the limits, with a least gain of 20 and a correction that gains 40."""
-    assert search._is_real(tried(**changes), 10, 20.0, 40.0) == real
+    """At the limits, with a least gain of 20."""
+    assert search._is_real(tried(**changes), 10, 20.0) == real
 
 
 @pytest.mark.parametrize(
