@@ -11,12 +11,14 @@ from bayestouch.diagnosis import blocks
 
 
 def fitted(*place: np.ndarray) -> Any:
-    model = SimpleNamespace(poses=lambda vector: SimpleNamespace(place=place), known=SimpleNamespace(n_touches=len(place[0])))
+    model = SimpleNamespace(
+        poses=lambda vector: SimpleNamespace(place=place), known=SimpleNamespace(n_touches=len(place[0]))
+    )
     return SimpleNamespace(model=model, vector=None)
 
 
 def test_places_of_a_finger() -> None:
-    """72 places, each touched twice: 25 intervals, since 24 would put each third block into the same fold."""
+    """72 places, each touched twice: 24 intervals of three."""
     angle = np.tile(np.arange(72.0), 2)
     found = blocks.place_blocks(fitted(angle))
     assert found is not None

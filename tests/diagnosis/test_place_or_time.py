@@ -13,7 +13,9 @@ from bayestouch.diagnosis.place_or_time import PlaceOrTime
 
 
 def facing(*z: float) -> PlaceOrTime:
-    return PlaceOrTime("baseline_drift", dict(zip(("times", "places"), ((3.0 * each, 3.0) for each in z), strict=False)))
+    return PlaceOrTime(
+        "baseline_drift", dict(zip(("times", "places"), ((3.0 * each, 3.0) for each in z), strict=False))
+    )
 
 
 @pytest.mark.parametrize(
