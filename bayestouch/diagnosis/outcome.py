@@ -70,7 +70,7 @@ def _place_lines(numbers: Mapping[str, Any]) -> list[str]:
         )
     for name, other in numbers.get("not_distinguishable", ()):
         if other == IN_PLACE:
-            out.append(f"{name} and {other} are not distinguishable: the places were touched in an order of time.")
+            out.append(f"{name} and {other} are not distinguishable with these touches.")
     return out
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from bayestouch.effects import Setting, catalogue
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
-from bayestouch.finger.correction_table import errs_in_map, table_of
+from bayestouch.finger.correction_table import errs_by_element, table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
@@ -99,9 +99,10 @@ class FingerEvaluation:
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch".
 
-        Without effects, a correction with errors of the E map is the discrepancy "place" of `bayestouch.calibrate`.
+        Without effects, a correction by elements' own functions alone is the discrepancy "place" of
+        `bayestouch.calibrate`: its errors of E maps, with a length that is chosen too.
         """
-        data, in_place = self.data, correction is not None and self.e_map == MODEL_MAP and errs_in_map(correction)
+        data, in_place = self.data, correction is not None and self.e_map == MODEL_MAP and errs_by_element(correction)
         if not added and (correction is None or in_place):
             fit, places, why = self.start.calibrated, None, self.start.notes[:0]
             if in_place:

@@ -188,14 +188,14 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     )
 
 
-def errs_in_map(chosen: Correction) -> bool:
-    """Whether a correction has errors of the elements' E maps."""
-    return bool(chosen.sizes.get("map"))
+def errs_by_element(chosen: Correction) -> bool:
+    """Whether a correction has errors of the elements' E maps, and nothing but functions of each element's own."""
+    return chosen.sizes.get("map", 0.0) > 0 and not any(chosen.sizes.get(name) for name in ("shared", "wide", "loaded"))
 
 
 def nodes_of(chosen: Correction) -> FloatArray:
     """Values of P R (N) at which a table of the correction needs coefficients; none without errors of the E map."""
-    if not errs_in_map(chosen):
+    if not chosen.sizes.get("map"):
         return np.zeros(0)
     assert isinstance(chosen.basis, FingerCorrectionBasis)
     return chosen.basis.felt.nodes

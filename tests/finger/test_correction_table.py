@@ -151,3 +151,19 @@ def test_such_a_table_as_a_file_holds_it(felt: module.CorrectionTable) -> None:
     part = {name: array for name, array in felt.arrays().items() if name != "placed_nodes"}
     with pytest.raises(InputError, match="placed_nodes"):
         module.CorrectionTable.from_arrays(part)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "own"),
+    [
+        ({"map": 0.01}, True),
+        ({"map": 0.01, "own": 0.003, "shared": 0.0, "wide": 0.0, "loaded": 0.0}, True),
+        ({"own": 0.003}, False),
+        ({"map": 0.0, "own": 0.003}, False),
+        ({"map": 0.01, "loaded": 0.003}, False),
+        ({"map": 0.01, "shared": 0.003}, False),
+        ({"map": 0.01, "wide": 0.003}, False),
+    ],
+)
+def test_a_correction_by_functions_of_each_element(sizes: dict[str, float], own: bool) -> None:
+    assert module.errs_by_element(cast(Any, SimpleNamespace(sizes=sizes))) == own
