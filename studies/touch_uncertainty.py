@@ -37,7 +37,7 @@ import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects.stated import StatedModel
-from bayestouch.finger.correction_table import correction_coefficients
+from bayestouch.finger.correction_table import MEAN, N_TERMS, PREFIX, correction_coefficients, nodes_of
 from bayestouch.model.body import body_of
 from bayestouch.model.correction import corrected_fit
 from bayestouch.model.split_data import SplitData
@@ -156,13 +156,19 @@ def corrected_finger(draws: int, seed: int = 1) -> Compared:
     d, m = len(linear.precision), fitted.model.n_elements
     scale = np.concatenate([calibration.mode["response"], np.ones(d - m)])
     grid = calibration.extra["placed_angle_deg"]
-    coefficients = correction_coefficients(correction, grid, design.body.outer, fitted.model.reference_load)
-    names = ("placed_even", "placed_wide", "placed_loaded")
+    nodes, load = nodes_of(correction), fitted.model.reference_load
+    terms, coefficients = correction_coefficients(correction, grid, design.body.outer, load, nodes)
+    tables = np.zeros((N_TERMS + len(nodes), *coefficients.shape[2:]))
     calibrations = []
     for z in np.random.default_rng(3).standard_normal((draws, len(root))):
         step = root @ z
-        tables = np.tensordot(coefficients, linear.weights() + step[d:], axes=(1, 0))
-        extra = {**calibration.extra, **dict(zip(names, tables, strict=True))}
+        tables[terms] = np.tensordot(coefficients, linear.weights() + step[d:], axes=(1, 0))
+        extra = {
+            **calibration.extra,
+            **dict(zip((PREFIX + name for name in MEAN), tables[:N_TERMS].copy(), strict=True)),
+        }
+        if len(nodes):
+            extra["placed_felt"] = tables[N_TERMS:].copy()
         calibrations.append(replace(at_row(calibration, scale * step[:d]), extra=extra))
     touches = touched(simulated, some_rows(simulated), 5.0, None)
     nested = mixed(calibrations, touches, FINGER, plug_in=True, draws=ONE)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bayestouch.checking.order import SCAN, in_scan_order
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
@@ -23,6 +24,8 @@ def lacking(dataset: DataSet) -> Iterator[str]:
         yield "no calibration table: touches.csv is split by location, and one half is used for calibration"
     known = baseline_corrected_means(dataset.touches if dataset.calibration is None else dataset.calibration)
     yield from body_of(dataset.sensor).lacking(dataset, known)
+    if in_scan_order(known):
+        yield SCAN
     if not np.nansum(known.pure_error_dof) > 0:
         yield "no touch is repeated: noise cannot be distinguished from model error; take 3 to 5 samples of each touch"
     tables = [table for table in (dataset.calibration, dataset.touches) if table is not None]

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.diagnosis.blocks import FOLDS, time_blocks
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.model.candidates import Candidate
 from bayestouch.model.fitting import SETTLED, Fitted
@@ -14,10 +15,6 @@ from bayestouch.model.joining import fit_with
 from bayestouch.model.predictive import held_out_density
 from bayestouch.parallel.cluster import in_order
 
-# Number of folds, and of touches in a block. Blocks are contiguous in time, so that no neighbour in place or time
-# reveals what is held out.
-FOLDS, BLOCK = 8, 8
-SCAN_BLOCKS = 30
 # The fit of a candidate stops when a step gains less than this share of what there is to explain. The fit of the chosen
 # candidate continues to convergence.
 ROUGHLY = 3e-4
@@ -25,15 +22,7 @@ ROUGHLY = 3e-4
 
 def folds(fitted: Fitted) -> IntArray:
     """Fold of each touch, (t,): blocks of touches that are contiguous in time, assigned to the folds in turn."""
-    observed = fitted.model.known
-    n_touches = observed.n_touches
-    size = max(1, min(BLOCK, n_touches // (2 * FOLDS)))
-    if fitted.model.time_is_place:
-        # In a scan the place changes slowly: use blocks as long as those that are held out.
-        size = max(2, n_touches // SCAN_BLOCKS)
-    rank = np.empty(n_touches, dtype=np.int64)
-    rank[np.argsort(observed.touch_time_s, kind="stable")] = np.arange(n_touches)
-    return np.asarray((rank // size) % FOLDS)
+    return time_blocks(fitted) % FOLDS
 
 
 def density(fitted: Fitted) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.search import ERRORS, is_near
 from bayestouch.model.base import PossibleTouches, SensorModel
@@ -51,6 +52,9 @@ def advice(rounds: tuple[SearchRound, ...]) -> Advice | None:
 
     None if the body has no possible touches that could decide.
     """
+    undecided = [one for one in rounds[-1].place_or_time if one.undecided]
+    if undecided:
+        return _place_or_time_advice(rounds[-1], undecided[0].drift)
     for each in rounds:
         pair = _indistinguishable_pair(each)
         possible = None if pair is None else each.before.model.possible_touches()
@@ -92,6 +96,22 @@ def _advice(before: Fitted, possible: PossibleTouches, one: Tried, two: Tried) -
         if squares[best] >= ENOUGH:
             return Advice(names, number, possible.series[best][0])
     return Advice(names, None, NOTHING)
+
+
+def _place_or_time_advice(last: SearchRound, drift: str) -> Advice:
+    """The first places again, at the end: functions of place say what is read there, a drift has long moved on.
+
+    There the drift is unknown: each element's reading varies by the drift's standard deviation about the model, while
+    by place the error f that the touches had would be there again. With both in units of the noise, the squared
+    difference of a touch is the sum over elements of ``f² / (1 + sd²)``.
+    """
+    (found,) = (each.fitted for each in last.tried if each.effect.name == drift)
+    assert found is not None
+    error = found.whitening.touches(found.drifted)
+    square = float((error**2 / (1 + (error**2).mean(axis=0))).sum(axis=1).mean())
+    number = next((each for each in NUMBERS if each * square >= ENOUGH), None)
+    what = "at the first places again, at the end, or as many as before in a random order"
+    return Advice((drift, IN_PLACE), number, what if number is not None else NOTHING)
 
 
 def _decides(difference: FloatArray, spread: FloatArray) -> FloatArray:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bayestouch.diagnosis.change import standard_errors
+from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.diagnosis.traced import EvaluatedModel, Refused, Traced
 from bayestouch.diagnosis.verdict import LackOfFit, verdict
@@ -54,6 +55,8 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
             "correction": after.correction is not None,
         },
         "not_used": [_not_used(each) for each in traced.refused],
+        "in_place": _in_place(traced),
+        "not_distinguishable": _not_distinguishable(traced),
         "measure": None if traced.advice is None else {**asdict(traced.advice), "advice": str(traced.advice)},
         "rounds": [_round(each) for each in traced.rounds],
         "notes": list(data.notes),
@@ -95,6 +98,24 @@ def _not_used(refused: Refused) -> Numbers:
         "after": _errors(model),
         "after_against_stated": _errors(model, stated=True),
     }
+
+
+def _in_place(traced: Traced) -> Numbers | None:
+    """Gain of functions of place over the last model; None if they or the misfit that remains are not certain."""
+    last = traced.rounds[-1]
+    gained = in_place(last.before, last.correction) if traced.remaining.after.there else None
+    return None if gained is None else {name: _difference(each) for name, each in gained.items()}
+
+
+def _not_distinguishable(traced: Traced) -> list[list[str]]:
+    """Pairs of explanations between which these data do not decide."""
+    added = [each.added for each in traced.rounds if each.added is not None]
+    pairs = [[each.effect.name, other] for each in added for other in each.indistinguishable]
+    return pairs + [[each.drift, IN_PLACE] for each in traced.rounds[-1].place_or_time if each.undecided]
+
+
+def _difference(found: Difference) -> Numbers:
+    return dict(zip(("elpd_gain", "elpd_gain_se"), found, strict=True))
 
 
 def _limits(test: LackOfFit) -> Numbers:
@@ -156,7 +177,15 @@ def _round(each: SearchRound) -> Numbers:
         "candidates": [_candidate(tried) for tried in each.tried],
         "correction_elpd_gain": each.correction_gain,
         "correction_elpd_gain_se": each.correction_se,
+        "place_or_time": [_place_or_time(one) for one in each.place_or_time],
     }
+
+
+def _place_or_time(each: PlaceOrTime) -> Numbers:
+    """Gain of a drift over functions of place, and the probability that it predicts better."""
+    probability = each.probability_of_drift
+    across = {name: {**_difference(one), "probability": probability[name]} for name, one in each.across.items()}
+    return {"drift": each.drift, "across": across}
 
 
 def _plain(value: Any) -> Any:

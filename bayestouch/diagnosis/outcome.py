@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.output.text import listed
 
 #: Text of each verdict in ``diagnosis.json``; the first two are the beginning of a sentence.
@@ -51,6 +52,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     left = numbers["unexplained"]
     if numbers["verdict"] in ("partly explained", "unattributed") and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
+    out += _place_lines(numbers)
     if numbers["correction"] is not None:
         out.append("Errors after are with a correction by element and location, which is no cause.")
     if numbers["measure"] is not None:
@@ -63,6 +65,22 @@ def _values(parameters: Mapping[str, Any]) -> str:
         return ", ".join(_value(name, each) for name, each in parameters.items())
     clear = sum(abs(each["mean"]) > _STANDARD_ERRORS * (each["sd"] or math.inf) for each in parameters.values())
     return f"{len(parameters)} values, {clear} of which are more than {_STANDARD_ERRORS:g} standard deviations from 0"
+
+
+def _place_lines(numbers: Mapping[str, Any]) -> list[str]:
+    """Sentences on what belongs to a place, or perhaps to a time; none for files of version 0.1."""
+    out, gained = [], numbers.get("in_place")
+    if gained is not None:
+        shown = " and ".join(
+            f"{each['elpd_gain']:+.0f} ± {each['elpd_gain_se']:.0f} across {name}" for name, each in gained.items()
+        )
+        out.append(
+            f"Something smooth in place: functions of place predict touches that are held out (log density {shown})."
+        )
+    for name, other in numbers.get("not_distinguishable", ()):
+        if other == IN_PLACE:
+            out.append(f"{name} and {other} are not distinguishable with these touches.")
+    return out
 
 
 def worse_quantities(numbers: Mapping[str, Any]) -> list[str]:

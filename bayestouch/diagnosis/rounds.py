@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bayestouch.array_types import FloatArray
+from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
@@ -88,6 +89,8 @@ class SearchRound:
         Effects of earlier rounds that the added one makes unnecessary.
     real : tuple of Tried
         All effects that could have been added, with their fits; only in the first round, during the search.
+    place_or_time : tuple of PlaceOrTime
+        For each drift that explains enough, whether it or functions of place predict better.
     """
 
     before: Fitted
@@ -99,3 +102,4 @@ class SearchRound:
     added: Tried | None
     dropped: tuple[str, ...] = ()
     real: tuple[Tried, ...] = ()
+    place_or_time: tuple[PlaceOrTime, ...] = ()

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all
+from bayestouch.diagnosis.place_or_time import place_or_time
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
@@ -47,7 +48,7 @@ OTHER_STARTS = 2
 INDISTINGUISHABLE = 2.0
 # A cause is preferred to a random function of time if it explains this share of what that explains of the means.
 NEARLY = 0.9
-# A random function of time is one of place if less than this share of it is distinct from the model.
+# A random function of time is not tried if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
 
@@ -190,7 +191,11 @@ def one_round(
         one = Tried(n.effect, n.z, 1.0, n.values, gain, error, 0.0, True, 1.0)
         tried.append(replace(one, difference=n.difference, noise=n))
     tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
-    real = [each for each in tried if _is_real(each, trials, least, correction_gain)]
+    real = [each for each in tried if _is_real(each, trials, least)]
+    drifts = {each.effect.name: each.fitted.linear for each in real if each.effect.random and each.fitted is not None}
+    faced = place_or_time(fitted, drifts, correction)
+    no_drift = {each.drift for each in faced if not each.is_drift}
+    real = [each for each in real if each.effect.name not in no_drift]
     # Changes during a touch are not noise: effects within touches have priority over effects of the noise.
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
     if within and real[0].noise is not None:
@@ -205,7 +210,8 @@ def one_round(
         kept = {added.effect.name, *added.indistinguishable}
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
-    return SearchRound(fitted, tuple(tried), possible, correction, correction_gain, correction_se, added, real=others)
+    gains = possible, correction, correction_gain, correction_se
+    return SearchRound(fitted, tuple(tried), *gains, added, real=others, place_or_time=faced)
 
 
 def _smallest_gain(fitted: Fitted) -> float:
@@ -219,16 +225,15 @@ def _passes(z: float, trials: int) -> bool:
     return at_least_one(float(2 * ndtr(-abs(z))), trials) < CHANCE
 
 
-def _is_real(tried: Tried, trials: int, least: float, correction_gain: float) -> bool:
+def _is_real(tried: Tried, trials: int, least: float) -> bool:
     if not np.isfinite(tried.gain) or not _passes(tried.z, trials):
         return False
     if tried.gain < ERRORS * tried.gain_se or tried.gain < least:
         return False
     if tried.share < SHARE and not tried.by_itself:
         return False
-    # A random function of time can follow anything that depends on the order of the touches. It must be better than a
-    # function of place, and distinct from what the model already contains (in a scan, time is place).
-    return not tried.effect.random or (tried.gain > correction_gain and tried.seen > VISIBLE)
+    # A random function of time must be distinct from what the model already contains.
+    return not tried.effect.random or tried.seen > VISIBLE
 
 
 def is_near(tried: Tried) -> bool:

@@ -9,11 +9,11 @@ from typing import Any
 from bayestouch.effects import Setting, catalogue
 from bayestouch.finger.calibration import finger_calibration, with_identified_map
 from bayestouch.finger.calibration_with_effects import calibration_with_effects
-from bayestouch.finger.correction_table import table_of
+from bayestouch.finger.correction_table import errs_by_element, table_of
 from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.held_out import held_out
 from bayestouch.finger.log_density import density_of_fit, density_with_effects
-from bayestouch.finger.place.fit import fit_with_places
+from bayestouch.finger.place.fit import fit_of_places, fit_with_places
 from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.finger.start import FingerStart, finger_start
@@ -97,11 +97,18 @@ class FingerEvaluation:
     groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch"."""
-        data = self.data
-        if not added and correction is None:
+        """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch".
+
+        Without effects, a correction by elements' own functions alone is the discrepancy "place" of
+        `bayestouch.calibrate`: its errors of E maps, with a length that is chosen too.
+        """
+        data, in_place = self.data, correction is not None and self.e_map == MODEL_MAP and errs_by_element(correction)
+        if not added and (correction is None or in_place):
+            fit, places, why = self.start.calibrated, None, self.start.notes[:0]
+            if in_place:
+                fit, places, why = fit_of_places(fit, wanted=True)
             calibration = finger_calibration(
-                self.start.calibrated,
+                fit,
                 self.start.fitted.model.known.means,
                 self.start.used,
                 sensor=data.dataset.sensor,
@@ -109,7 +116,8 @@ class FingerEvaluation:
                 rest=data.rest,
                 draws=self.draws,
                 seed=self.seed,
-                notes=(*data.notes, *self.start.notes),
+                notes=(*data.notes, *self.start.notes, *why),
+                places=places,
                 groups=self.groups,
                 moves=self.moves,
             )

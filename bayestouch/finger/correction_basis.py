@@ -1,6 +1,7 @@
 """Basis of the empirical correction of a finger: smooth functions of the angle from element to touch, and of the load.
 
-It has four parts: a function of the angle shared by all elements, and one for each element, both proportional to the
+It has five parts: a function of the angle shared by all elements; an error of each element's E map, which touches feel
+through their pressure; and a function for each element that all indenters feel alike, all three proportional to the
 load P; a shared function proportional to P² R, since contacts widen with P R; and one for each element for errors that
 are not proportional to the load.
 """
@@ -12,8 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
 from bayestouch.chain.smooth import SmoothBasis
+from bayestouch.finger.felt_map import FeltMap
 from bayestouch.model.fitting import spread_over_elements
 
 # Correlation lengths of the functions, degree: features of the strain are about 10° wide.
@@ -44,6 +47,8 @@ class FingerCorrectionBasis:
         Functions of the angle from element to touch, degree.
     own : tuple of SmoothBasis
         Functions of this angle for each element, over the angles of its touches.
+    felt : FeltMap
+        Errors of each element's E map, on the whole circle.
     """
 
     element_deg: FloatArray
@@ -56,6 +61,7 @@ class FingerCorrectionBasis:
     wide: SmoothBasis
     loaded: SmoothBasis
     own: tuple[SmoothBasis, ...]
+    felt: FeltMap
 
     @classmethod
     def of(
@@ -63,7 +69,7 @@ class FingerCorrectionBasis:
         element_deg: FloatArray,
         peak: FloatArray,
         reference_load: float,
-        outer_radius_mm: float,
+        chain: FingerChain,
         recording: Recording,
     ) -> FingerCorrectionBasis:
         """Basis over the angles that the touches of a recording cover."""
@@ -73,13 +79,14 @@ class FingerCorrectionBasis:
             element_deg=element_deg,
             peak=peak,
             reference_load=reference_load,
-            widest=outer_radius_mm,
+            widest=chain.outer_radius_mm,
             load_mean=float(share.mean()),
             load_sd=float(share.std()),
             shared=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), SHARED_LENGTH, most=90),
             wide=SmoothBasis.of(low - element_deg.max(), high - element_deg.min(), WIDE_LENGTH, most=60),
             loaded=SmoothBasis.of(-LOADED_REACH, LOADED_REACH, OWN_LENGTH),
             own=tuple(SmoothBasis.of(low - e, high - e, OWN_LENGTH) for e in element_deg),
+            felt=FeltMap.of(chain, OWN_LENGTH, float(recording.load.max())),
         )
 
     def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
@@ -91,8 +98,10 @@ class FingerCorrectionBasis:
         away, share = angle[:, None] - self.element_deg, load / self.reference_load
         scale = share[:, None] * self.peak
         own = np.stack([basis(away[:, e]) for e, basis in enumerate(self.own)], axis=-1)
+        felt = self.felt(radius, load, away)
         parts = {
             "shared": spread_over_elements(np.moveaxis(self.shared(away), -1, 0), scale, own=False),
+            "map": spread_over_elements(np.moveaxis(felt, -1, 0), scale, own=True),
             "own": spread_over_elements(np.moveaxis(own, 1, 0), scale, own=True),
             "wide": spread_over_elements(
                 np.moveaxis(self.wide(away), -1, 0), scale * (radius / self.widest * share)[:, None], own=False

@@ -9,13 +9,18 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.errors import InputError
+from bayestouch.finger.correction_basis import FingerCorrectionBasis
+from bayestouch.finger.felt_map import shares_of_nodes
 from bayestouch.finger.model import finger_model
 from bayestouch.model.correction import Correction, weights_of
 from bayestouch.model.fitting import Fitted
 
 PREFIX = "placed_"
 MEAN = ("even", "wide", "loaded")
+N_TERMS = len(MEAN)
 SPREAD = ("terms", "slope", "covariance")
+#: Names of the arrays of a correction that has errors of the E map.
+FELT = ("nodes", "felt")
 #: Name of the array that files up to version 0.1 have instead of `SPREAD`: a standard deviation for each element.
 SD = "sd"
 # Distance between the locations of a table, degree: features of the strain are about 10° wide. The uncertainty is
@@ -27,8 +32,9 @@ STEP_DEG, SPREAD_EVERY = 0.5, 2
 class CorrectionTable:
     """Correction over the contact location; a locations, m elements.
 
-    The correction is ``P (even + P R wide + P loaded)``, with P R in N and P in N/m. For given parameters of the chain,
-    the coefficients at a location are normal with a mean that is linear in these parameters.
+    The correction is ``P (even + P R wide + P loaded + felt)``, with P R in N and P in N/m; ``felt`` is a polynomial in
+    P R through its values at the nodes. For given parameters of the chain, the coefficients at a location are normal
+    with a mean that is linear in these parameters.
 
     Attributes
     ----------
@@ -42,6 +48,10 @@ class CorrectionTable:
         Derivative of these coefficients over the d parameters of the chain, at b of the locations.
     covariance : (b, p m, p m) array
         Covariance of these coefficients, for given parameters.
+    nodes : (q,) array
+        Values of P R, N; none if the correction has no error of the E map.
+    felt : (q, a, m) array
+        Coefficients at the nodes.
     """
 
     angle_deg: FloatArray
@@ -51,11 +61,16 @@ class CorrectionTable:
     terms: IntArray
     slope: FloatArray
     covariance: FloatArray
+    nodes: FloatArray
+    felt: FloatArray
 
     def readings(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Correction (n, m) of touches of composite radius R (mm), location (rad) and load (N/m), all (n,)."""
-        even, wide, loaded = self._at(np.degrees(angle), self.even, self.wide, self.loaded)
-        share = even + (load * radius_mm / 1000)[:, None] * wide + load[:, None] * loaded
+        even, wide, loaded, *felt = self._at(np.degrees(angle), self.even, self.wide, self.loaded, *self.felt)
+        pressed = load * radius_mm / 1000
+        share = even + pressed[:, None] * wide + load[:, None] * loaded
+        for values, part in zip(felt, self._of_node(pressed), strict=True):
+            share += values * part[:, None]
         return np.asarray(load[:, None] * share)
 
     def by_parameter(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
@@ -73,7 +88,13 @@ class CorrectionTable:
 
     def _of_term(self, radius_mm: FloatArray, load: FloatArray) -> FloatArray:
         """Factors of the uncertain coefficients, (p, n)."""
-        return np.stack([load, load * load * radius_mm / 1000, load * load])[self.terms]
+        pressed = load * radius_mm / 1000
+        factors = np.concatenate([np.stack([np.ones_like(load), pressed, load]), self._of_node(pressed)])
+        return np.asarray(load * factors[self.terms])
+
+    def _of_node(self, pressed: FloatArray) -> FloatArray:
+        """Share of the value at each node for touches with P R (n,) in N, (q, n)."""
+        return shares_of_nodes(self.nodes, pressed).T if len(self.nodes) else np.zeros((0, len(pressed)))
 
     def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
         """Tables (a, ...) or (b, ...) interpolated at locations (n,), each (n, ...); zero outside the table."""
@@ -92,7 +113,8 @@ class CorrectionTable:
 
     def arrays(self) -> dict[str, FloatArray]:
         """Arrays by name, for a file."""
-        return {PREFIX + name: getattr(self, name) for name in ("angle_deg", *MEAN, *SPREAD)}
+        felt = FELT if len(self.nodes) else ()
+        return {PREFIX + name: getattr(self, name) for name in ("angle_deg", *MEAN, *SPREAD, *felt)}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> CorrectionTable | None:
@@ -104,15 +126,27 @@ class CorrectionTable:
             The correction is incomplete.
         """
         spread = (SD,) if PREFIX + SD in arrays else SPREAD
-        names = ("angle_deg", *MEAN, *spread)
+        names = ("angle_deg", *MEAN, *spread, *(FELT if any(PREFIX + name in arrays for name in FELT) else ()))
         missing = [PREFIX + name for name in names if PREFIX + name not in arrays]
         if not any(PREFIX + name in arrays for name in ("angle_deg", *MEAN, SD, *SPREAD)):
             return None
         if missing:
             raise InputError("missing in the correction: made by another version, calibrate again", column=missing[0])
-        angle_deg, even, wide, loaded, *found = (np.asarray(arrays[PREFIX + name]) for name in names)
-        terms, slope, covariance = _of_each_element(*found) if len(found) == 1 else found
-        return cls(angle_deg, even, wide, loaded, terms.astype(np.int64), slope, covariance)
+        found = {name: np.asarray(arrays[PREFIX + name]) for name in names}
+        spreads = _of_each_element(found[SD]) if SD in found else tuple(found[name] for name in SPREAD)
+        terms, slope, covariance = spreads
+        angle_deg, even, wide, loaded = (found[name] for name in ("angle_deg", *MEAN))
+        return cls(
+            angle_deg,
+            even,
+            wide,
+            loaded,
+            terms=terms.astype(np.int64),
+            slope=slope,
+            covariance=covariance,
+            nodes=found.get("nodes", np.zeros(0)),
+            felt=found.get("felt", np.zeros((0, *even.shape))),
+        )
 
 
 def _of_each_element(sd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -127,24 +161,53 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     angle = model.correction_inputs(fitted.vector)[1]
     low, high = np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5
     grid = np.arange(low, high + 1e-9, STEP_DEG)
-    weights = weights_of(fitted)
-    coefficients = correction_coefficients(chosen, grid, model.finger.outer_radius_mm, model.reference_load)
-    even, wide, loaded = np.tensordot(coefficients, weights.mean, axes=(1, 0))
-    terms = np.flatnonzero(coefficients.any(axis=(1, 2, 3)))
+    weights, nodes = weights_of(fitted), nodes_of(chosen)
+    terms, coefficients = correction_coefficients(
+        chosen, grid, model.finger.outer_radius_mm, model.reference_load, nodes
+    )
+    mean = np.zeros((N_TERMS + len(nodes), *coefficients.shape[2:]))
+    mean[terms] = np.tensordot(coefficients, weights.mean, axes=(1, 0))
     # (b, k, p m): derivative of the uncertain coefficients over each weight
-    some = coefficients[terms][:, :, ::SPREAD_EVERY].transpose(2, 1, 0, 3)
+    some = coefficients[:, :, ::SPREAD_EVERY].transpose(2, 1, 0, 3)
     b, k, p, m = some.shape
     flat = np.ascontiguousarray(some).reshape(b, k, p * m)
     slope = weights.slope.T @ flat
-    covariance = flat.swapaxes(1, 2) @ (weights.covariance @ flat)
+    covariance = np.stack([one.T @ (weights.covariance @ one) for one in flat])
     # Single precision (six digits) is enough.
+    even, wide, loaded = mean[:N_TERMS]
     return CorrectionTable(
-        grid, even, wide, loaded, terms, slope.reshape(b, -1, p, m).astype(np.float32), covariance.astype(np.float32)
+        grid,
+        even,
+        wide,
+        loaded,
+        terms=terms,
+        slope=slope.reshape(b, -1, p, m).astype(np.float32),
+        covariance=covariance.astype(np.float32),
+        nodes=nodes,
+        felt=mean[N_TERMS:],
     )
 
 
-def correction_coefficients(chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float) -> FloatArray:
-    """Derivative of the three coefficients at locations (a,) over each weight, (3, k, a, m)."""
+def errs_by_element(chosen: Correction) -> bool:
+    """Whether a correction has errors of the elements' E maps, and nothing but functions of each element's own."""
+    return chosen.sizes.get("map", 0.0) > 0 and not any(chosen.sizes.get(name) for name in ("shared", "wide", "loaded"))
+
+
+def nodes_of(chosen: Correction) -> FloatArray:
+    """Values of P R (N) at which a table of the correction needs coefficients; none without errors of the E map."""
+    if not chosen.sizes.get("map"):
+        return np.zeros(0)
+    assert isinstance(chosen.basis, FingerCorrectionBasis)
+    return chosen.basis.felt.nodes
+
+
+def correction_coefficients(
+    chosen: Correction, grid: FloatArray, outer_radius_mm: float, load: float, nodes: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """Indices (p,) of the coefficients that are not zero, and their derivatives over each weight, (p, k, a, m).
+
+    The coefficients are even, wide, loaded, and those at the nodes, for the locations (a,) of the grid.
+    """
     one = np.ones(len(grid))
 
     def under(radius: float, load: float) -> FloatArray:
@@ -154,9 +217,15 @@ def correction_coefficients(chosen: Correction, grid: FloatArray, outer_radius_m
     # Columns are a sum of terms in P and P²: two loads give both; an edge and a flat give the term with P R.
     edge = under(0.0, load)
     loaded = (under(0.0, 2 * load) - edge) / load
-    wide = (under(outer_radius_mm, load) - edge) / (load * outer_radius_mm / 1000)
-    coefficients = np.stack([edge - load * loaded, wide, loaded])
-    # Differences of equal numbers leave rounding errors, which are set to zero.
-    size = np.abs(coefficients).max(axis=(1, 2, 3)) * np.array([1.0, load * outer_radius_mm / 1000, load])
-    coefficients[size < 1e-9 * size.max()] = 0.0
-    return coefficients
+    if len(nodes):
+        # The polynomial through the nodes contains even and wide.
+        found = {2: loaded, **{N_TERMS + i: under(1000 * x / load, load) - load * loaded for i, x in enumerate(nodes)}}
+        unit = np.array([load, *np.ones(len(nodes))])
+    else:
+        wide = (under(outer_radius_mm, load) - edge) / (load * outer_radius_mm / 1000)
+        found = {0: edge - load * loaded, 1: wide, 2: loaded}
+        unit = np.array([1.0, load * outer_radius_mm / 1000, load])
+    # Differences of equal numbers leave rounding errors, which are zero.
+    size = np.array([np.abs(each).max() for each in found.values()]) * unit
+    kept = [(term, each) for (term, each), one in zip(found.items(), size, strict=True) if one >= 1e-9 * size.max()]
+    return np.array([term for term, _ in kept]), np.stack([each for _, each in kept])

@@ -262,8 +262,8 @@ class FingerModel(SensorModel):
 
     def correction_basis(self, vector: FloatArray) -> FingerCorrectionBasis:
         """Basis of an empirical correction, over the angles that the touches cover."""
-        element, outer = np.degrees(vector[self.layout.angle]), self.finger.outer_radius_mm
-        return FingerCorrectionBasis.of(element, self.peak, self.reference_load, outer, self.poses(vector))
+        element, chain = np.degrees(vector[self.layout.angle]), self.chain(vector)
+        return FingerCorrectionBasis.of(element, self.peak, self.reference_load, chain, self.poses(vector))
 
     def correction_inputs(self, vector: FloatArray) -> tuple[FloatArray, ...]:
         """Composite radius (mm), location (degree) and load (N/m) of the touches, all (t,)."""

@@ -10,6 +10,7 @@ import pytest
 
 from bayestouch.diagnosis import measure
 from bayestouch.diagnosis.measure import ENOUGH, NOTHING, NUMBERS, Advice, advice
+from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.model.base import PossibleTouches
 
@@ -23,7 +24,7 @@ def tried(name: str, *, gain: float = 5.0, se: float = 3.0, share: float = 0.5, 
 
 def one_round(*candidates: Any, added: Any = None) -> Any:
     before = SimpleNamespace(model=SimpleNamespace(known=None, possible_touches=lambda: "possible"))
-    return SimpleNamespace(before=before, tried=candidates, added=added)
+    return SimpleNamespace(before=before, tried=candidates, added=added, place_or_time=())
 
 
 def test_what_decides_is_twice_the_errors_squared() -> None:
@@ -163,3 +164,21 @@ def test_separation_of_two_models(monkeypatch: pytest.MonkeyPatch) -> None:
     left = SimpleNamespace(linear=SimpleNamespace(covariance=lambda: root @ root.T))
     white = SimpleNamespace(touches=lambda rows: rows)
     np.testing.assert_allclose(measure._uncertainty(white, left, pair).ravel(), [2 + 10, 30.0])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("error", "number"), [(3.0, 20), (0.5, 100), (0.01, None)])
+def test_touches_that_decide_between_a_drift_and_a_place(error: float, number: int | None) -> None:
+    """Two elements: 2 · 9 / 10 a touch for errors of three times the noise, 2 · 0.25 / 1.25 of half; 36 are needed."""
+    drifted = np.full((4, 2), error)
+    fitted = SimpleNamespace(drifted=drifted, whitening=SimpleNamespace(touches=lambda rows: rows))
+    last = one_round(tried("a", gain=0.0), tried("baseline_drift", gain=0.0, fitted=fitted))
+    last.place_or_time = (PlaceOrTime("baseline_drift", {"times": (1.0, 1.0)}),)
+    found = advice((last,))
+    assert found is not None and found.between == ("baseline_drift", "something in place")
+    assert found.number == number
+    if number is None:
+        assert found.touches == NOTHING
+    else:
+        assert found.touches.startswith("at the first places again, at the end")
+    last.place_or_time = (PlaceOrTime("baseline_drift", {"times": (9.0, 1.0)}),)
+    assert advice((last,)) is None

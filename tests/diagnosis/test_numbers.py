@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from bayestouch.diagnosis.numbers import _has_repeats
+from bayestouch.diagnosis import numbers
+from bayestouch.diagnosis.numbers import _has_repeats, _in_place, _not_distinguishable, _place_or_time
+from bayestouch.diagnosis.place_or_time import PlaceOrTime
 
 
 @pytest.mark.parametrize(
@@ -30,3 +33,30 @@ def test_noise_is_known_where_touches_have_several_samples(
     fitted = SimpleNamespace(model=SimpleNamespace(known=SimpleNamespace(means=means)))
     traced = SimpleNamespace(before=SimpleNamespace(held_out=held_out, fitted=fitted))
     assert _has_repeats(traced) is known  # type: ignore[arg-type]
+
+
+def test_pairs_that_are_not_distinguishable() -> None:
+    """Effects that were added and those like them, and drifts that functions of place equal in the last round."""
+    like = SimpleNamespace(effect=SimpleNamespace(name="crosstalk"), indistinguishable=("aperture", "proximity"))
+    tie, drift, place = (PlaceOrTime(name, {"times": (gain, 1.0)}) for name, gain in (("a", 1), ("b", 5), ("c", -5)))
+    first = SimpleNamespace(added=like, place_or_time=(tie,))
+    last = SimpleNamespace(added=None, place_or_time=(drift, tie, place))
+    traced: Any = SimpleNamespace(rounds=(first, last))
+    pairs = [["crosstalk", "aperture"], ["crosstalk", "proximity"], ["a", "something in place"]]
+    assert _not_distinguishable(traced) == pairs
+
+
+def test_a_drift_against_functions_of_place() -> None:
+    found = _place_or_time(PlaceOrTime("gain_drift", {"times": (3.0, 2.0), "places": (-4.0, 2.0)}))
+    assert found["drift"] == "gain_drift" and list(found["across"]) == ["times", "places"]
+    assert found["across"]["times"] == pytest.approx({"elpd_gain": 3, "elpd_gain_se": 2, "probability": 0.9331928})
+    assert found["across"]["places"]["probability"] == pytest.approx(0.0227501, rel=1e-5)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_something_in_place_is_said_where_a_misfit_remains(monkeypatch: pytest.MonkeyPatch, there: bool) -> None:
+    monkeypatch.setattr(numbers, "in_place", lambda fitted, places: {"times": (3.0, 1.0)})
+    last = SimpleNamespace(before=None, correction=None)
+    remaining = SimpleNamespace(after=SimpleNamespace(there=there))
+    traced: Any = SimpleNamespace(rounds=(last,), remaining=remaining)
+    assert _in_place(traced) == ({"times": {"elpd_gain": 3.0, "elpd_gain_se": 1.0}} if there else None)

@@ -197,3 +197,14 @@ def test_limits_that_are_not_known() -> None:
     told = sentences(numbers(lack_of_fit_limits=unknown))
     assert "lack of fit 2.00 → 1.02, bias" in told[-1]
     assert verdict_word(numbers(lack_of_fit_limits=unknown, after=AFTER | {"lack_of_fit": 9.0})) == "explained"
+
+
+def test_sentences_on_places() -> None:
+    """What functions of place gain, and a drift that these data do not distinguish from them."""
+    gained = {"times": {"elpd_gain": 120.4, "elpd_gain_se": 20.2}, "places": {"elpd_gain": 80.0, "elpd_gain_se": 30.0}}
+    pairs = [["crosstalk", "aperture"], ["baseline_drift", "something in place"]]
+    said = sentences(numbers("unattributed", in_place=gained, not_distinguishable=pairs))
+    assert any("log density +120 ± 20 across times and +80 ± 30 across places" in line for line in said)
+    (line,) = (line for line in said if "not distinguishable" in line)
+    assert line.startswith("baseline_drift and something in place are not distinguishable")
+    assert not any("place" in line for line in sentences(numbers("unattributed", in_place=None)))

@@ -10,6 +10,7 @@ import pytest
 from scipy.special import ndtri
 
 from bayestouch.diagnosis import search
+from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import BaselineDrift
@@ -153,12 +154,11 @@ def test_chance_of_the_best_of_many_trials(trials: int) -> None:
         ({"effect": DRIFT}, True),
         ({"effect": DRIFT, "seen": 0.2}, False),
         ({"effect": DRIFT, "seen": 0.21}, True),
-        ({"effect": DRIFT, "gain": 40.0}, False),
     ],
 )
 def test_what_is_real(changes: dict[str, Any], real: bool) -> None:
-    """At the limits, with a least gain of 20 and a correction that gains 40."""
-    assert search._is_real(tried(**changes), 10, 20.0, 40.0) == real
+    """At the limits, with a least gain of 20."""
+    assert search._is_real(tried(**changes), 10, 20.0) == real
 
 
 @pytest.mark.parametrize(
@@ -417,3 +417,22 @@ def test_trials_are_all_signatures_and_effects_of_the_noise(
     hum: Any = SimpleNamespace(effect=Hum(), z=0.0, values=(), difference=np.zeros(3))
     _, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
     assert said["leading"] == (["a"] if leads else [])
+
+
+@pytest.mark.parametrize(("z", "added"), [(2.1, "baseline_drift"), (1.9, None), (-2.1, None)])
+def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: float, added: str | None) -> None:
+    """It is added only if it predicts better; either way the round says how it fared."""
+    drift = priced("a", 9.0, gain=90.0, of_means=80.0, effect=DRIFT, fitted=SimpleNamespace(linear="drifting"))
+    found = PlaceOrTime("baseline_drift", {"times": (z, 1.0)})
+    places = SimpleNamespace(linear="placed")
+
+    def faced(fitted: Any, drifts: Any, correction: Any) -> tuple[PlaceOrTime, ...]:
+        assert drifts == {"baseline_drift": "drifting"} and correction is places
+        return (found,)
+
+    monkeypatch.setattr(search, "place_or_time", faced)
+    made, _ = scored_round(
+        monkeypatch, [candidate("baseline_drift", effect=DRIFT)], {"baseline_drift": drift}, [], places
+    )
+    assert made.place_or_time == (found,)
+    assert (None if made.added is None else made.added.effect.name) == added

@@ -203,18 +203,28 @@ def test_floor_and_lack_of_fit_of_one_element_have_one_yardstick() -> None:
 
 
 @pytest.mark.slow
-def test_the_papers_finger_whose_maps_are_off_is_not_called_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A drift follows it from touch to touch, and its lack of fit on held-out touches is 1.49."""
+def test_the_papers_finger_whose_maps_are_off_errs_in_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    """In the order of a scan a drift follows it from touch to touch; functions of place predict it better.
+
+    With them, held-out touches are within the noise, and R is read better.
+    """
     monkeypatch.setattr(sys, "path", [str(Path(__file__).parents[2] / "studies"), *sys.path])
     from nicolson_fearing.paper_design import paper_design, with_map_errors
 
     design = paper_design(touch_radii_mm=(1.59, 6.01, 12.3, 25.25), gain_spread=0.3, depth_spread_mm=0.2)
     data = with_map_errors(bayestouch.simulate(design, seed=1), 2.06, 1)
-    diagnosis = bayestouch.diagnose(data, sample=False)
-    test = diagnosis.numbers["unexplained"]["test"]
-    # A correction without a cause, which the verdict does not count, lowers what `after` holds.
-    assert test["ratio"] > 1.3 and test["expected"] == pytest.approx(1.1)
-    assert diagnosis.verdict == "partly explained" and WITHIN not in str(diagnosis)
+    diagnosis = bayestouch.diagnose(data, draws=64)
+    numbers = diagnosis.numbers
+    assert diagnosis.verdict == "unattributed" and not diagnosis.effects
+    assert "Something smooth in place" in str(diagnosis) and WITHIN not in str(diagnosis)
+    (faced,) = numbers["rounds"][0]["place_or_time"]
+    assert faced["drift"] == "baseline_drift"
+    assert all(each["probability"] < 0.01 for each in faced["across"].values())
+    assert all(each["elpd_gain"] > 5 * each["elpd_gain_se"] for each in numbers["in_place"].values())
+    assert numbers["not_distinguishable"] == []
+    before, after, limits = numbers["before"], numbers["after"], numbers["lack_of_fit_limits"]["after"]
+    assert before["lack_of_fit"] > 10 and limits["low"] < after["lack_of_fit"] < 1.1
+    assert after["R_rms_mm"] < 0.75 * before["R_rms_mm"]
 
 
 def test_the_reports_page_tells_what_got_worse_and_both_references() -> None:

@@ -25,7 +25,9 @@ ANGLE, LOAD, RADIUS = (
 def basis(load: np.ndarray = LOAD) -> FingerCorrectionBasis:
     """Elements at -10, 5 and 20 degree, touched from -15 to 30, under loads about 40 N/m."""
     recording: Any = SimpleNamespace(place=(ANGLE,), load=load)
-    return FingerCorrectionBasis.of(ELEMENT, PEAK, 40.0, 16.0, recording)
+    spectra = SimpleNamespace(at=lambda kappa, n: np.exp(-kappa[:, None] * np.arange(n + 1)))
+    chain: Any = SimpleNamespace(outer_radius_mm=16.0, shear_modulus_MPa=0.5, spectra=spectra)
+    return FingerCorrectionBasis.of(ELEMENT, PEAK, 40.0, chain, recording)
 
 
 def test_settings() -> None:
@@ -39,6 +41,9 @@ def test_basis_over_what_was_touched() -> None:
     found = basis()
     np.testing.assert_allclose(found.element_deg, ELEMENT)
     assert (found.reference_load, found.widest) == (40.0, 16.0)
+    # Up to a flat under the largest load, and waves that Process has of 9 degree.
+    assert found.felt.nodes[-1] == pytest.approx(16.0 * 80 / 1000) and found.felt.process.length_deg == 9.0
+    np.testing.assert_allclose(found.felt.felt[-1, :3], np.exp(-1.28 / 0.5 * np.arange(3)))
     assert found.load_mean == pytest.approx(1.25) and found.load_sd == pytest.approx(np.std([0.5, 1, 1.5, 2]))
     at = np.array([-35.0, -3.0, 17.0, 40.0])
     np.testing.assert_array_equal(found.shared(at), SmoothBasis.of(-35, 40, 5.0, most=90)(at))
@@ -52,10 +57,10 @@ def test_columns() -> None:
     """In proportion to load and peak; wide contacts by P R over a flat's; the load about its mean."""
     made = basis()
     parts = made.columns(RADIUS, ANGLE, LOAD)
-    assert list(parts) == ["shared", "own", "wide", "loaded"]
+    assert list(parts) == ["shared", "map", "own", "wide", "loaded"]
     for t in range(4):
         share = LOAD[t] / 40
-        own_rows, loaded_rows = np.zeros((2, 3), dtype=object)
+        own_rows, loaded_rows, map_rows = np.zeros((3, 3), dtype=object)
         for e in range(3):
             away, scale = ANGLE[t] - ELEMENT[e], share * PEAK[e]
             at = np.array([away])
@@ -63,8 +68,9 @@ def test_columns() -> None:
             wide = RADIUS[t] / 16 * share
             np.testing.assert_allclose(parts["wide"][:, t, e], made.wide(at)[0] * scale * wide, atol=1e-12)
             own_rows[e] = made.own[e](at)[0] * scale
+            map_rows[e] = made.felt(RADIUS[t : t + 1], LOAD[t : t + 1], at[None])[0, 0] * scale
             loaded_rows[e] = made.loaded(at)[0] * scale * (share - 1.25) / made.load_sd
-        for name, rows in (("own", own_rows), ("loaded", loaded_rows)):
+        for name, rows in (("map", map_rows), ("own", own_rows), ("loaded", loaded_rows)):
             k = len(parts[name]) // 3
             for e in range(3):
                 wanted = np.zeros((k, 3))

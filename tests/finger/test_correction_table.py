@@ -34,7 +34,7 @@ def table(monkeypatch: pytest.MonkeyPatch) -> module.CorrectionTable:
     weights = CorrectionWeights(mean, slope, np.diag([0.25, 0.01, 7.0]))
     monkeypatch.setattr(module, "finger_model", lambda model: model)
     monkeypatch.setattr(module, "weights_of", lambda fitted: weights)
-    return module.table_of(corrected(), cast(Any, SimpleNamespace(columns=columns)))
+    return module.table_of(corrected(), cast(Any, SimpleNamespace(columns=columns, sizes={})))
 
 
 def test_table_of_a_correction_that_is_known_in_closed_form(table: module.CorrectionTable) -> None:
@@ -65,7 +65,7 @@ def test_a_part_that_no_function_has_is_not_stored(monkeypatch: pytest.MonkeyPat
     weights = CorrectionWeights(np.ones(1), np.ones((1, 2)), np.eye(1))
     monkeypatch.setattr(module, "finger_model", lambda model: model)
     monkeypatch.setattr(module, "weights_of", lambda fitted: weights)
-    chosen: Any = SimpleNamespace(columns=lambda radius, angle, load: (0.1 * load)[None, :, None])
+    chosen: Any = SimpleNamespace(columns=lambda radius, angle, load: (0.1 * load)[None, :, None], sizes={})
     found = module.table_of(corrected(), chosen)
     np.testing.assert_array_equal(found.terms, [0])
     assert found.slope.shape == (16, 2, 1, 1) and found.covariance.shape == (16, 1, 1)
@@ -83,6 +83,8 @@ def test_between_two_locations() -> None:
         np.array([0]),
         slope.reshape(3, 1, 1, 1),
         covariance.reshape(3, 1, 1),
+        np.zeros(0),
+        np.zeros((0, 5, 1)),
     )
     there = np.zeros(1), np.radians([0.5]), np.array([3.0])
     np.testing.assert_allclose(table.by_parameter(*there), 3 * 5.0)
@@ -109,3 +111,59 @@ def test_a_table_of_version_0_1() -> None:
     there = np.zeros(2), np.radians([0.0, 1.0]), np.array([10.0, 20.0])
     np.testing.assert_allclose(found.covariance_at(*there), [np.diag([9.0, 16.0]), np.diag([100.0, 144.0])])
     assert not found.by_parameter(*there).any()
+
+
+NODES = np.array([0.0, 0.2, 0.5])
+
+
+@pytest.fixture
+def felt(monkeypatch: pytest.MonkeyPatch) -> module.CorrectionTable:
+    """A correction of weights 2, 3 and 5 of P, P² and P (P R)², with a polynomial through three values of P R."""
+    weights = CorrectionWeights(np.array([2.0, 3.0, 5.0]), np.ones((3, 1)), np.diag([0.25, 0.01, 7.0]))
+    monkeypatch.setattr(module, "finger_model", lambda model: model)
+    monkeypatch.setattr(module, "weights_of", lambda fitted: weights)
+    monkeypatch.setattr(module, "nodes_of", lambda chosen: NODES)
+    return module.table_of(corrected(), cast(Any, SimpleNamespace(columns=curved, sizes={"map": 0.1})))
+
+
+def curved(radius: np.ndarray, angle: np.ndarray, load: np.ndarray) -> np.ndarray:
+    pressed = np.minimum(load * radius / 1000, NODES[-1])
+    return np.stack([load, load**2, load * pressed**2])[..., None]
+
+
+def test_a_correction_that_depends_on_p_r_by_a_polynomial(felt: module.CorrectionTable) -> None:
+    """Mean and variance at P R of 0, 0.08 and, beyond the last value, 1."""
+    np.testing.assert_array_equal(felt.terms, [2, 3, 4, 5])
+    touches = np.array([0.0, 4.0, 50.0]), np.radians([-1.3, 2.0, 0.0]), np.array([10.0, 20.0, 20.0])
+    columns = curved(*touches)[..., 0]
+    np.testing.assert_allclose(felt.readings(*touches)[:, 0], np.array([2.0, 3.0, 5.0]) @ columns, rtol=1e-9)
+    wanted = np.array([0.25, 0.01, 7.0]) @ columns**2
+    # single precision
+    np.testing.assert_allclose(felt.covariance_at(*touches)[:, 0, 0], wanted, rtol=1e-5)
+    np.testing.assert_allclose(felt.by_parameter(*touches)[0, :, 0], columns.sum(axis=0), rtol=1e-5)
+
+
+def test_such_a_table_as_a_file_holds_it(felt: module.CorrectionTable) -> None:
+    found = module.CorrectionTable.from_arrays(felt.arrays())
+    assert found is not None
+    for where in (found.readings, found.by_parameter, found.covariance_at):
+        np.testing.assert_array_equal(where(*TOUCHES), getattr(felt, where.__name__)(*TOUCHES))
+    part = {name: array for name, array in felt.arrays().items() if name != "placed_nodes"}
+    with pytest.raises(InputError, match="placed_nodes"):
+        module.CorrectionTable.from_arrays(part)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "own"),
+    [
+        ({"map": 0.01}, True),
+        ({"map": 0.01, "own": 0.003, "shared": 0.0, "wide": 0.0, "loaded": 0.0}, True),
+        ({"own": 0.003}, False),
+        ({"map": 0.0, "own": 0.003}, False),
+        ({"map": 0.01, "loaded": 0.003}, False),
+        ({"map": 0.01, "shared": 0.003}, False),
+        ({"map": 0.01, "wide": 0.003}, False),
+    ],
+)
+def test_a_correction_by_functions_of_each_element(sizes: dict[str, float], own: bool) -> None:
+    assert module.errs_by_element(cast(Any, SimpleNamespace(sizes=sizes))) == own

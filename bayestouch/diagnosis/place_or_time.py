@@ -1,0 +1,108 @@
+"""Whether a drift or functions of place explain a misfit: both predict touches across times and across places.
+
+Touches are held out in blocks of time, and in blocks of places with whatever was touched there at any time. A drift
+does not know a time that was held out, functions of place do not know a place. Each is named only if it predicts better
+in one way and not worse in the other; if neither does, the order of the touches does not distinguish them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import ndtr
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.diagnosis.blocks import FOLDS, place_blocks, time_blocks
+from bayestouch.model.correction import Correction
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.linear import Linearised
+from bayestouch.model.predictive import held_out_density
+
+#: What functions of place stand for in results, next to the names of effects.
+IN_PLACE = "something in place"
+# Standard errors of a difference of held-out density beyond which one of two explanations is better.
+BETTER = 2.0
+
+#: Difference of held-out log density and its standard error.
+Difference = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PlaceOrTime:
+    """A drift against functions of place, fitted to the same touches.
+
+    Attributes
+    ----------
+    drift : str
+        Name of the drift.
+    across : mapping of str to (float, float)
+        Log density of held-out touches by the drift minus that by functions of place, and its standard error over
+        blocks; by what was held out, ``times`` and ``places``. Where the touches have too few places, only ``times``.
+    """
+
+    drift: str
+    across: dict[str, Difference]
+
+    @property
+    def standardised(self) -> FloatArray:
+        """Each difference in units of its standard error."""
+        return np.array([gain / max(error, 1e-300) for gain, error in self.across.values()])
+
+    @property
+    def is_drift(self) -> bool:
+        """True if the drift predicts better in one way and not worse in any."""
+        return bool((self.standardised > BETTER).any() and (self.standardised > -BETTER).all())
+
+    @property
+    def is_place(self) -> bool:
+        """True if functions of place predict better in one way and not worse in any."""
+        return bool((self.standardised < -BETTER).any() and (self.standardised < BETTER).all())
+
+    @property
+    def undecided(self) -> bool:
+        """True if these data do not distinguish the two."""
+        return not (self.is_drift or self.is_place)
+
+    @property
+    def probability_of_drift(self) -> dict[str, float]:
+        """Probability that the drift predicts further touches better, by what is held out."""
+        return {name: float(ndtr(z)) for name, z in zip(self.across, self.standardised, strict=True)}
+
+
+def place_or_time(
+    fitted: Fitted, drifts: Mapping[str, Linearised], places: Correction | None
+) -> tuple[PlaceOrTime, ...]:
+    """Models with a drift, by name, against the model without it but with functions of place; none without these."""
+    if places is None or not drifts:
+        return ()
+    return tuple(PlaceOrTime(name, across(fitted, drift, places.linear)) for name, drift in drifts.items())
+
+
+def in_place(fitted: Fitted, places: Correction | None) -> dict[str, Difference] | None:
+    """What functions of place gain over the model without them, as in `PlaceOrTime`; None unless they are certain."""
+    if places is None:
+        return None
+    gained = across(fitted, places.linear, fitted.linear)
+    ahead = np.array([gain / max(error, 1e-300) for gain, error in gained.values()])
+    return gained if (ahead > BETTER).any() and (ahead > -BETTER).all() else None
+
+
+def across(fitted: Fitted, one: Linearised, other: Linearised) -> dict[str, Difference]:
+    """`difference` by what is held out: ``times`` and, if the touches have enough places, ``places``."""
+    blocks, of_places = {"times": time_blocks(fitted)}, place_blocks(fitted)
+    if of_places is not None:
+        blocks["places"] = of_places
+    return {kind: difference(one, other, block) for kind, block in blocks.items()}
+
+
+def difference(one: Linearised, other: Linearised, block: IntArray) -> Difference:
+    """Log density of held-out touches by one model minus that by another; `block` (t,) says what is held out together.
+
+    Touches of a block are not independent, so that the standard error is over blocks.
+    """
+    fold = block % FOLDS
+    each = (held_out_density(one, fold) - held_out_density(other, fold))[:, :2].sum(axis=1)
+    sums = np.bincount(block, weights=each)[np.unique(block)]
+    return float(sums.sum()), float(np.sqrt(len(sums)) * sums.std(ddof=1)) if len(sums) > 1 else float("inf")

@@ -1,0 +1,221 @@
+"""Errors that belong to a place, and errors that belong to a time: does the diagnosis say which?
+
+Fingers of two rubbers get errors of their elements' E maps, 1 to 5 % of the peak and smooth over 8 degrees, or zeros
+that wander, 1 to 3 % of the peak. Each is measured in the order of a scan, as the paper's finger was, and again with
+the touches of both tables in random order. The seeds of the published table were written down before it was run.
+
+    python studies/places_and_times.py [-o RESULTS] [--development] [--only place|time]
+    python studies/places_and_times.py [-o RESULTS] --docs      writes the table of docs/diagnosis.md
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import argparse
+import json
+import time
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from _page import DOCS, markdown_table, put_into_page
+from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design, with_map_errors
+
+import bayestouch
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.touches import Touches
+from bayestouch.diagnosis.place_or_time import IN_PLACE
+from bayestouch.diagnosis.search import search
+from bayestouch.model.body import body_of
+from bayestouch.model.split_data import SplitData
+from bayestouch.simulation import FingerDesign, SimulatedDataSet
+
+#: MPa and mm: the paper's finger, and a stiffer one with elements nearer to the core.
+RUBBERS = {"soft": (SHEAR_MODULUS, 10.3), "stiff": (0.15, 9.9)}
+ORDERS = ("scan", "random")
+# Percent of the peak, one finger after the other.
+PLACE_PERCENT, TIME_PERCENT = (1.0, 2.0, 3.0, 4.0, 5.0), (1.0, 2.0, 3.0)
+# Correlation time of a zero that wanders, over the whole measurement.
+WANDERS = (1 / 4, 1 / 10)
+DRIFTS = {"baseline_drift", "gain_drift"}
+# Seeds for looking, and seeds of the published table, which were looked at by nobody before it was run.
+DEVELOPMENT, FRESH = range(3), range(7100, 7110)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One finger, measured once."""
+
+    kind: str
+    rubber: str
+    order: str
+    seed: int
+
+    @property
+    def percent(self) -> float:
+        """Size of the error, % of the peak."""
+        sizes = PLACE_PERCENT if self.kind == "place" else TIME_PERCENT
+        return sizes[self.seed % len(sizes)]
+
+    def design(self) -> FingerDesign:
+        """The finger and its touches."""
+        modulus, radius = RUBBERS[self.rubber]
+        return paper_design(
+            shear_modulus_MPa=modulus,
+            sensing_radius_mm=radius,
+            touch_radii_mm=(1.59, 6.01, 12.3, 25.25),
+            gain_spread=0.3,
+            depth_spread_mm=0.2,
+        )
+
+    def data(self) -> DataSet:
+        """What is measured."""
+        simulated = bayestouch.simulate(self.design(), seed=self.seed)
+        rng = np.random.default_rng([self.seed, 91])
+        if self.kind == "place":
+            return ordered(with_map_errors(simulated, self.percent, self.seed), self.order, rng)
+        return with_wandering_zeros(simulated, ordered(simulated.dataset, self.order, rng), self.percent, self.seed)
+
+
+def ordered(dataset: DataSet, order: str, rng: np.random.Generator) -> DataSet:
+    """The same touches, those of each table in another order if it is "random"."""
+    if order == "scan":
+        return dataset
+    assert dataset.calibration is not None
+    return replace(dataset, calibration=shuffled(dataset.calibration, rng), touches=shuffled(dataset.touches, rng))
+
+
+def shuffled(table: Touches, rng: np.random.Generator) -> Touches:
+    """Touches in random order at the same times; each has as many samples as any other."""
+    slots = np.unique(table.touch)
+    rows = np.concatenate([np.flatnonzero(table.touch == each) for each in rng.permutation(slots)])
+    return table.select(rows).with_(touch=table.touch, time_s=table.time_s)
+
+
+def with_wandering_zeros(simulated: SimulatedDataSet, dataset: DataSet, percent: float, seed: int) -> DataSet:
+    """Add to every element a smooth random function of time, `percent` of its peak: cosines of random frequency."""
+    assert dataset.calibration is not None
+    rng, waves = np.random.default_rng([seed, 92]), 60
+    peak = np.abs(np.asarray(simulated.truth["response"])) * simulated.dataset.calibration.load.mean()  # type: ignore[union-attr]
+    length = dataset.touches.time_s.max() * WANDERS[seed % len(WANDERS)]
+    frequency = rng.standard_normal((len(peak), waves)) / length
+    phase = rng.uniform(0, 2 * np.pi, (len(peak), waves))
+
+    def moved(table: Touches) -> Touches:
+        course = np.cos(table.time_s[:, None, None] * frequency + phase).sum(axis=-1) * np.sqrt(2 / waves)
+        return table.with_(readings=table.readings + percent / 100 * peak * course)
+
+    return replace(dataset, calibration=moved(dataset.calibration), touches=moved(dataset.touches))
+
+
+def said(numbers: Mapping[str, Any]) -> str:
+    """What the diagnosis names: "drift", "place", "not distinguishable", or "nothing"."""
+    if DRIFTS & {each["name"] for each in numbers["effects"]}:
+        return "drift"
+    if any(IN_PLACE in pair for pair in numbers["not_distinguishable"]):
+        return "not distinguishable"
+    return "place" if numbers["in_place"] is not None else "nothing"
+
+
+def run(case: Case) -> dict[str, Any]:
+    """Diagnose one finger."""
+    began = time.process_time()
+    found = diagnosed(case) if case.kind == "place" else searched(case)
+    return {**asdict(case), "percent": case.percent, **found, "processor_s": time.process_time() - began}
+
+
+def diagnosed(case: Case) -> dict[str, Any]:
+    """What a diagnosis says of a finger, and errors on held-out touches before and after."""
+    numbers = bayestouch.diagnose(case.data(), draws=64, seed=case.seed).numbers
+    return {
+        "said": said(numbers),
+        "verdict": numbers["verdict"],
+        "effects": [each["name"] for each in numbers["effects"]],
+        "in_place": numbers["in_place"],
+        "place_or_time": [each["place_or_time"] for each in numbers["rounds"]],
+        **{f"{key}_{when}": numbers[when][key] for key in ("R_rms_mm", "lack_of_fit") for when in ("before", "after")},
+    }
+
+
+def searched(case: Case) -> dict[str, Any]:
+    """What the search of a diagnosis finds; draws of drifts, which take minutes, would not change it."""
+    data = case.data()
+    body = body_of(data.sensor)
+    begun = body.begin(SplitData.of(data), draws=8, seed=case.seed, **body.own({"contact": None, "kernel": None}))
+    rounds = search(begun.fitted, begun.effects)
+    effects = [each.added.effect.name for each in rounds if each.added is not None]
+    undecided = any(each.undecided for each in rounds[-1].place_or_time)
+    named = (
+        "drift" if DRIFTS & {*effects} else "not distinguishable" if undecided else "other" if effects else "nothing"
+    )
+    return {
+        "said": named,
+        "effects": effects,
+        "place_or_time": [[asdict(one) for one in each.place_or_time] for each in rounds],
+    }
+
+
+def cases(seeds: range, kinds: tuple[str, ...]) -> list[Case]:
+    """All cases, rubber and order changing fastest, so that a part of a run is a fair sample."""
+    return [Case(k, r, o, s) for s in seeds for o in ORDERS for r in RUBBERS for k in kinds]
+
+
+def rows(results: list[dict[str, Any]]) -> list[list[str]]:
+    """Rows of the table: a kind of error, an order and a rubber each."""
+    out = []
+    for kind in ("place", "time"):
+        for order in ORDERS:
+            for rubber in RUBBERS:
+                some = [r for r in results if (r["kind"], r["order"], r["rubber"]) == (kind, order, rubber)]
+                if some:
+                    out.append([f"{kind}, {rubber} rubber, {order}", *_row(some)])
+    return out
+
+
+def _row(some: list[dict[str, Any]]) -> list[str]:
+    """Counts of what was named, and errors of R and lack of fit before and after."""
+    counts = [str(sum(each["said"] == what for each in some)) for what in WHAT]
+    if "R_rms_mm_after" not in some[0]:
+        return [str(len(some)), *counts, "", "", ""]
+    worse = sum(each["R_rms_mm_after"] > each["R_rms_mm_before"] for each in some)
+    r, fit = (
+        [np.median([each[f"{key}_{when}"] for each in some]) for when in ("before", "after")]
+        for key in ("R_rms_mm", "lack_of_fit")
+    )
+    return [str(len(some)), *counts, f"{r[0]:.2f} → {r[1]:.2f}", str(worse), f"{fit[0]:.1f} → {fit[1]:.2f}"]
+
+
+WHAT = ("drift", "place", "not distinguishable", "nothing", "other")
+HEAD = ("error, finger, order", "fingers", *WHAT, "rms of R, mm (median)", "R worse", "lack of fit (median)")
+
+
+def main() -> None:
+    """Run what is not in the file of results yet, and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("-o", "--results", type=Path, default=Path("places_and_times.jsonl"), help="a line a finger")
+    parser.add_argument("--development", action="store_true", help="seeds for looking")
+    parser.add_argument("--only", choices=("place", "time"))
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/diagnosis.md from the results")
+    given = parser.parse_args()
+    results = [json.loads(line) for line in given.results.read_text().splitlines()] if given.results.exists() else []
+    if not given.docs:
+        seeds, kinds = DEVELOPMENT if given.development else FRESH, (given.only,) if given.only else ("place", "time")
+        done = {(r["kind"], r["rubber"], r["order"], r["seed"]) for r in results}
+        for case in cases(seeds, kinds):
+            if (case.kind, case.rubber, case.order, case.seed) not in done:
+                results.append(run(case))
+                with given.results.open("a") as file:
+                    file.write(json.dumps(results[-1]) + "\n")
+    table = markdown_table(HEAD, rows(results))
+    print(table)
+    if given.docs:
+        put_into_page("places_and_times.py", table, DOCS / "diagnosis.md")
+
+
+if __name__ == "__main__":
+    main()

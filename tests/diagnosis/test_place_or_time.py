@@ -1,0 +1,77 @@
+"""A drift against functions of place: differences of held-out density, and who is named."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.diagnosis import place_or_time as module
+from bayestouch.diagnosis.place_or_time import PlaceOrTime
+
+
+def facing(*z: float) -> PlaceOrTime:
+    return PlaceOrTime(
+        "baseline_drift", dict(zip(("times", "places"), ((3.0 * each, 3.0) for each in z), strict=False))
+    )
+
+
+@pytest.mark.parametrize(
+    ("z", "who"),
+    [
+        ((2.1, 2.1), "drift"),
+        ((2.1, -1.9), "drift"),
+        ((-1.9, 2.1), "drift"),
+        ((2.1, -2.1), None),
+        ((1.9, 1.9), None),
+        ((-2.1, 1.9), "place"),
+        ((-2.1, -2.1), "place"),
+        ((2.1,), "drift"),
+        ((-1.9,), None),
+        ((-2.1,), "place"),
+    ],
+)
+def test_who_is_named(z: tuple[float, ...], who: str | None) -> None:
+    """Who predicts better by two standard errors in one way, and is not worse by as many in the other."""
+    found = facing(*z)
+    assert (found.is_drift, found.is_place, found.undecided) == (who == "drift", who == "place", who is None)
+
+
+def test_probability_of_the_drift() -> None:
+    found = facing(1.0, -2.0).probability_of_drift
+    assert found == pytest.approx({"times": 0.841345, "places": 0.022750}, rel=1e-4)
+
+
+def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nine touches in three blocks, whose sums are 3, 6 and 12: 21, and sqrt(3) sd of the three."""
+    block = np.array([0, 0, 0, 1, 1, 1, 9, 9, 9])
+    density = {"one": np.array([1.0] * 3 + [2.0] * 3 + [4.0] * 3), "other": np.zeros(9)}
+    folds: list[Any] = []
+
+    def held_out(which: Any, fold: Any) -> Any:
+        folds.append(fold)
+        # Half of it by means and half within touches; the third column does not count.
+        return np.stack([density[which] / 2, density[which] / 2, np.full(9, 99.0)], axis=1)
+
+    monkeypatch.setattr(module, "held_out_density", held_out)
+    one: Any = "one"
+    other: Any = "other"
+    gain, error = module.difference(one, other, block)
+    assert gain == pytest.approx(21.0) and error == pytest.approx(np.sqrt(3) * np.std([3, 6, 12], ddof=1))
+    np.testing.assert_array_equal(folds[0], block % 8)
+
+
+@pytest.mark.parametrize(("gains", "there"), [((5.0, 1.0), True), ((1.0, 1.0), False), ((5.0, -5.0), False)])
+def test_something_in_place(monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], there: bool) -> None:
+    """It gains in one way by two standard errors, and loses as much in none."""
+    answers = iter([(each, 2.0) for each in gains])
+    monkeypatch.setattr(module, "difference", lambda one, other, block: next(answers))
+    monkeypatch.setattr(module, "time_blocks", lambda fitted: np.arange(3))
+    monkeypatch.setattr(module, "place_blocks", lambda fitted: np.arange(3))
+    fitted: Any = SimpleNamespace(linear=None)
+    places: Any = SimpleNamespace(linear=None)
+    found = module.in_place(fitted, places)
+    assert found == ({"times": (5.0, 2.0), "places": (1.0, 2.0)} if there else None)
+    assert module.in_place(fitted, None) is None
