@@ -5,8 +5,6 @@ from .calibration.log_density import LogDensity as LogDensity
 from .calibration.log_density import log_density as log_density
 from .checking import DataCheck as DataCheck
 from .checking import check as check
-from .checks.ranks import RankStatistics as RankStatistics
-from .checks.touches import sbc as sbc
 from .data.dataset import DataSet as DataSet
 from .data.dataset import load_dataset as load_dataset
 from .data.dataset import save_dataset as save_dataset
@@ -39,5 +37,7 @@ from .simulation import FingerDesign as FingerDesign
 from .simulation import PadDesign as PadDesign
 from .simulation import SimulatedDataSet as SimulatedDataSet
 from .simulation import simulate as simulate
+from .simulation_based_calibration.ranks import RankStatistics as RankStatistics
+from .simulation_based_calibration.touches import sbc as sbc
 
 __version__: str

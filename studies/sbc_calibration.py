@@ -31,8 +31,8 @@ from sbc_power import pooled as pooled_check
 from sbc_power import power
 
 import bayestouch
-from bayestouch.checks.ranks import RankStatistics
 from bayestouch.simulation import FingerDesign, PadDesign
+from bayestouch.simulation_based_calibration.ranks import RankStatistics
 
 DESIGN = FingerDesign(
     n_elements=4,

@@ -18,8 +18,14 @@ import numpy as np
 from _page import STATISTICS, markdown_table, put_into_page
 from scipy.stats import binom, norm
 
-from bayestouch.checks.ranks import RANKED, VARIANCE_OF_SQUARE, normal_scores, of_ranks, spread_p_value
 from bayestouch.results.probability_plot import UniformBand
+from bayestouch.simulation_based_calibration.ranks import (
+    RANKED,
+    VARIANCE_OF_SQUARE,
+    normal_scores,
+    of_ranks,
+    spread_p_value,
+)
 
 NARROW = (0.0, 0.05, 0.1, 0.2)
 # a chance of one half is then good to 2.5 %
@@ -127,7 +133,10 @@ def band(where: str, simulations: int, level: float = 0.01) -> Check:
 
 def checks() -> list[Check]:
     """All checks, with the numbers of simulations that tests and studies use."""
-    touches, study = "`tests/checks/test_touches.py`, touches", "`studies/sbc_touches.py`, each row"
+    touches, study = (
+        "`tests/simulation_based_calibration/test_touches.py`, touches",
+        "`studies/sbc_touches.py`, each row",
+    )
     small, calibrations = "`tests/studies/test_studies.py`, two elements", "`studies/sbc_calibration.py`"
     return [
         pooled(touches, 500, TOUCH),

@@ -22,8 +22,8 @@ from _page import STATISTICS, docs_of, markdown_table, put_into_page
 from _published import options, save
 
 import bayestouch
-from bayestouch.checks.ranks import RankStatistics
 from bayestouch.simulation import embedded_dataset
+from bayestouch.simulation_based_calibration.ranks import RankStatistics
 
 METHODS, SAMPLES = ("emcee", "importance"), (1, 20)
 SIMULATIONS = 2000

@@ -37,7 +37,7 @@ import bayestouch
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.effects.stated import StatedModel
-from bayestouch.finger.correction_table import MEAN, N_TERMS, PREFIX, correction_coefficients, nodes_of
+from bayestouch.finger.correction_table import MEAN, N_TERMS, PREFIX, correction_coefficients, pressure_nodes
 from bayestouch.model.body import body_of
 from bayestouch.model.correction import corrected_fit
 from bayestouch.model.split_data import SplitData
@@ -156,7 +156,7 @@ def corrected_finger(draws: int, seed: int = 1) -> Compared:
     d, m = len(linear.precision), fitted.model.n_elements
     scale = np.concatenate([calibration.mode["response"], np.ones(d - m)])
     grid = calibration.extra["placed_angle_deg"]
-    nodes, load = nodes_of(correction), fitted.model.reference_load
+    nodes, load = pressure_nodes(correction), fitted.model.reference_load
     terms, coefficients = correction_coefficients(correction, grid, design.body.outer, load, nodes)
     tables = np.zeros((N_TERMS + len(nodes), *coefficients.shape[2:]))
     calibrations = []

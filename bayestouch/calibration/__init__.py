@@ -10,8 +10,8 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
 from bayestouch.model.body import body_of
+from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
-from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import chosen_groups
 

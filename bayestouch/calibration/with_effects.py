@@ -23,7 +23,7 @@ from bayestouch.model.joining import fit_with
 from bayestouch.model.noise_posterior import FoundNoise
 from bayestouch.model.peaks import settled
 from bayestouch.model.split_data import SplitData
-from bayestouch.progress import Progress
+from bayestouch.output.progress import Progress
 from bayestouch.results.objects import Calibration
 
 

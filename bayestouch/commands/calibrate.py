@@ -9,7 +9,7 @@ import click
 from bayestouch.commands.arguments import dataset_at, model_at
 from bayestouch.commands.options import CONTACTS, KERNELS, grouped, seeded, spoken
 from bayestouch.commands.output import check_output, say
-from bayestouch.progress import progress_bar
+from bayestouch.output.progress import progress_bar
 
 
 @click.command(short_help="Calibrate a sensor from known touches.")

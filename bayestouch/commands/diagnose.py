@@ -9,7 +9,7 @@ import click
 from bayestouch.commands.arguments import dataset_at
 from bayestouch.commands.options import CONTACTS, KERNELS, clustered, seeded, spoken
 from bayestouch.commands.output import check_folder, say
-from bayestouch.progress import progress_bar, staged
+from bayestouch.output.progress import progress_bar, staged
 
 
 @click.command(short_help="Find the effects that explain the model error, and add them.")

@@ -9,7 +9,7 @@ import click
 from bayestouch.commands.arguments import calibration_at, table_at
 from bayestouch.commands.options import clustered, grouped, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
-from bayestouch.progress import progress_bar
+from bayestouch.output.progress import progress_bar
 
 
 @click.command(short_help="Read touches: location, load and radius.")

@@ -11,7 +11,7 @@ from bayestouch.commands.arguments import calibration_at, dataset_at, diagnosis_
 from bayestouch.commands.options import seeded, spoken
 from bayestouch.commands.output import check_folder, say, show_page
 from bayestouch.errors import InputError
-from bayestouch.progress import progress_bar
+from bayestouch.output.progress import progress_bar
 
 
 @click.command(short_help="Write a reliability report.")

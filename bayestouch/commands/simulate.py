@@ -10,7 +10,7 @@ from bayestouch.commands.options import seeded, spoken
 from bayestouch.commands.output import say
 from bayestouch.errors import InputError
 from bayestouch.model.body import BODIES
-from bayestouch.progress import progress_bar
+from bayestouch.output.progress import progress_bar
 
 
 @click.command(short_help="Simulate a data set with known truth.")

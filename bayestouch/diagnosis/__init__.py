@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from bayestouch.errors import InputError, about
-from bayestouch.progress import Progress
+from bayestouch.output.progress import Progress
 
 if TYPE_CHECKING:
     from bayestouch.data.dataset import DataSet

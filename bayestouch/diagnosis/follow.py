@@ -26,7 +26,7 @@ from bayestouch.model.fitting import Fitted
 from bayestouch.model.held_out import HeldOut
 from bayestouch.model.joining import fit_without
 from bayestouch.model.split_data import SplitData
-from bayestouch.progress import Progress, staged
+from bayestouch.output.progress import Progress, staged
 
 # Fractions of the time at the end of the first fit, and of the search.
 START, SEARCHED = 0.1, 0.75

@@ -90,14 +90,14 @@ def in_place(fitted: Fitted, places: Correction | None) -> dict[str, Difference]
 
 
 def across(fitted: Fitted, one: Linearised, other: Linearised) -> dict[str, Difference]:
-    """`difference` by what is held out: ``times`` and, if the touches have enough places, ``places``."""
+    """`over_blocks` by what is held out: ``times`` and, if the touches have enough places, ``places``."""
     blocks, of_places = {"times": time_blocks(fitted)}, place_blocks(fitted)
     if of_places is not None:
         blocks["places"] = of_places
-    return {kind: difference(one, other, block) for kind, block in blocks.items()}
+    return {kind: over_blocks(one, other, block) for kind, block in blocks.items()}
 
 
-def difference(one: Linearised, other: Linearised, block: IntArray) -> Difference:
+def over_blocks(one: Linearised, other: Linearised, block: IntArray) -> Difference:
     """Log density of held-out touches by one model minus that by another; `block` (t,) says what is held out together.
 
     Touches of a block are not independent, so that the standard error is over blocks.

@@ -22,7 +22,7 @@ from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.predictive import held_out_density
 from bayestouch.model.significance import at_least_one
-from bayestouch.progress import Progress, staged
+from bayestouch.output.progress import Progress, staged
 
 # Fractions of a round's time at the end of scoring and of refitting; the correction follows.
 SCORED, REFITTED = 0.25, 0.8

@@ -104,9 +104,10 @@ class FingerEvaluation:
         """
         data, in_place = self.data, correction is not None and self.e_map == MODEL_MAP and errs_by_element(correction)
         if not added and (correction is None or in_place):
-            fit, places, why = self.start.calibrated, None, self.start.notes[:0]
+            fit, chosen = self.start.calibrated, None
+            why: tuple[str, ...] = ()
             if in_place:
-                fit, places, why = fit_of_places(fit, wanted=True)
+                fit, chosen, why = fit_of_places(fit, wanted=True)
             calibration = finger_calibration(
                 fit,
                 self.start.fitted.model.known.means,
@@ -117,7 +118,7 @@ class FingerEvaluation:
                 draws=self.draws,
                 seed=self.seed,
                 notes=(*data.notes, *self.start.notes, *why),
-                places=places,
+                places=chosen,
                 groups=self.groups,
                 moves=self.moves,
             )

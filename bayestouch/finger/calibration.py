@@ -25,8 +25,8 @@ from bayestouch.finger.public import linear_vectors, public_draws, public_mode
 from bayestouch.finger.requested import groups_without_effects
 from bayestouch.finger.sampling import sample_fit
 from bayestouch.model.fitting import Fitted
+from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
-from bayestouch.progress import Progress
 from bayestouch.results.data import TouchRows
 from bayestouch.results.keys import E_MAP, IDENTIFIED_MAP, MODEL_MAP, REST_READING
 from bayestouch.results.objects import Calibration

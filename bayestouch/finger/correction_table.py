@@ -161,7 +161,7 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
     angle = model.correction_inputs(fitted.vector)[1]
     low, high = np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5
     grid = np.arange(low, high + 1e-9, STEP_DEG)
-    weights, nodes = weights_of(fitted), nodes_of(chosen)
+    weights, nodes = weights_of(fitted), pressure_nodes(chosen)
     terms, coefficients = correction_coefficients(
         chosen, grid, model.finger.outer_radius_mm, model.reference_load, nodes
     )
@@ -193,7 +193,7 @@ def errs_by_element(chosen: Correction) -> bool:
     return chosen.sizes.get("map", 0.0) > 0 and not any(chosen.sizes.get(name) for name in ("shared", "wide", "loaded"))
 
 
-def nodes_of(chosen: Correction) -> FloatArray:
+def pressure_nodes(chosen: Correction) -> FloatArray:
     """Values of P R (N) at which a table of the correction needs coefficients; none without errors of the E map."""
     if not chosen.sizes.get("map"):
         return np.zeros(0)

@@ -17,7 +17,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.quantiles import QuantileMaps
-from bayestouch.progress import Progress
+from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws, StudentTProposal
 from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.bounds import normal_between

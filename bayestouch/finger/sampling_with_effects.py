@@ -18,7 +18,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.linear import Functions
-from bayestouch.progress import Progress
+from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
 

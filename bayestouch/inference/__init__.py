@@ -10,8 +10,8 @@ from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, sourc
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.model.body import body_of
+from bayestouch.output.progress import Progress
 from bayestouch.priors.indenters import IndenterPrior
-from bayestouch.progress import Progress
 from bayestouch.reading.driver import (
     Executor,
     TouchRun,

@@ -11,6 +11,7 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError
+from bayestouch.output.progress import Progress, staged
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import choose_model
 from bayestouch.pad.density import PadDensity
@@ -19,7 +20,6 @@ from bayestouch.pad.posterior import PadPosterior
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
 from bayestouch.pad.start import fit_without_effects
-from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration
 
 # Share of the time after which the model is chosen.

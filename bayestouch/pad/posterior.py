@@ -11,9 +11,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
+from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.sampling import sample_density
-from bayestouch.progress import Progress
 from bayestouch.results.schema import LOG_DENSITY
 
 

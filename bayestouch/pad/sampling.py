@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.posterior_map import PadPosteriorMap, effective_number
-from bayestouch.progress import Progress
 from bayestouch.sampling import BlockDraws, StudentTProposal
 from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.density import LogDensity

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.touch_source import TouchSource
+from bayestouch.output.progress import Progress
 from bayestouch.parallel.cluster import on_cluster
-from bayestouch.progress import Progress
 from bayestouch.reading.options import Kept, Options
 from bayestouch.reading.touch_reader import AnyBlock
 from bayestouch.results.data import TouchRows

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.output.progress import Progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import number, plural
-from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration, TouchPosteriors
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any
 from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.output.pictures import Format, Picture
-from bayestouch.progress import Progress
+from bayestouch.output.progress import Progress
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
 
 #: Number of figures of a diagnosis that a report shows; the folder of the diagnosis has all.

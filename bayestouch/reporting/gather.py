@@ -10,7 +10,7 @@ import numpy as np
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.splits import with_calibration
 from bayestouch.model.body import body_of
-from bayestouch.progress import Progress, staged
+from bayestouch.output.progress import Progress, staged
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.checks import CALIBRATION_GROUPS, MOST_PREDICTED, TOUCH_GROUPS
 from bayestouch.reporting.diagnosed import light_diagnosis, saved_diagnosis

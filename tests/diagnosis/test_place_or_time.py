@@ -58,7 +58,7 @@ def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "held_out_density", held_out)
     one: Any = "one"
     other: Any = "other"
-    gain, error = module.difference(one, other, block)
+    gain, error = module.over_blocks(one, other, block)
     assert gain == pytest.approx(21.0) and error == pytest.approx(np.sqrt(3) * np.std([3, 6, 12], ddof=1))
     np.testing.assert_array_equal(folds[0], block % 8)
 

@@ -122,7 +122,7 @@ def felt(monkeypatch: pytest.MonkeyPatch) -> module.CorrectionTable:
     weights = CorrectionWeights(np.array([2.0, 3.0, 5.0]), np.ones((3, 1)), np.diag([0.25, 0.01, 7.0]))
     monkeypatch.setattr(module, "finger_model", lambda model: model)
     monkeypatch.setattr(module, "weights_of", lambda fitted: weights)
-    monkeypatch.setattr(module, "nodes_of", lambda chosen: NODES)
+    monkeypatch.setattr(module, "pressure_nodes", lambda chosen: NODES)
     return module.table_of(corrected(), cast(Any, SimpleNamespace(columns=curved, sizes={"map": 0.1})))
 
 

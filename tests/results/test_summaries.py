@@ -16,7 +16,6 @@ from report_cases import FINGER, LINE, Page
 
 import bayestouch
 import bayestouch.reliability
-from bayestouch.checks.ranks import of_ranks
 from bayestouch.data.touches import touches_from
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import LogNormal
@@ -25,6 +24,7 @@ from bayestouch.results import summaries
 from bayestouch.results.draws_on_file import DrawsOnFile
 from bayestouch.results.partial import fingerprint_of
 from bayestouch.simulation import FingerDesign, PadDesign
+from bayestouch.simulation_based_calibration.ranks import of_ranks
 
 LONGEST, MOST_LINES = 1000, 12
 # Figures are shown with three digits.

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from report_cases import FINGER, Page, small
 
 import bayestouch
-from bayestouch.checks.ranks import of_ranks
 from bayestouch.errors import InputError
+from bayestouch.simulation_based_calibration.ranks import of_ranks
 
 
 @pytest.fixture(scope="module")

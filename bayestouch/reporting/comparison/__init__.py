@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
+from bayestouch.output.progress import Progress, staged
 from bayestouch.output.summary import Summarised, path_in_short
 from bayestouch.output.text import plural
-from bayestouch.progress import Progress, staged
 from bayestouch.results.objects import Calibration
 
 if TYPE_CHECKING:

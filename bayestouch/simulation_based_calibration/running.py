@@ -9,9 +9,9 @@ from typing import Protocol
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.checks.ranks import RankStatistics, of_ranks, rank
+from bayestouch.output.progress import Progress
 from bayestouch.parallel.cluster import on_cluster
-from bayestouch.progress import Progress
+from bayestouch.simulation_based_calibration.ranks import RankStatistics, of_ranks, rank
 
 # Fewer simulations than this finish before other processes have started.
 WORTH_PROCESSES = 16

@@ -17,8 +17,6 @@ from bayestouch.calibration import calibrate
 from bayestouch.calibration.log_density import log_density
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.recording import Recording
-from bayestouch.checks.effects import SimulatedEffects
-from bayestouch.checks.running import Ranked, by_element, ranks_of
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
@@ -33,6 +31,8 @@ from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FIELDS, FingerPriors
 from bayestouch.finger.softest_rubber import softest
 from bayestouch.priors.parameters import LogNormal, Prior
+from bayestouch.simulation_based_calibration.effects import SimulatedEffects
+from bayestouch.simulation_based_calibration.running import Ranked, by_element, ranks_of
 
 # If the user states no prior, responses and noise are within these factors of those of the data set.
 RESPONSE_FACTOR, NOISE_FACTOR = 1.3, 1.5

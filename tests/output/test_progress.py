@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from bayestouch.progress import Bar, staged
+from bayestouch.output.progress import Bar, staged
 
 
 class Drawn:
@@ -60,7 +60,7 @@ def test_a_function_of_a_user_is_told_fractions_alone() -> None:
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals on this system")
 def test_a_terminal_shows_the_stage_and_the_time_left() -> None:
     program = (
-        "import time; from bayestouch.progress import progress_bar, staged\n"
+        "import time; from bayestouch.output.progress import progress_bar, staged\n"
         "with progress_bar('report', False) as bar:\n"
         "    stage = staged(bar, 0.0, 0.5, 'calibrate')\n"
         "    time.sleep(2.2); stage(0.4)\n"

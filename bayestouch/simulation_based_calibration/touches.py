@@ -2,7 +2,8 @@
 
 Each simulation draws a calibration from its posterior and a touch from its prior, simulates readings, runs the
 inference, and computes the rank of the truth among the draws. The ranks are uniform if the posterior is correct (Talts
-et al. 2018, arXiv:1804.06788). `bayestouch.checks.calibrations` validates calibrations in the same way.
+et al. 2018, arXiv:1804.06788). `calibrations` in this folder
+validates calibrations in the same way.
 
 The simulation uses the saved draws of the calibration and computes its noise from them; `infer` uses mode, covariance
 and noise of the calibration. The check therefore detects any disagreement between them.
@@ -16,15 +17,15 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
-from bayestouch.checks.ranks import BINS, RankStatistics, rank_statistics
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import finger_of
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.inference import infer
+from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
-from bayestouch.progress import Progress
 from bayestouch.results.objects import Calibration
+from bayestouch.simulation_based_calibration.ranks import BINS, RankStatistics, rank_statistics
 
 # Prior of a touch as in docs/statistics.md: margin of the location beyond the outermost elements, degree, and largest
 # load in mean calibration loads. Repeated here, so that the check is independent of `infer`.
@@ -74,7 +75,7 @@ def sbc(
         these touches (calibrations only).
     kernel : str, optional
         Kernel of a pad. Its parameters are drawn from their priors; gains, offsets and places of the elements, whose
-        priors are nearly flat, from the narrower ones of `bayestouch.checks.pads` (calibrations of pads only).
+        priors are nearly flat, from the narrower ones of the module `pads` (calibrations of pads only).
     draws : int, optional
         Posterior draws of each simulation: by default 1024 of a touch, 400 of a calibration.
     seed : int
@@ -101,11 +102,11 @@ def sbc(
     if isinstance(of, DataSet):
         if plug_in or samples != 1 or method != "emcee":
             raise InputError("samples, plug_in and method are options of a calibration's touches, not of a data set")
-        from bayestouch.checks.calibrations import CalibrationDesign
-        from bayestouch.checks.running import check_calibration
+        from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign
+        from bayestouch.simulation_based_calibration.running import check_calibration
 
         if kernel is not None:
-            from bayestouch.checks.pads import PadCalibrationDesign
+            from bayestouch.simulation_based_calibration.pads import PadCalibrationDesign
 
             pad = PadCalibrationDesign.of(of, kernel, draws or 400, seed, effects)
             return check_calibration(pad, simulations, progress, scheduler)

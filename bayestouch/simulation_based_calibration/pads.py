@@ -14,8 +14,6 @@ from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import Kernel
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.chain.recording import Recording
-from bayestouch.checks.effects import SimulatedEffects
-from bayestouch.checks.running import Ranked, by_element, ranks_of
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.sensor import Sensor, pad_of
@@ -25,6 +23,8 @@ from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.problem import pad_problem
 from bayestouch.priors.parameters import LogNormal, Normal
+from bayestouch.simulation_based_calibration.effects import SimulatedEffects
+from bayestouch.simulation_based_calibration.running import Ranked, by_element, ranks_of
 
 # The priors of a calibration are nearly flat over gains (10 times the signal), offsets and places (3 mm): most draws
 # from them are no sensor. True values are drawn from these narrower ones, which are wide against any posterior: factor

@@ -15,9 +15,14 @@ from scipy.stats import binom, chi2, norm
 from study_modules import study
 
 import bayestouch
-from bayestouch.checks import calibrations as calibration_checks
-from bayestouch.checks.calibrations import CalibrationDesign, draw_parameters, simulate_and_rank
-from bayestouch.checks.ranks import (
+from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import Finger
+from bayestouch.errors import InputError
+from bayestouch.priors.parameters import LogNormal
+from bayestouch.results.reading import load_calibration, load_touches
+from bayestouch.simulation_based_calibration import calibrations as calibration_checks
+from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign, draw_parameters, simulate_and_rank
+from bayestouch.simulation_based_calibration.ranks import (
     BINS,
     RANKED,
     RankStatistics,
@@ -26,13 +31,8 @@ from bayestouch.checks.ranks import (
     pooled_spread,
     rank_statistics,
 )
-from bayestouch.checks.running import check_calibration
-from bayestouch.checks.touches import simulate_touches
-from bayestouch.data.dataset import DataSet
-from bayestouch.data.sensor import Finger
-from bayestouch.errors import InputError
-from bayestouch.priors.parameters import LogNormal
-from bayestouch.results.reading import load_calibration, load_touches
+from bayestouch.simulation_based_calibration.running import check_calibration
+from bayestouch.simulation_based_calibration.touches import simulate_touches
 
 power = study("sbc_power")
 

@@ -9,10 +9,10 @@ import pytest
 from scipy import stats
 
 import bayestouch
-from bayestouch.checks.calibrations import CalibrationDesign, simulate_calibration
-from bayestouch.checks.pads import GAIN_FACTOR, OFFSET_SHARE, PLACE_MM, PadCalibrationDesign
 from bayestouch.errors import InputError
 from bayestouch.simulation import FingerDesign, PadDesign
+from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign, simulate_calibration
+from bayestouch.simulation_based_calibration.pads import GAIN_FACTOR, OFFSET_SHARE, PLACE_MM, PadCalibrationDesign
 
 FINGER = FingerDesign(
     n_elements=3,
