@@ -67,7 +67,7 @@ def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_something_in_place(monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], there: bool) -> None:
     """It gains in one way by two standard errors, and loses as much in none."""
     answers = iter([(each, 2.0) for each in gains])
-    monkeypatch.setattr(module, "difference", lambda one, other, block: next(answers))
+    monkeypatch.setattr(module, "over_blocks", lambda one, other, block: next(answers))
     monkeypatch.setattr(module, "time_blocks", lambda fitted: np.arange(3))
     monkeypatch.setattr(module, "place_blocks", lambda fitted: np.arange(3))
     fitted: Any = SimpleNamespace(linear=None)
