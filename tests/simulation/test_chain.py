@@ -377,5 +377,7 @@ def test_a_pad_keeps_its_kernel_under_effects() -> None:
     made = Made.of(QUIET_PAD, {"load_offset": 0.4})
     truth = made.simulated.truth
     away = np.hypot(made.place[:, :1] - truth["x"], made.place[:, 1:] - truth["y"])
-    kernel = layer_kernel_2d(away, 6.0, 0.48, 1.0, quantity="mean_stress")
-    np.testing.assert_allclose(made.signal, (made.load - 0.4)[:, None] * np.array(truth["gain"]) * kernel, rtol=1e-12)
+    # the gain is the reading per N right above the element
+    kernel, above = (layer_kernel_2d(r, 6.0, 0.48, 1.0, quantity="mean_stress") for r in (away, 0.0))
+    expected = (made.load - 0.4)[:, None] * np.array(truth["gain"]) * kernel / above
+    np.testing.assert_allclose(made.signal, expected, rtol=1e-12)
