@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,9 +17,11 @@ from bayestouch.finger.noise import Precisions
 from bayestouch.finger.noise_with_effects import EffectNoise, joint_effects, noise_with_effects
 from bayestouch.finger.prediction_with_effects import EffectPrediction, EffectReadings
 from bayestouch.finger.priors import FingerPriors
+from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.drift_filter import filtered, gaps
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
+from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
 # Vectors at once where drifts or a correction tie the touches together.
@@ -206,20 +209,34 @@ class EffectDensity:
         root = root.reshape(n, t, m, m)
         diagonal = np.einsum("ntii->nti", root)
         volume = np.log(np.where(diagonal > 0, diagonal, 1.0)).sum(axis=(1, 2))
-        columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
-        rows = np.concatenate(
-            [left[..., None], np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))], axis=3
-        )
-        rows = root @ rows
+        white = root @ left[..., None]
+        log_determinant = np.zeros(n)
         if posterior.drifts:
+            columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
+            of_each = root @ np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))
+            rows = np.concatenate([white, of_each], axis=3)
             gram, log_determinant = self._filtered(vectors, readings, rows, root)
+            square, onto, inside = gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]
         else:
-            flat = rows.reshape(n, t * m, -1)
-            gram, log_determinant = flat.swapaxes(1, 2) @ flat, np.zeros(n)
-        inner = np.linalg.cholesky(gram[:, 1:, 1:] + np.eye(len(columns)))
-        along = np.linalg.solve(inner, gram[:, 1:, :1])[:, :, 0]
+            assert self._columns is not None
+            each = [self._columns.whitened(one) for one in root]
+            flat = white.reshape(n, t * m, 1)
+            square = (flat**2).sum(axis=(1, 2))
+            onto = np.stack([columns.transposed(one)[:, 0] for columns, one in zip(each, flat, strict=True)])
+            inside = np.stack([columns.gram() for columns in each])
+        inner = np.linalg.cholesky(inside + np.eye(inside.shape[-1]))
+        along = solve_lower(np.asarray(inner, dtype=np.float64), onto)
         log_determinant = log_determinant + 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
-        return np.asarray(volume - 0.5 * (gram[:, 0, 0] - (along**2).sum(axis=1) + log_determinant))
+        return np.asarray(volume - 0.5 * (square - (along**2).sum(axis=1) + log_determinant))
+
+    @cached_property
+    def _columns(self) -> WhiteColumns | None:
+        """The further weights' columns before whitening: most move one element, and products of these are cheap."""
+        columns = self.posterior.columns
+        if columns is None:
+            return None
+        _, t, m = columns.shape
+        return WhiteColumns.of(columns, np.broadcast_to(np.eye(m), (t, m, m)))
 
     def _filtered(
         self, vectors: FloatArray, readings: EffectReadings, rows: FloatArray, root: FloatArray

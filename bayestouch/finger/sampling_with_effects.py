@@ -25,7 +25,7 @@ from bayestouch.sampling.rank_one import inverse_root
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
 # Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
-DEAR_THIN = (4, 16, 16)
+DEAR_THIN = (4, 16)
 
 
 @dataclass(frozen=True, eq=False)

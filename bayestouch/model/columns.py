@@ -112,6 +112,11 @@ class WhiteColumns:
             out[:, :, self.own_index[e]] = self.root[:, :, e, None] * self.own[e].T[:, None]
         return out[:, :, :-1].reshape(t * m, self.count)
 
+    def whitened(self, root: FloatArray) -> WhiteColumns:
+        """These columns, so far with a whitening matrix of one, with the whitening matrix (t, m, m) of each touch."""
+        t, m = self.shape
+        return replace(self, full=(root @ self.full.reshape(t, m, -1)).reshape(t * m, -1), root=root)
+
     def of_touches(self, which: IntArray) -> WhiteColumns:
         """The columns for some of the touches only, with indices `which`."""
         t, m = self.shape

@@ -62,9 +62,9 @@ def draw_until_good(
     Returns
     -------
     BlockDraws
-        Of the first attempt that is long enough, else of the last. The log density is that of the vectors.
+        Of the first attempt that is long enough, else of the best one. The log density is that of the vectors.
     """
-    each, sticks = -(-draws // CHAINS), False
+    each, sticks, best = -(-draws // CHAINS), False, None
     for attempt, thin in enumerate(thins if moves is None else (1,)):
         if not sticks:
             drawn = sample_blocks(
@@ -89,11 +89,15 @@ def draw_until_good(
                 proposal = proposal.refitted(points.reshape(-1, points.shape[-1]), float(drawn.worst_ess[0]))
         kept, log_derivative = to_vectors(points)
         ess, rhat = bulk_statistics(kept)
+        if best is None or not best.ess_bulk.min() >= ess.min():
+            log = log_at - log_derivative
+            best = replace(drawn, draws=kept, log_density=log, ess_bulk=ess, rhat=rhat)
         if long_enough(ess, rhat, draws):
             break
     if progress is not None:
         progress(1.0)
-    return replace(drawn, draws=kept, log_density=log_at - log_derivative, ess_bulk=ess, rhat=rhat)
+    assert best is not None
+    return best
 
 
 def part_of(progress: Callable[[float], None] | None, attempt: int) -> Callable[[float], None] | None:
