@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from independent.catalogue_forms import surface_profile
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal, norm
 
 import bayestouch
@@ -21,7 +22,9 @@ from bayestouch.calibration.with_effects import StatedFit, fit_stated
 from bayestouch.chain.finger import FingerChain
 from bayestouch.contact import composite_radius
 from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.local_signals import LARGEST_ERROR
+from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.model.log_density import LogDensity
 
 FloatArray = NDArray[np.float64]
@@ -219,3 +222,30 @@ def test_the_prior_is_that_of_the_parameters() -> None:
     # Log-normal of median 0.8: its logarithm is normal with sd 0.4.
     expected = norm(np.log(0.8), 0.4).logpdf(x[:, power])
     assert np.diff(one.density.log_prior(x)) == pytest.approx(np.diff(expected))
+
+
+def test_functions_that_touches_share_are_integrated_out() -> None:
+    """Those of a correction: of one element each, and of all. The rest of the covariance is tested above."""
+    one = case("crosstalk", 0.04)
+    fitted, added = one.fit.fitted, one.fit.added
+    rng = np.random.default_rng(2)
+    t, m = fitted.model.known.means.readings.shape
+    columns = fitted.model.peak * 0.02 * rng.standard_normal((7, t, m))
+    for column, element in enumerate((0, 0, 1, 2, 2)):
+        columns[column, :, np.arange(m) != element] = 0.0
+    start = one.fit.evaluation.start  # type: ignore[attr-defined]
+    plain = EffectPosterior.of(fitted, start.priors, start.fitted.model.known)
+    vectors = one.points(4)
+    alone = effect_fit(fitted, added, plain).density()
+    together = replace(alone, posterior=replace(plain, columns=columns))
+    left, weight, slopes = alone._errors(vectors, alone.predict(vectors))
+    expected = []
+    for i, before in enumerate(alone(vectors)):
+        blocks = [np.diag(1 / weight[i, k]) + np.outer(slopes[0, i, k], slopes[0, i, k]) for k in range(t)]
+        covariance, flat = block_diag(*blocks), columns.reshape(7, -1)
+        row = left[i].ravel()
+        with_functions = multivariate_normal(None, covariance + flat.T @ flat).logpdf(row)
+        expected.append(before + with_functions - multivariate_normal(None, covariance).logpdf(row))
+    found, wanted = together(vectors), np.array(expected)
+    assert np.ptp(wanted - alone(vectors)) > 0.1
+    np.testing.assert_allclose(found - found[0], wanted - wanted[0], rtol=0, atol=1e-6)

@@ -40,6 +40,8 @@ def test_products(raw: np.ndarray) -> None:
     np.testing.assert_allclose(columns.times(weights), dense @ weights, **near)
     np.testing.assert_allclose(columns.transposed(rows), dense.T @ rows, **near)
     np.testing.assert_allclose(columns.gram(), dense.T @ dense, **near)
+    before = WhiteColumns.of(raw, np.broadcast_to(np.eye(M), (T, M, M)))
+    np.testing.assert_allclose(before.whitened(columns.root).dense(), dense, **near)
     some = np.array([7, 2, 3])
     kept = dense.reshape(T, M, -1)[some].reshape(len(some) * M, -1)
     np.testing.assert_allclose(columns.of_touches(some).gram(), kept.T @ kept, **near)
