@@ -44,6 +44,7 @@ def test_residuals_of_held_out_touches(monkeypatch: pytest.MonkeyPatch) -> None:
         poses=lambda vector: recording,
         derivatives=lambda vector: ("slopes", None),
         finger=SimpleNamespace(outer_radius_mm=12.0, element_angles_deg=(0.0, 15.0)),
+        known=SimpleNamespace(means=SimpleNamespace(pure_error_dof=np.array([3.0, NAN]))),
     )
     model.observing = lambda given: model
     monkeypatch.setattr(module, "finger_model", lambda given: given)
@@ -56,6 +57,7 @@ def test_residuals_of_held_out_touches(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted: Any = SimpleNamespace(model=model, vector=None, noise=noise)
     monkeypatch.setattr(module, "force_noise", lambda given: 3.0)
     found = module.held_out(fitted, None, observed, peak)
+    assert found.repeated
     residual = means.readings - predicted
     np.testing.assert_allclose(found.residual, residual / peak)
     # Errors of the loads: 3/sqrt(4), and 0.3 of the mean load where it was not measured.
