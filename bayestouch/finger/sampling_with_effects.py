@@ -24,8 +24,9 @@ from bayestouch.sampling.rank_one import inverse_root
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
-# Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
-DEAR_THIN = (4, 16)
+# Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds, and where a
+# correction of so many numbers makes it take tens of them: 16 elements and 468 touches then take a minute.
+DEAR_THIN, DEAREST_THIN, DEAREST = (4, 16), (1, 4), 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,6 +165,8 @@ def sample_effects(
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
     thins = DEAR_THIN if density.tied else THIN
+    if fit.posterior.columns is not None and fit.posterior.columns.size > DEAREST:
+        thins = DEAREST_THIN
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
 
 
