@@ -22,7 +22,7 @@ from bayestouch.sampling import BlockDraws, StudentTProposal
 from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
-from bayestouch.sampling.refine import refined
+from bayestouch.sampling.refine import ROUNDS, refined
 
 # Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
@@ -206,12 +206,14 @@ def draw_points(
     progress: Progress | None,
     moves: Any,
     thins: Sequence[int] = THIN,
+    rounds: int = ROUNDS,
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
     The proposals begin with this centre and covariance and are refined where the posterior differs from them: with an
     effect that the model lacks, discrepancies are wider than their density for fixed other parameters, and four of
-    five proposals would be rejected. `thins` holds the steps per draw of each attempt.
+    five proposals would be rejected. `thins` holds the steps per draw of each attempt, `rounds` the most rounds
+    of refinement.
     """
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp] | None = None) -> FloatArray:
@@ -221,7 +223,7 @@ def draw_points(
     at, rng = to_vectors.layout, np.random.default_rng([seed, 3])
     # Only values of drifts and noise effects depend on each other beyond what the map knows.
     together = np.arange(at.further.start, at.further.stop)
-    centre, covariance = refined(log_density, centre, covariance, together, rng)
+    centre, covariance = refined(log_density, centre, covariance, together, rng, rounds)
     proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     return draw_until_good(
         log_density, proposal, to_vectors, draws=draws, seed=seed, thins=thins, progress=progress, moves=moves

@@ -21,11 +21,15 @@ from bayestouch.model.linear import Functions
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
+from bayestouch.sampling.refine import ROUNDS
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
 # Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
 DEAR_THIN = (4, 16)
+# A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 22 ms. Then fewer steps, and
+# rounds of refinement at most.
+DEAREST, DEAREST_THIN, DEAREST_ROUNDS = 2_000_000, (1, 4), 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,8 +167,10 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    thins = DEAR_THIN if density.tied else THIN
-    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, thins)
+    steps: tuple[tuple[int, ...], int] = (DEAR_THIN if density.tied else THIN, ROUNDS)
+    if fit.posterior.columns is not None and fit.posterior.columns.size > DEAREST:
+        steps = (DEAREST_THIN, DEAREST_ROUNDS)
+    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, *steps)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:

@@ -23,6 +23,7 @@ def refined(
     covariance: FloatArray,
     together: IndexArray,
     rng: np.random.Generator,
+    rounds: int = ROUNDS,
 ) -> tuple[FloatArray, FloatArray]:
     """Centre and covariance of a normal proposal that is nearer to the target.
 
@@ -39,12 +40,14 @@ def refined(
         Coordinates whose products count.
     rng : Generator
         Random numbers.
+    rounds : int
+        Rounds at most.
     """
     d = len(centre)
     first, second = np.triu_indices(len(together), 1)
     pairs = np.stack([together[first], together[second]])
     best = (np.inf, centre, covariance)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         root = np.linalg.cholesky(covariance)
         z = rng.standard_normal((POINTS * (2 * d + pairs.shape[1] + 1), d))
         ratio = log_density(centre + z @ root.T) + 0.5 * (z**2).sum(axis=1)
