@@ -41,7 +41,7 @@ def test_uncertainty_of_held_out_touches_is_that_of_their_means(monkeypatch: pyt
         derivatives=lambda vector: (of_touches, of_samples),
         element_place=(np.zeros(1),),
     )
-    whitening = SimpleNamespace(present=np.ones((2, 1), dtype=bool), touches=lambda rows: rows)
+    whitening = SimpleNamespace(present=np.ones((2, 1), dtype=bool), touches=lambda rows: rows, log_volume=np.zeros(2))
     stubs: dict[str, Any] = {
         "PadModel": SimpleNamespace,
         "without_wrong_readings": lambda fitted, observed: observed,
