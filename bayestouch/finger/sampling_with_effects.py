@@ -29,7 +29,7 @@ STEPS = 3
 DEAR_THIN = (4, 16)
 # A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 22 ms. Then fewer steps, and
 # rounds of refinement at most.
-DEAREST, DEAREST_THIN, DEAREST_ROUNDS = 2_000_000, (1, 4), 2
+DEAREST, DEAREST_THIN, DEAREST_ROUNDS = 1_000_000, (1, 2), 2
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,13 +20,15 @@ QUICK = tuple(
 #: Print alone, or write files that their options name.
 NO_FOLDER = {
     *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
-    *("interruptions", "mutants", "sbc_power"),
+    *("interruptions", "mutants", "sbc_power", "coverage_of_effects", "coverage_of_places", "from_finger_to_finger"),
+    "touch_uncertainty",
 }
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
     "effects_gallery": ("{folder}",),
     "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),
     "golden": ("-o", "{folder}", "--only", "pad_line"),
+    "live_stream": ("-o", "{folder}", "--touches", "20"),
     "practice_diagnosis": ("-o", "{folder}", "finger-b"),
 }
 #: What they need of the folder of measured and practice data.
