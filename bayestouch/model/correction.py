@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bayestouch.array_types import FloatArray, IntArray
@@ -120,24 +121,30 @@ def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray,
     for _ in range(2):
         changed = False
         for k in range(n_parts):
-            for size in SIZES:
-                trial = sizes.copy()
-                trial[k] = size
-                gain = _gain(score, trial[part]) if size != sizes[k] else best
-                if gain > best + 1e-9:
-                    sizes, best, changed = trial, gain, True
+            gains = _gains(score, part == k, np.where(part == k, 0.0, sizes[part]))
+            chosen = int(np.argmax(gains))
+            if gains[chosen] > best + 1e-9:
+                changed = changed or SIZES[chosen] != sizes[k]
+                sizes[k], best = SIZES[chosen], float(gains[chosen])
         if not changed:
             break
     return sizes, best
 
 
-def _gain(score: Score, size: FloatArray) -> float:
-    """Increase of the log marginal likelihood by random functions of the given sizes."""
-    used = size > 0
-    if not used.any():
-        return 0.0
-    scale = size[used]
-    matrix = np.eye(int(used.sum())) + scale[:, None] * score.information[np.ix_(used, used)] * scale
-    root = np.linalg.cholesky(matrix)
+def _gains(score: Score, mine: NDArray[np.bool_], others: FloatArray) -> FloatArray:
+    """Increase of the log marginal likelihood by random functions, for each of `SIZES` of those that are `mine` (k,).
+
+    The other functions have the sizes `others` (k,) and are integrated out first, so that one decomposition serves all
+    sizes.
+    """
+    used = others > 0
+    scale = others[used]
+    root = np.linalg.cholesky(np.eye(len(scale)) + scale[:, None] * score.information[np.ix_(used, used)] * scale)
     white = solve_triangular(root, scale * score.slope[used], lower=True)
-    return 0.5 * float(white @ white) - float(np.log(np.diag(root)).sum())
+    shared = solve_triangular(root, scale[:, None] * score.information[np.ix_(used, mine)], lower=True)
+    alone = 0.5 * float(white @ white) - float(np.log(np.diag(root)).sum())
+    values, vectors = np.linalg.eigh(score.information[np.ix_(mine, mine)] - shared.T @ shared)
+    slope = vectors.T @ (score.slope[mine] - shared.T @ white)
+    squares = np.array(SIZES)[:, None] ** 2
+    spread = 1 + squares * np.maximum(values, 0.0)
+    return np.asarray(alone + 0.5 * (squares * slope**2 / spread - np.log(spread)).sum(axis=1))

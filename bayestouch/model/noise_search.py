@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -62,9 +62,18 @@ class TouchScatter(Scatter):
     touch: IntArray
     half: IntArray
 
-    def log_density(self, effect: NoiseEffect, values: Values) -> FloatArray:
-        """Log density of each sample under an effect, times its weight, (n,)."""
-        return effect.log_density(self, values) * self.weight
+    def log_density(self, effect: NoiseEffect, values: Values, part: TouchScatter | None = None) -> FloatArray:
+        """Log density of each sample under an effect, times its weight, (n,), or of the samples of a `part`.
+
+        The own noise of the elements is always that of all samples.
+        """
+        part = self if part is None else part
+        return np.asarray(effect.terms(part, values, effect.own(self, values)).sum(axis=1) * part.weight)
+
+    def part(self, rows: NDArray[np.bool_]) -> TouchScatter:
+        """Some of the samples."""
+        z, signal, weight = self.z[rows], self.signal[rows], self.weight[rows]
+        return replace(self, z=z, signal=signal, weight=weight, touch=self.touch[rows], half=self.half[rows])
 
     @classmethod
     def of(cls, fitted: Fitted) -> TouchScatter | None:
@@ -111,10 +120,11 @@ def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseC
     at_null = scatter.log_density(effect, effect.without(effect.probes[0]))
     gain = np.zeros(n_touches)
     for half in (0, 1):
-        judge = scatter.half == half
-        values, _ = maximum(effect, partial(_log_likelihood, scatter, effect, ~judge))
-        np.add.at(gain, scatter.touch[judge], (scatter.log_density(effect, values) - at_null)[judge])
-    values, best = maximum(effect, partial(_log_likelihood, scatter, effect, slice(None)))
+        judged = scatter.half == half
+        judge, others = scatter.part(judged), scatter.part(~judged)
+        values, _ = maximum(effect, partial(_log_likelihood, scatter, effect, others))
+        np.add.at(gain, judge.touch, scatter.log_density(effect, values, judge) - at_null[judged])
+    values, best = maximum(effect, partial(_log_likelihood, scatter, effect, scatter))
     ratio = 2 * (best - float(at_null.sum()))
     return NoiseCandidate(
         effect=effect,
@@ -124,11 +134,9 @@ def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseC
     )
 
 
-def _log_likelihood(
-    scatter: TouchScatter, effect: NoiseEffect, rows: slice | NDArray[np.bool_], values: Values
-) -> float:
-    """Log likelihood of some of the samples, with the scale of all samples."""
-    return float(scatter.log_density(effect, values)[rows].sum())
+def _log_likelihood(scatter: TouchScatter, effect: NoiseEffect, part: TouchScatter, values: Values) -> float:
+    """Log likelihood of a part of the samples, with the own noise of all samples."""
+    return float(scatter.log_density(effect, values, part).sum())
 
 
 def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> tuple[Values, float]:

@@ -11,7 +11,7 @@ from scipy import stats
 
 from bayestouch.model import correction
 from bayestouch.model.columns import WhiteColumns
-from bayestouch.model.correction import SIZES, _best_sizes, _gain, fit_correction, weights_of
+from bayestouch.model.correction import SIZES, _best_sizes, _gains, fit_correction, weights_of
 from bayestouch.model.linear import Functions, Linearised, Score
 
 SLOPE, INFORMATION = np.array([60.0, -150.0]), np.array([[400.0, 100.0], [100.0, 900.0]])
@@ -28,9 +28,10 @@ def evidence(slope: np.ndarray, information: np.ndarray, size: np.ndarray) -> fl
 
 def test_gain_of_a_correction() -> None:
     score = Score(SLOPE, INFORMATION, np.diag(INFORMATION))
-    for size in ([0.1, 0.03], [0.0, 0.1], [0.2, 0.0]):
-        assert _gain(score, np.array(size)) == pytest.approx(evidence(SLOPE, INFORMATION, np.array(size)))
-    assert _gain(score, np.zeros(2)) == 0.0
+    for other in (0.0, 0.03, 0.2):
+        wanted = [evidence(SLOPE, INFORMATION, np.array([size, other])) for size in SIZES]
+        assert _gains(score, np.array([True, False]), np.array([0.0, other])) == pytest.approx(wanted, abs=1e-9)
+    assert _gains(score, np.array([False, True]), np.zeros(2))[0] == 0.0
 
 
 def test_sizes_of_the_parts_of_a_correction() -> None:

@@ -22,8 +22,8 @@ class Wider(NoiseEffect):
     name, stage, summary = "wider", "noise", ""
     parameters = (EffectParameter("size", "", "", Uniform(0.01, 50.0), (0.5, 3.0), 1.0),)
 
-    def log_density(self, scatter: Any, values: tuple[float, ...]) -> np.ndarray:
-        return np.asarray(stats.norm.logpdf(scatter.z, 0, values[0]).sum(axis=1))
+    def terms(self, scatter: Any, values: tuple[float, ...], own: np.ndarray) -> np.ndarray:
+        return np.asarray(stats.norm.logpdf(scatter.z, 0, values[0]))
 
 
 def fitted(deviation: list[list[float]], touch: list[int], samples: Any = None) -> Any:
@@ -108,8 +108,8 @@ def test_the_largest_gain_comes_first() -> None:
     class Null(Wider):
         name = "null"
 
-        def log_density(self, scatter: Any, values: tuple[float, ...]) -> np.ndarray:
-            return np.zeros(len(scatter.z))
+        def terms(self, scatter: Any, values: tuple[float, ...], own: np.ndarray) -> np.ndarray:
+            return np.zeros((len(scatter.z), 1))
 
     deviation = [[1.0, 1.0], [-1.0, -1.0], [1.0, 1.0], [-1.0, -1.0]] * 8
     touch = np.repeat(np.arange(16), 2).tolist()
