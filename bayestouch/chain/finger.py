@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -167,7 +168,12 @@ class FingerChain:
             shallowest = float(new.sensing_radius_mm.max())
             if shallowest <= float(self.sensing_radius_mm.max()) + 1e-3:
                 new.__dict__["spectra"] = self.spectra
+        # Contacts depend on load and modulus by their ratio alone.
+        pressed, as_before = (one.largest_load / one.shear_modulus_MPa for one in (new, self))
+        same_range = set(changes) == {"largest_load", "shear_modulus_MPa"} and math.isclose(pressed, as_before)
+        if same_range and "spectra" in self.__dict__:
+            new.__dict__["spectra"] = self.spectra
         for name in ("table", "added_by_finite_strain"):
-            if set(changes) <= keep | {"finite_strain"} and name in self.__dict__:
+            if (same_range or set(changes) <= keep | {"finite_strain"}) and name in self.__dict__:
                 new.__dict__[name] = self.__dict__[name]
         return new

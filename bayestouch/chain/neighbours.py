@@ -32,19 +32,24 @@ class Neighbours:
     def of(cls, chain: FingerChain) -> Neighbours:
         """Return the solved fingers."""
 
-        def moved(name: str, step: float, distance: float) -> tuple[FingerChain, FingerChain, float]:
+        def moved(name: str, step: float) -> tuple[FingerChain, FingerChain, float]:
             value = getattr(chain, name)
-            return chain.with_(**{name: value + step}), chain.with_(**{name: value - step}), distance
+            return chain.with_(**{name: value + step}), chain.with_(**{name: value - step}), 2 * step
 
-        mu = chain.shear_modulus_MPa
+        def with_modulus(step: float) -> FingerChain:
+            """The modulus changed by a factor; with loads up to the same share of it, the solved contact remains."""
+            mu, load = chain.shear_modulus_MPa * (1 + step), chain.largest_load * (1 + step)
+            return chain.with_(shear_modulus_MPa=mu, largest_load=load)
+
+        chain.table  # noqa: B018  # solve the contact once for all copies that share it
         return cls(
             # not reading / response, because the response of a dead element is zero
             unit=chain.with_(response=np.ones(chain.n_elements)),
             moved=(
-                moved("sensing_radius_mm", STEP_RADIUS_MM, 2 * STEP_RADIUS_MM),
-                moved("angle", STEP_ANGLE, 2 * STEP_ANGLE),
-                moved("poisson_ratio", STEP_POISSON, 2 * STEP_POISSON),
-                moved("shear_modulus_MPa", STEP_LOG_MODULUS * mu, 2 * STEP_LOG_MODULUS),
+                moved("sensing_radius_mm", STEP_RADIUS_MM),
+                moved("angle", STEP_ANGLE),
+                moved("poisson_ratio", STEP_POISSON),
+                (with_modulus(STEP_LOG_MODULUS), with_modulus(-STEP_LOG_MODULUS), 2 * STEP_LOG_MODULUS),
             ),
         )
 

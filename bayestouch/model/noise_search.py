@@ -162,7 +162,7 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
         steps = np.where(place <= low, 0.5 * (high - low), np.where(place >= high, 0.5 * (low - high), 0.3 * place))
         steps = np.where(np.isfinite(steps) & (steps != 0), steps, 0.03)
         simplex = np.vstack([place, place + np.diag(steps)])
-        options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 0.02, "maxfev": 120}
+        options: Any = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 0.02, "maxfev": 120}
         found = minimize(cost, place.tolist(), method="Nelder-Mead", options=options)
         place, before, best = np.clip(np.asarray(found.x), low, high), best, float(found.fun)
         if before - best < SAME:
