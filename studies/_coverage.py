@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import argparse
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from _page import markdown_table
+from _shared_out import finished
 from _simulated import true_chain
 from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design
 
@@ -145,3 +148,33 @@ def coverage_table(head: Sequence[str], rows: Sequence[Sequence[str]], last: str
         "scatter of fingers); of touches on the elements with more than half the typical load the rms of error over "
         f"stated standard deviation and the rms error; and {last}.\n\n{markdown_table(head, rows)}"
     )
+
+
+def by_case(
+    one_finger: Callable[[int, tuple[str, str, int]], Any],
+    touches: int,
+    cases: Sequence[tuple[str, str]],
+    seeds: Sequence[int],
+    **shared_out: Any,
+) -> Iterator[tuple[tuple[str, str], list[Any]]]:
+    """Each case with the results of its fingers, as soon as it is complete; `shared_out` as `finished` takes it."""
+    jobs = [(*case, seed) for case in cases for seed in seeds]
+    done: dict[tuple[str, str], dict[int, Any]] = {case: {} for case in cases}
+    for job, result in finished(one_finger, touches, jobs, **shared_out):
+        rubber, condition, seed = jobs[job]
+        of_case = done[rubber, condition]
+        of_case[seed] = result
+        if len(of_case) == len(seeds):
+            yield (rubber, condition), [of_case[each] for each in seeds]
+
+
+def coverage_options(description: str | None, first_seed: int) -> argparse.ArgumentParser:
+    """Options of a study of coverage."""
+    parser = argparse.ArgumentParser(description=(description or "").split("\n")[0])
+    parser.add_argument("fingers", type=int, nargs="?", default=5)
+    parser.add_argument("touches", type=int, nargs="?", default=100)
+    parser.add_argument("--processes", type=int, default=1, help="of this machine")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
+    parser.add_argument("--first-seed", type=int, default=first_seed, help="of the fingers")
+    parser.add_argument("--docs", action="store_true", help="write the table of docs/statistics.md")
+    return parser

@@ -23,14 +23,12 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import argparse
 from dataclasses import dataclass, replace
 
 import numpy as np
-from _coverage import RUBBERS, SAMPLES, BuiltFinger, Read, coverage_table, read
+from _coverage import RUBBERS, SAMPLES, BuiltFinger, Read, by_case, coverage_options, coverage_table, read
 from _effects import Change, Course, DriftingGain, DriftingZeros, Leaks
 from _page import STATISTICS, put_into_page
-from _shared_out import finished
 
 import bayestouch
 from bayestouch.contact import composite_radius
@@ -135,20 +133,14 @@ def main(
 ) -> list[list[str]]:
     """Print coverage, rms of z and errors; returns the rows of the table."""
     cases = [(rubber, condition) for rubber in RUBBERS for condition in conditions]
-    jobs = [(*case, first_seed + i) for case in cases for i in range(fingers)]
-    done: dict[int, Finger] = {}
+    seeds = range(first_seed, first_seed + fingers)
     rows = []
     print(f"{fingers} fingers with {touches} touches each")
-    for job, result in finished(one_finger, touches, jobs, processes=processes, scheduler=scheduler):
-        done[job] = result
-        number = job // fingers
-        part = [done[number * fingers + each] for each in range(fingers) if number * fingers + each in done]
-        if len(part) < fingers:
-            continue
+    for case, part in by_case(one_finger, touches, cases, seeds, processes=processes, scheduler=scheduler):
         for way in WAYS:
             together = Read.together([each.reads[way] for each in part])
             found = said(part) if way == AFTER else ""
-            rows.append([*cases[number], way, *together.summary(fingers), found])
+            rows.append([*case, way, *together.summary(fingers), found])
             print(" | ".join(rows[-1]), flush=True)
     return rows
 
@@ -160,14 +152,8 @@ def said(part: list[Finger]) -> str:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("fingers", type=int, nargs="?", default=5)
-    parser.add_argument("touches", type=int, nargs="?", default=100)
-    parser.add_argument("--processes", type=int, default=1, help="of this machine")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
-    parser.add_argument("--first-seed", type=int, default=FIRST_SEED, help="of the fingers")
+    parser = coverage_options(__doc__, FIRST_SEED)
     parser.add_argument("--condition", action="append", choices=CONDITIONS, help="only this one")
-    parser.add_argument("--docs", action="store_true", help="write the table of docs/statistics.md")
     options = parser.parse_args()
     results = main(
         options.fingers,

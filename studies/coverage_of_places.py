@@ -15,14 +15,12 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import argparse
 from dataclasses import replace
 
 import numpy as np
-from _coverage import RUBBERS, SAMPLES, BuiltFinger, Read, coverage_table, read
+from _coverage import RUBBERS, SAMPLES, BuiltFinger, Read, by_case, coverage_options, coverage_table, read
 from _page import STATISTICS, put_into_page
 from _placed import Missed, MissedFinger
-from _shared_out import finished
 
 import bayestouch
 from bayestouch.data.touches import Touches, touches_from
@@ -68,36 +66,30 @@ def touched(built: BuiltFinger, finger: MissedFinger, truth: np.ndarray, rng: np
     return touches_from(touch, readings, load=load, contact=1.0)
 
 
-def main(fingers: int = 5, touches: int = 100, scheduler: str | None = None, processes: int = 1) -> list[list[str]]:
+def main(
+    fingers: int = 5,
+    touches: int = 100,
+    scheduler: str | None = None,
+    processes: int = 1,
+    first_seed: int = FIRST_SEED,
+) -> list[list[str]]:
     """Print coverage, rms of z and errors; returns the rows of the table."""
     cases = [(rubber, condition) for rubber in RUBBERS for condition in CONDITIONS]
-    jobs = [(*case, FIRST_SEED + i) for case in cases for i in range(fingers)]
-    done: dict[int, Finger] = {}
+    seeds = range(first_seed, first_seed + fingers)
     rows = []
     print(f"{fingers} fingers with {touches} touches each")
-    for job, result in finished(one_finger, touches, jobs, processes=processes, scheduler=scheduler):
-        done[job] = result
-        number = job // fingers
-        part = [done[number * fingers + each] for each in range(fingers) if number * fingers + each in done]
-        if len(part) < fingers:
-            continue
+    for case, part in by_case(one_finger, touches, cases, seeds, processes=processes, scheduler=scheduler):
         for way in WAYS:
             together = Read.together([each[way][0] for each in part])
             chosen = sum(each[way][1] for each in part)
-            rows.append([*cases[number], way, *together.summary(fingers), f"{chosen}"])
+            rows.append([*case, way, *together.summary(fingers), f"{chosen}"])
             print(" | ".join(rows[-1]), flush=True)
     return rows
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("fingers", type=int, nargs="?", default=5)
-    parser.add_argument("touches", type=int, nargs="?", default=100)
-    parser.add_argument("--processes", type=int, default=1, help="of this machine")
-    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
-    parser.add_argument("--docs", action="store_true", help="write the table of docs/statistics.md")
-    options = parser.parse_args()
-    results = main(options.fingers, options.touches, options.scheduler, options.processes)
+    options = coverage_options(__doc__, FIRST_SEED).parse_args()
+    results = main(options.fingers, options.touches, options.scheduler, options.processes, options.first_seed)
     if options.docs:
         table = coverage_table(HEAD, results, LAST, options.fingers, options.touches)
         put_into_page("coverage_of_places.py", table, STATISTICS)

@@ -25,7 +25,10 @@ from bayestouch.sampling.refine import ROUNDS
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
-# Steps per draw of each attempt where drifts or a correction make each evaluation take milliseconds.
+# Steps per draw of each attempt: evaluations take longer than without effects, and two steps are enough where three of
+# four proposals are accepted.
+WITH_EFFECTS_THIN = (2, *THIN[1:])
+# The same where drifts or a correction make each evaluation take milliseconds.
 DEAR_THIN = (4, 16)
 # A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 22 ms. Then fewer steps, and
 # rounds of refinement at most.
@@ -167,7 +170,7 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    steps: tuple[tuple[int, ...], int] = (DEAR_THIN if density.tied else THIN, ROUNDS)
+    steps: tuple[tuple[int, ...], int] = (DEAR_THIN if density.tied else WITH_EFFECTS_THIN, ROUNDS)
     if fit.posterior.columns is not None and fit.posterior.columns.size > DEAREST:
         steps = (DEAREST_THIN, DEAREST_ROUNDS)
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, *steps)
