@@ -80,7 +80,7 @@ def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a question with the known name that is most like an unknown one, for a message; empty if none is alike."""
+    """Return a question with the known name that is most similar to an unknown one, for a message; empty if none is."""
     found = get_close_matches(name, list(known), n=1)
     return f"; did you mean {found[0]}?" if found else ""
 

@@ -87,8 +87,8 @@ class StatedModel:
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
     name, known = table.get("name"), effect_classes()
     if not isinstance(name, str) or name not in known:
-        alike = nearest(str(name), known)
-        raise InputError(f"unknown effect {shown(name)}{alike}; known are {', '.join(known)}", column="effect.name")
+        question = nearest(str(name), known)
+        raise InputError(f"unknown effect {shown(name)}{question}; known are {', '.join(known)}", column="effect.name")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -210,20 +210,12 @@ class EffectDensity:
         diagonal = np.einsum("ntii->nti", root)
         volume = np.log(np.where(diagonal > 0, diagonal, 1.0)).sum(axis=(1, 2))
         white = root @ left[..., None]
-        log_determinant = np.zeros(n)
         if posterior.drifts:
-            columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
-            of_each = root @ np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))
-            rows = np.concatenate([white, of_each], axis=3)
-            gram, log_determinant = self._filtered(vectors, readings, rows, root)
+            gram, log_determinant = self._filtered(vectors, readings, root, white)
             square, onto, inside = gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]
         else:
-            assert self._columns is not None
-            each = [self._columns.whitened(one) for one in root]
-            flat = white.reshape(n, t * m, 1)
-            square = (flat**2).sum(axis=(1, 2))
-            onto = np.stack([columns.transposed(one)[:, 0] for columns, one in zip(each, flat, strict=True)])
-            inside = np.stack([columns.gram() for columns in each])
+            log_determinant = np.zeros(n)
+            square, onto, inside = self._by_element(root, white)
         inner = np.linalg.cholesky(inside + np.eye(inside.shape[-1]))
         along = solve_lower(np.asarray(inner, dtype=np.float64), onto)
         log_determinant = log_determinant + 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
@@ -238,13 +230,27 @@ class EffectDensity:
         _, t, m = columns.shape
         return WhiteColumns.of(columns, np.broadcast_to(np.eye(m), (t, m, m)))
 
+    def _by_element(self, root: FloatArray, white: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Without drifts: sum of squares of the errors, their products with the columns, and the columns' Gram matrix.
+
+        A column of one element has numbers at this element alone, so that products are made element by element.
+        """
+        assert self._columns is not None
+        each = [self._columns.whitened(one) for one in root]
+        flat = white.reshape(len(white), -1, 1)
+        onto = np.stack([columns.transposed(one)[:, 0] for columns, one in zip(each, flat, strict=True)])
+        return (flat**2).sum(axis=(1, 2)), onto, np.stack([columns.gram() for columns in each])
+
     def _filtered(
-        self, vectors: FloatArray, readings: EffectReadings, rows: FloatArray, root: FloatArray
+        self, vectors: FloatArray, readings: EffectReadings, root: FloatArray, white: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Gram matrix of whitened rows with the drifts integrated out, and the log determinant."""
+        """Gram matrix of errors and columns with the drifts integrated out, and the log determinant."""
         posterior, model = self.posterior, self.posterior.model
         first = posterior.layout.further.start
-        m = root.shape[-1]
+        n, t, m, _ = root.shape
+        columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
+        of_each = root @ np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))
+        rows = np.concatenate([white, of_each], axis=3)
         seen, time = [], []
         for k, (drift, values) in enumerate(posterior.drifts):
             size, length = np.exp(vectors[:, first + 2 * k : first + 2 * k + 2]).T

@@ -210,10 +210,8 @@ def draw_points(
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
-    The proposals begin with this centre and covariance and are refined where the posterior differs from them: with an
-    effect that the model lacks, discrepancies are wider than their density for fixed other parameters, and four of
-    five proposals would be rejected. `thins` holds the steps per draw of each attempt, `rounds` the most rounds
-    of refinement.
+    The proposals begin with this centre and covariance and are refined where the posterior differs from them, as it
+    does with effects. `thins` holds the steps per draw of each attempt, `rounds` the most rounds of refinement.
     """
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp] | None = None) -> FloatArray:

@@ -31,7 +31,7 @@ from bayestouch.finger.likelihood import LOAD_REACH
 from bayestouch.finger.priors import FIELDS, FingerPriors
 from bayestouch.finger.softest_rubber import softest
 from bayestouch.priors.parameters import LogNormal, Prior
-from bayestouch.simulation_based_calibration.effects import SimulatedEffects
+from bayestouch.simulation_based_calibration.effects import SimulatedEffects, known_touches
 from bayestouch.simulation_based_calibration.running import Ranked, by_element, ranks_of
 
 # If the user states no prior, responses and noise are within these factors of those of the data set.
@@ -85,8 +85,7 @@ class CalibrationDesign:
         finger, table = finger_of(dataset.sensor, "simulation-based calibration"), dataset.calibration
         if table is None:
             raise InputError("simulation-based calibration needs a data set with calibration touches")
-        touches = table.baseline_corrected()
-        touches = touches.select(touches.in_contact & np.isfinite(touches.load)).with_(reads=None, readings_sd=None)
+        touches = known_touches(table)
         default = FingerPriors.of(dataset.sensor)[0]
         fit, used = fit_finger(touches.averaged(), finger, default, contact=contact)
         if not used.all():
@@ -107,8 +106,7 @@ class CalibrationDesign:
     @property
     def model(self) -> StatedModel | None:
         """What a calibration is told of the effects; None without effects."""
-        effects = tuple((effect.name, dict[str, float]()) for effect in self.added.effects)
-        return StatedModel(self.sensor.body.kind, self.contact, effects) if effects else None
+        return self.added.stated(self.sensor.body.kind, self.contact)
 
     def ranked(self, number: int) -> Ranked:
         """Ranks of one simulation, see `simulate_and_rank`."""

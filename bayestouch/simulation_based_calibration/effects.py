@@ -16,9 +16,16 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
 from bayestouch.effects.effect import STAGES
 from bayestouch.effects.kinds import of_time
+from bayestouch.effects.stated import StatedModel
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.split_data import SplitData
 from bayestouch.model.timing import Timing
+
+
+def known_touches(table: Touches) -> Touches:
+    """Touches with a measured load, zeros subtracted, of which each row is one reading."""
+    touches = table.baseline_corrected()
+    return touches.select(touches.in_contact & np.isfinite(touches.load)).with_(reads=None, readings_sd=None)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,6 +54,11 @@ class SimulatedEffects:
         """
         setting = SplitData.of_calibration(dataset).setting(contact, reference_load)
         return cls(named_effects(list(names), setting), reference_load)
+
+    def stated(self, body: str, contact: str) -> StatedModel | None:
+        """What a calibration is told of the effects; None without effects."""
+        listed = tuple((effect.name, dict[str, float]()) for effect in self.effects)
+        return StatedModel(body, contact, listed) if listed else None
 
     def draw(self, rng: np.random.Generator) -> tuple[Values, ...]:
         """Values of each effect, from their priors; of a value that selects a kind, one of the kinds."""

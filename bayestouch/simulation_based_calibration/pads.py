@@ -18,12 +18,11 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.touches import Touches
-from bayestouch.effects.stated import StatedModel
 from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import pad_readings
 from bayestouch.pad.problem import pad_problem
 from bayestouch.priors.parameters import LogNormal, Normal
-from bayestouch.simulation_based_calibration.effects import SimulatedEffects
+from bayestouch.simulation_based_calibration.effects import SimulatedEffects, known_touches
 from bayestouch.simulation_based_calibration.running import Ranked, by_element, ranks_of
 
 # The priors of a calibration are nearly flat over gains (10 times the signal), offsets and places (3 mm): most draws
@@ -82,8 +81,7 @@ class PadCalibrationDesign:
             raise InputError(
                 "simulation-based calibration needs calibration touches with loads, and the noise of the force sensor"
             )
-        touches = table.baseline_corrected()
-        touches = touches.select(touches.in_contact & np.isfinite(touches.load)).with_(reads=None, readings_sd=None)
+        touches = known_touches(table)
         problem, _ = pad_problem(sensor, touches, samples="mean", seed=seed)
         found = calibrate(DataSet(sensor, touches, touches), kernel=kernel, draws=8, seed=seed)
         chosen = kernel_for(kernel, sensor, problem.pitch_mm)
@@ -104,11 +102,10 @@ class PadCalibrationDesign:
         """Ranks of all parameters and of the log density in one simulated calibration."""
         true, touches = self.simulated(np.random.default_rng([self.seed, number]))
         known = DataSet(self.sensor, touches, touches)
-        effects = tuple((effect.name, dict[str, float]()) for effect in self.added.effects)
         calibration = calibrate(
             known,
             kernel=self.kernel.name,
-            model=StatedModel(self.sensor.body.kind, "", effects) if effects else None,
+            model=self.added.stated(self.sensor.body.kind, ""),
             draws=self.draws,
             seed=self.seed + number,
         )
@@ -118,7 +115,7 @@ class PadCalibrationDesign:
             if name in true
         }
         drawn, truth = by_element(public), by_element({name: true[name][None] for name in public})
-        if not effects:
+        if not self.added.effects:
             density = log_density(calibration, known)
             points = (density.from_parameters(each) for each in (public, {n: true[n][None] for n in public}))
             drawn["log density"], truth["log density"] = (density(each) for each in points)
