@@ -15,8 +15,10 @@ from scipy.special import ndtr
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.blocks import FOLDS, place_blocks, time_blocks
-from bayestouch.model.correction import Correction
+from bayestouch.effects.effect import Effect
+from bayestouch.model.correction import Correction, fit_correction
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.joining import fit_without
 from bayestouch.model.linear import Linearised
 from bayestouch.model.predictive import held_out_density
 
@@ -78,6 +80,14 @@ def place_or_time(
     if places is None or not drifts:
         return ()
     return tuple(PlaceOrTime(name, across(fitted, drift, places.linear)) for name, drift in drifts.items())
+
+
+def still_drift(effect: Effect, fitted: Fitted) -> bool:
+    """True if a drift of a model is not replaced by functions of place, or if it is not in the model any more."""
+    if effect.name not in {drift.name for drift, _ in fitted.drifts}:
+        return True
+    less = fit_without(effect, fitted)
+    return all(each.is_drift for each in place_or_time(less, {effect.name: fitted.linear}, fit_correction(less)))
 
 
 def in_place(fitted: Fitted, places: Correction | None) -> dict[str, Difference] | None:

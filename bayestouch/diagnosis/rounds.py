@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from bayestouch.array_types import FloatArray
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
@@ -103,3 +103,9 @@ class SearchRound:
     dropped: tuple[str, ...] = ()
     real: tuple[Tried, ...] = ()
     place_or_time: tuple[PlaceOrTime, ...] = ()
+
+
+def with_undecided_drift(last: SearchRound) -> tuple[SearchRound, ...]:
+    """The last round with the best drift added that is ahead of functions of place in each way, but not certainly."""
+    ahead = {each.drift for each in last.place_or_time if each.undecided and (each.standardised > 0).all()}
+    return tuple(replace(last, added=each) for each in last.tried if each.effect.name in ahead)[:1]

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all
-from bayestouch.diagnosis.place_or_time import place_or_time
-from bayestouch.diagnosis.rounds import SearchRound, Tried
+from bayestouch.diagnosis.place_or_time import place_or_time, still_drift
+from bayestouch.diagnosis.rounds import SearchRound, Tried, with_undecided_drift
 from bayestouch.effects.effect import Effect
 from bayestouch.effects.kinds import of_noise
 from bayestouch.model.candidates import Candidate, score_effects
@@ -58,22 +58,30 @@ def search(
     """Rounds of the search, the last of which adds nothing; candidates are refitted by the cluster at `scheduler`.
 
     If there are two causes, a third effect that is similar to both can appear to explain both. Therefore, if the best
-    first effect does not lead to a model within the noise, other real effects are tried as the first one. The first of
-    them is taken that leads to a model within the noise and whose rounds are all retained.
+    first effect does not lead to a model within the noise, other beginnings are tried: from the last round with a drift
+    that functions of place only perhaps replace, and with other real effects as the first one. The first of them is
+    taken that leads to a model within the noise, whose rounds are all retained, and in which that drift is one.
     """
     rounds = _greedy(one_round(fitted, effects, _part(progress, 0), scheduler), effects, progress, scheduler)
-    first, found = rounds[0], _retained(rounds, effects, scheduler)
+    found = _retained(rounds, effects, scheduler)
     # If time is place, a drift could follow everything, so it is not tried as another first effect.
-    if first.added is not None and not fitted.model.time_is_place and not _within_noise(found):
-        for other in [each for each in first.real if each.effect.name != first.added.effect.name][:OTHER_STARTS]:
-            begun = replace(
-                first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=()
-            )
-            again = _greedy(begun, effects, None, scheduler)
-            if _count_retained(again) == len(again) - 1 and _within_noise(again):
-                found = again
-                break
+    if rounds[0].added is not None and not fitted.model.time_is_place and not _within_noise(found):
+        for begun in (*with_undecided_drift(found[-1]), *_other_firsts(rounds[0])):
+            kept = found[:-1] if begun.before is found[-1].before else ()
+            again = (*kept, *_greedy(begun, effects, None, scheduler))
+            drift = begun.added is None or not kept or still_drift(begun.added.effect, again[-1].before)
+            if drift and _count_retained(again) == len(again) - 1 and _within_noise(again):
+                return (replace(again[0], real=()), *again[1:])
     return (replace(found[0], real=()), *found[1:])
+
+
+def _other_firsts(first: SearchRound) -> list[SearchRound]:
+    """The first round with other real effects added."""
+    others = [each for each in first.real if first.added and each.effect.name != first.added.effect.name][:OTHER_STARTS]
+    return [
+        replace(first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=())
+        for other in others
+    ]
 
 
 def _within_noise(rounds: tuple[SearchRound, ...]) -> bool:
