@@ -10,7 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor
 from bayestouch.output.pictures import Picture
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.headline import Quantity
+from bayestouch.reporting.headline import HeadlineError
 from bayestouch.reporting.sketch import Sketch
 
 #: Content of ``report.json``, or part of it.
@@ -80,7 +80,7 @@ class BodyPages:
     """
 
     numbers: Callable[[Evidence], BodyNumbers]
-    headline: Callable[[Evidence], list[Quantity]]
+    headline: Callable[[Evidence], list[HeadlineError]]
     sketch: Callable[[Numbers], Sketch]
     errors_and_limits: Callable[[Numbers], tuple[list[str], list[Numbers]]]
     own_answers: Callable[[Numbers], list[dict[str, str]]]

@@ -16,7 +16,7 @@ _ENDS = (0.05, 0.95)
 
 
 @dataclass(frozen=True, eq=False)
-class Quantity:
+class HeadlineError:
     """Errors of one quantity.
 
     Attributes
@@ -35,7 +35,7 @@ class Quantity:
     sd: FloatArray
 
 
-def headline(quantities: list[Quantity], evidence: Evidence) -> list[dict[str, Any]]:
+def headline(quantities: list[HeadlineError], evidence: Evidence) -> list[dict[str, Any]]:
     """Rms error of each quantity with the ends of its 90 % interval.
 
     The interval is from a bootstrap over places, because touches at one place share the error of the calibration there.
@@ -61,7 +61,7 @@ def _places(evidence: Evidence) -> IntArray:
     return place
 
 
-def _figure(quantity: Quantity, place: IntArray, seed: int) -> dict[str, Any]:
+def _figure(quantity: HeadlineError, place: IntArray, seed: int) -> dict[str, Any]:
     named: dict[str, Any] = {"quantity": quantity.name, "unit": quantity.unit}
     known = np.isfinite(quantity.errors)
     if not known.any():

@@ -24,7 +24,7 @@ from bayestouch.reporting.finger.paper_fits import PaperFits
 from bayestouch.reporting.finger.peaks import element_peaks, same_finger_as_paper
 from bayestouch.reporting.finger.places import about_places
 from bayestouch.reporting.finger.radii import by_indenter, contact_models, fits_by_contact_model, radius_limits
-from bayestouch.reporting.headline import Quantity
+from bayestouch.reporting.headline import HeadlineError
 from bayestouch.reporting.peak_table import element_peak
 
 
@@ -40,15 +40,15 @@ def finger_numbers(evidence: Evidence) -> BodyNumbers:
     )
 
 
-def headline_quantities(evidence: Evidence) -> list[Quantity]:
+def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
     """Location, load read without the force sensor, and composite radius of a finger."""
     posteriors = evidence.posteriors
     unseen = posteriors if evidence.without_load is None else evidence.without_load
     unit = evidence.sensor.body.load_unit
     return [
-        Quantity("location θ", "degree", estimate_errors(posteriors, "theta_c"), posteriors.sd("theta_c")),
-        Quantity("load", unit, load_errors(evidence), unseen.sd("P")),
-        Quantity("composite radius R", "mm", estimate_errors(posteriors, "R"), posteriors.sd("R")),
+        HeadlineError("location θ", "degree", estimate_errors(posteriors, "theta_c"), posteriors.sd("theta_c")),
+        HeadlineError("load", unit, load_errors(evidence), unseen.sd("P")),
+        HeadlineError("composite radius R", "mm", estimate_errors(posteriors, "R"), posteriors.sd("R")),
     ]
 
 

@@ -11,7 +11,7 @@ from bayestouch.data.sensor import Pad, pad_of
 from bayestouch.reporting.body_pages import BodyNumbers
 from bayestouch.reporting.differences import load_errors, load_summary
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.headline import Quantity
+from bayestouch.reporting.headline import HeadlineError
 from bayestouch.reporting.pad.locations import axes_of, inside_array, location_errors, pad_errors
 from bayestouch.reporting.pad.peaks import element_peaks
 from bayestouch.reporting.pad.places import about_places
@@ -26,7 +26,7 @@ def pad_numbers(evidence: Evidence) -> BodyNumbers:
     )
 
 
-def headline_quantities(evidence: Evidence) -> list[Quantity]:
+def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
     """Location inside and outside the array of elements, and load read without the force sensor."""
     posteriors, error = evidence.posteriors, location_errors(evidence)
     distance, inside = np.sqrt((error**2).sum(axis=1)), inside_array(evidence)
@@ -34,9 +34,9 @@ def headline_quantities(evidence: Evidence) -> list[Quantity]:
     unseen = posteriors if evidence.without_load is None else evidence.without_load
     known = np.isfinite(distance)
     parts = [("location inside the array", known & inside), ("location outside the array", known & ~inside)]
-    located = [Quantity(name, "mm", np.where(these, distance, np.nan), sd) for name, these in parts if these.any()]
-    load = Quantity("load", evidence.sensor.body.load_unit, load_errors(evidence), unseen.sd("P"))
-    return [*(located or [Quantity("location", "mm", distance, sd)]), load]
+    located = [HeadlineError(name, "mm", np.where(these, distance, np.nan), sd) for name, these in parts if these.any()]
+    load = HeadlineError("load", evidence.sensor.body.load_unit, load_errors(evidence), unseen.sd("P"))
+    return [*(located or [HeadlineError("location", "mm", distance, sd)]), load]
 
 
 def _estimates(evidence: Evidence) -> dict[str, Any]:
