@@ -30,8 +30,8 @@ from bayestouch.reporting.trust_pictures import trust_pictures
 from bayestouch.reporting.writing import write_report
 
 NAME = 'finger <script>alert("1")</script> & Söhne'
-# Corner plots are large; the page has the draws of each touch, and tables of the calibration.
-ONLY_IN_THE_FOLDER = {"corner_element", "corner_typical_touch", "corner_hardest_touch"}
+# Large: the page has the draws of each touch, tables of the calibration, and the residuals by element and location.
+ONLY_IN_THE_FOLDER = {"diagnosis_views", "corner_element", "corner_typical_touch", "corner_hardest_touch"}
 NEEDED = {"index.html", "report.json", "calibration.nc", "posterior.nc"}
 
 
