@@ -21,6 +21,12 @@ class InputError(ValueError):
         Line number in the file; the header is line 1.
     column : str, optional
         Column or key with the error.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> print(bayestouch.InputError("the load is negative", file="touches.csv", row=3, column="load"))
+    touches.csv, row 3, column load: the load is negative
     """
 
     def __init__(

@@ -34,7 +34,7 @@ from bayestouch.simulation import FingerDesign
 DESIGN = FingerDesign(samples_per_touch=2, edge_step_deg=4.0, flat_step_deg=12.0, touch_radii_mm=(3.9,))
 SAMPLES = (1, 20)
 NAMES = ("R", "theta_c", "P")
-WAYS = PROPAGATED, PLUGGED_IN, EXACT = "propagated", "plugged in", "propagated, nothing missed"
+WAYS = PROPAGATED, PLUGGED_IN, EXACT = "propagated", "plugged in", "propagated, no model error"
 NOTHING_MISSED: dict[str, Prior] = {"discrepancy_sd": LogNormal(1e-3, 0.1)}
 # Room of the locations beyond the outermost elements (degree), and of the loads in typical ones: the priors of `infer`.
 MARGIN_DEG, TYPICAL_LOADS = 20.0, 3.0

@@ -35,7 +35,21 @@ WAYS = {"before": "touch", "after": "auto"}
 # Fingers that were not looked at while functions of place were written.
 FIRST_SEED = 100
 
-HEAD = ["rubber", "the model misses", "", "R", "θ_c", "P", "z R", "z θ_c", "z P", "R, mm", "θ_c, °", "P, N/m", "placed"]
+HEAD = [
+    "rubber",
+    "error of the model",
+    "",
+    "R",
+    "θ_c",
+    "P",
+    "z R",
+    "z θ_c",
+    "z P",
+    "R, mm",
+    "θ_c, °",
+    "P, N/m",
+    "placed",
+]
 LAST = "fingers whose discrepancy was chosen to have functions of place"
 
 # By way: what was read, and whether functions of place were chosen.

@@ -44,6 +44,13 @@ class Finger(Summarised):
     ------
     InputError
         A value is not a finite number, or the radii are not in order.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> finger = bayestouch.Finger(9.4, 12.7, 9.9, element_angles_deg=(-8.8, 0.0, 8.8))
+    >>> finger.n_elements, finger.pitch_deg
+    (3, 8.8)
     """
 
     core_radius_mm: float

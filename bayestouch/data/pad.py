@@ -43,6 +43,13 @@ class Pad(Summarised):
     ------
     InputError
         A value is not a finite number, lengths differ, or the elements lie below the layer.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> pad = bayestouch.Pad((0.0, 6.0, 12.0), thickness_mm=6.0)
+    >>> pad.n_elements, pad.places_mm["x"]
+    (3, (0.0, 6.0, 12.0))
     """
 
     element_x_mm: tuple[float, ...]

@@ -32,6 +32,12 @@ class Rubber(Summarised):
         μ, above zero.
     poisson_ratio : float or None
         σ of the paper, 0 to 0.5.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.Rubber(shear_modulus_MPa=0.15, poisson_ratio=0.46)
+    Rubber(shear_modulus_MPa=0.15, poisson_ratio=0.46)
     """
 
     shear_modulus_MPa: float | None = None

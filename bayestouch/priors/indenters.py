@@ -29,7 +29,14 @@ class IndenterPrior(Protocol):
 
 @dataclass(frozen=True, repr=False)
 class UniformRadius(Summarised):
-    """Prior uniform in the composite radius R from a knife edge to a flat; the default."""
+    """Prior uniform in the composite radius R from a knife edge to a flat; the default.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.UniformRadius() == bayestouch.UniformRadius()
+    True
+    """
 
     def radius_prior(self, outer_radius_mm: float) -> Prior:
         """Return the uniform prior of R from 0 to ``r_b``."""
@@ -47,6 +54,12 @@ class UniformCurvature(Summarised):
     ----------
     sharpest_mm : float
         Radius r_c of the sharpest indenter in mm, above 0 (the curvature of a knife edge would be infinite).
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.UniformCurvature(sharpest_mm=0.5).sharpest_mm
+    0.5
     """
 
     sharpest_mm: float
@@ -105,6 +118,12 @@ class KnownTips(Summarised):
         Radii r_c of the tips: 0 a knife edge, inf a flat.
     weights : tuple of float
         Prior probabilities of the tips, which add up to 1; equal by default.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.KnownTips((0.0, 2.0, float("inf"))).radius_mm
+    (0.0, 2.0, inf)
     """
 
     radius_mm: Sequence[float]
@@ -149,6 +168,12 @@ class EdgeOrRound(Summarised):
         Prior probability of the edge.
     round : IndenterPrior
         Prior of a round indenter: uniform in R, in curvature or any other density.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.EdgeOrRound(edge_probability=0.2).edge_probability
+    0.2
     """
 
     edge_probability: float = 0.5

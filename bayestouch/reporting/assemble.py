@@ -11,6 +11,7 @@ from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.calibration_tables import about_calibration
 from bayestouch.reporting.checks import about_checks
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.headline import headline
 from bayestouch.reporting.made import command, versions
 from bayestouch.reporting.next_steps import next_steps
 from bayestouch.reporting.residuals import about_residuals
@@ -57,4 +58,5 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
     numbers = strict(numbers)
     numbers["next"] = next_steps(evidence, numbers)
     said = {**answer(numbers), "verdict": short_answers(numbers)}
+    said["headline"] = headline(pages.headline(evidence), evidence)
     return {"answer": strict(said), **numbers}

@@ -10,6 +10,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor
 from bayestouch.output.pictures import Picture
 from bayestouch.reporting.evidence import Evidence
+from bayestouch.reporting.headline import HeadlineError
+from bayestouch.reporting.sketch import Sketch
 
 #: Content of ``report.json``, or part of it.
 Numbers = dict[str, Any]
@@ -48,6 +50,10 @@ class BodyPages:
     ----------
     numbers : callable
         Function that returns the `BodyNumbers`.
+    headline : callable
+        Function of the evidence: the quantities whose errors the first screen shows.
+    sketch : callable
+        Function of the numbers of a report: the drawing of the sensor on the first screen.
     errors_and_limits : callable
         Function of the numbers of a report: sentences on errors and limits, and key numbers.
     own_answers : callable
@@ -74,6 +80,8 @@ class BodyPages:
     """
 
     numbers: Callable[[Evidence], BodyNumbers]
+    headline: Callable[[Evidence], list[HeadlineError]]
+    sketch: Callable[[Numbers], Sketch]
     errors_and_limits: Callable[[Numbers], tuple[list[str], list[Numbers]]]
     own_answers: Callable[[Numbers], list[dict[str, str]]]
     plug_in_compared: tuple[str, ...]

@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.diagnosis.outcome import errors_of_samples
 from bayestouch.output.pictures import Picture
 from bayestouch.output.text import exact, number, percent, plus_minus
+from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.live import Live
+from bayestouch.reporting.loop_bars import before_after, loop_bars
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -35,6 +36,8 @@ def render(numbers: dict[str, Any], pictures: Sequence[Picture], live: Live | No
     """
     environment = new_environment(numbers, pictures)
     environment.globals["live"] = live
+    environment.globals["sketch"] = PAGES[numbers["data"]["body"]].sketch(numbers)
+    environment.globals["loops"] = loop_bars(numbers["diagnosis"])
     return environment.get_template("index.html").render()
 
 
@@ -98,36 +101,3 @@ def _radius(estimate: dict[str, Any]) -> str:
 
 def _symbol(name: str) -> str:
     return _SYMBOLS.get(name, name)
-
-
-def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
-    """Rows of errors before and after, as far as the data give them; after also against stated references."""
-    both = errors_of_samples(diagnosis["before"], diagnosis["after"])
-    rows = (
-        ("prediction_error_percent_peak", f"prediction error{' of samples' if both else ''}", "% of peak", 1),
-        *([("touch_error_percent_peak", "prediction error of touch means", "% of peak", 1)] if both else []),
-        ("lack_of_fit", "lack of fit (1: none)", "", 1),
-        ("R_bias_mm", "bias of R", "mm", 1),
-        ("R_rms_mm", "rms error of R", "mm", 1),
-        ("theta_rms_deg", "rms error of θ_c", "degree", 1),
-        ("P_rms_N_per_m", "rms error of P, read without the force sensor", "N/m", 1),
-        ("location_rms_mm", "rms error of the location", "mm", 1),
-        ("P_rms_N", "rms error of P, read without the force sensor", "N", 1),
-        ("coverage_90", "touches inside 90 % intervals", "%", 100),
-    )
-    # Files of version 0.1 do not contain this key.
-    stated = diagnosis.get("after_against_stated", diagnosis["after"])
-    found = []
-    for key, quantity, unit, factor in rows:
-        values = [whole.get(key) for whole in (diagnosis["before"], diagnosis["after"], stated)]
-        if any(value is not None for value in values):
-            before, after, against = (None if value is None else factor * value for value in values)
-            row = {
-                "quantity": quantity,
-                "unit": unit,
-                "before": before,
-                "after": after,
-                "after_against_stated": against,
-            }
-            found.append(row)
-    return found

@@ -118,6 +118,14 @@ def simulate(
     ------
     InputError
         If an effect is unknown or impossible here, its value is out of bounds, or the design is impossible.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=30.0, flat_step_deg=60.0, touch_step_deg=20.0)
+    >>> simulated = bayestouch.simulate(design, seed=3)
+    >>> simulated.dataset.sensor.n_elements, len(simulated.truth["r_s"])
+    (4, 4)
     """
     design = FingerDesign() if design is None else design
     effects = {} if effects is None else dict(effects)

@@ -62,6 +62,12 @@ class FingerDesign(Summarised):
         Measured loads without noise are uniform in this range, N/m; without effects of the rig they are true.
     contact : str
         Contact model, see `bayestouch.contact.contact_model`.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.FingerDesign(n_elements=8, touch_radii_mm=(0.0, 3.9)).touch_radii_mm
+    (0.0, 3.9)
     """
 
     internal: ClassVar[frozenset[str]] = frozenset({"build", "plan"})

@@ -51,6 +51,12 @@ class PadDesign(Summarised):
         Number of touches to be inferred, uniformly random over the same area.
     load_range : (float, float)
         Measured loads without noise are uniform in this range, N; without effects of the rig they are true.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> bayestouch.PadDesign(element_x_mm=(0.0, 6.0, 12.0), element_y_mm=None).margin_mm
+    3.0
     """
 
     internal: ClassVar[frozenset[str]] = frozenset({"build", "plan"})

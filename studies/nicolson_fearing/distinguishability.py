@@ -91,9 +91,9 @@ def sensors() -> tuple[Sensor, ...]:
 
 
 def print_thresholds(sensor: Sensor, known: KnownFinger) -> None:
-    """Sharpest r_c told from an edge with 95 %, by location; calibration unknown, and known."""
+    """Sharpest r_c distinguished from an edge with 95 %, by location; calibration unknown, and known."""
     exact = replace(known, errors=None)
-    print(f"\n{sensor.name}: sharpest r_c (mm) told from an edge at 95 %")
+    print(f"\n{sensor.name}: sharpest r_c (mm) distinguished from an edge at 95 %")
     print(f"{'':30s}" + "".join(f"{name:>19s}" for name in PLACES) + "   (calibration known)")
     for name, (samples, use_load) in CASES.items():
         found = [
@@ -120,7 +120,7 @@ def print_optimism(sensor: Sensor, known: KnownFinger) -> None:
 
 
 def for_the_page() -> str:
-    """Tables of the documentation: sharpest tip told from an edge, and the paper's criterion beside it."""
+    """Tables of the documentation: sharpest tip distinguished from an edge, and the paper's criterion beside it."""
     plain, lacking, _ = sensors()
     rows = [
         [label, *(f"{mm:.2f}" for mm in threshold_radii(known, list(PLACES.values()), samples=n, use_load=use_load))]
@@ -133,7 +133,7 @@ def for_the_page() -> str:
     for reading, span in SPANS_DEG.items():
         found = optimism(known, plain.annulus, list(PLACES.values()), span_deg=span)
         criteria.append([reading, f"{found[0].paper_mm:.2f}", *(f"{each.factor:.2f}" for each in found)])
-    thresholds = markdown_table(["r_c told from an edge at 95 %, mm", *PLACES], rows)
+    thresholds = markdown_table(["r_c distinguished from an edge at 95 %, mm", *PLACES], rows)
     factors = [f"honest r_c over it, {place}" for place in PLACES]
     return thresholds + "\n" + markdown_table(["mean square over", "paper's r_c, mm", *factors], criteria)
 
@@ -188,7 +188,7 @@ def compared(known: KnownFinger) -> list[Beside]:
 
 
 def level() -> Beside:
-    """The 95 % of Figure 4: how often one touch by the criterion's sharpest tip is really told from an edge."""
+    """The 95 % of Figure 4: how often one touch by the criterion's sharpest tip is distinguished from an edge."""
     deep = sensors()[2]
     found = optimism(deep.known(), deep.annulus, list(PLACES.values()), span_deg=SPANS_DEG["circumference"])
     right = [100 * each.distinguished_there for each in found]
@@ -218,7 +218,7 @@ def picture(folder: Path, known: KnownFinger, sensor: Sensor, single: Trial, exp
     for angle in np.degrees(known.chain.angle):
         if abs(angle) <= LOCATIONS.max():
             left.axvline(angle, color="0.85", zorder=0)
-    left.set(xlabel="location (degree); grey: elements", ylabel="sharpest $r_c$ told from an edge, 95 % (mm)")
+    left.set(xlabel="location (degree); grey: elements", ylabel="sharpest $r_c$ distinguished from an edge, 95 % (mm)")
     left.set(yscale="log")
     plain_ticks(left.yaxis, (0.1, 0.2, 0.5, 1, 2, 5))
     left.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15), ncols=2)

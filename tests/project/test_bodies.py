@@ -21,7 +21,7 @@ SIDE_BY_SIDE = {
     "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking "
     "model noise priors quantities start touch_errors",
     "{}/reading": "reader touch_reader draws effects misfit live live_effects",
-    "reporting/{}": "live numbers pages peaks pictures places sensor_picture words",
+    "reporting/{}": "live numbers pages peaks pictures places sensor_picture sketch words",
 }
 
 
@@ -41,7 +41,7 @@ def test_no_template_asks_which_body_it_has() -> None:
         text = path.read_text("utf-8")
         assert not any(f'"{kind}"' in text or f"if {kind}" in text for kind in KINDS), path.name
     assert {kind: sorted(path.name for path in (templates / kind).glob("*.html")) for kind in KINDS} == {
-        "finger": ["apart.html", "estimates.html", "paper.html", "peaks.html", "words.html"],
+        "finger": ["apart.html", "as_paper.html", "estimates.html", "paper.html", "peaks.html", "words.html"],
         "pad": ["estimates.html", "peaks.html", "words.html"],
     }
 

@@ -114,24 +114,45 @@ def test_public_names_are_typed_and_documented() -> None:
             assert not bare and signature.return_annotation is not inspect.Signature.empty, name
 
 
-def test_notebook_runs(given: Path, tmp_path: Path) -> None:
+def run_notebook(name: str, folder: Path) -> tuple[str, int]:
+    """What a notebook prints, and how many pictures it shows, run in a folder."""
     nbformat = pytest.importorskip("nbformat", reason="nbformat is not installed (extra dev)")
     nbclient = pytest.importorskip("nbclient", reason="nbclient is not installed (extra dev)")
     pytest.importorskip("ipykernel", reason="ipykernel is not installed (extra dev)")
-    notebook = nbformat.read(ROOT / "docs" / "notebooks" / "read_posteriors.ipynb", as_version=4)
+    notebook = nbformat.read(ROOT / "docs" / "notebooks" / f"{name}.ipynb", as_version=4)
+    stored = [cell for cell in notebook.cells if cell.get("outputs") or cell.get("execution_count")]
+    assert not stored, "outputs are made when the pages are built; clear them"
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(folder)}}).execute()
+    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
+    printed = "".join(output.get("text", "") for output in outputs)
+    return printed, sum("image/png" in output.get("data", {}) for output in outputs)
+
+
+def test_first_notebook_runs(tmp_path: Path) -> None:
+    printed, pictures = run_notebook("first_look", tmp_path)
+    inside = re.search(r"^(\d+) % of (\d+) touches are inside their 90 % interval", printed, re.MULTILINE)
+    assert inside and pictures >= 3
+    # three standard errors of a share of 90 %, if touches were independent
+    assert abs(int(inside[1]) - 90) < 300 * (0.9 * 0.1 / int(inside[2])) ** 0.5
+
+
+@pytest.mark.slow
+def test_notebook_that_closes_the_loop_runs(tmp_path: Path) -> None:
+    printed, pictures = run_notebook("close_the_loop", tmp_path)
+    assert printed.startswith("Explained:") and "Found crosstalk" in printed and pictures >= 2
+    before, after = (float(each) for each in re.findall(r"rms error of R (\d\.\d+) mm$", printed, re.MULTILINE))
+    assert after < 0.75 * before
+    assert (tmp_path / "calibration_after.nc").is_file()
+
+
+def test_notebook_of_posteriors_runs(given: Path, tmp_path: Path) -> None:
     (tmp_path / "posterior.nc").write_bytes((given / "posterior.nc").read_bytes())
-    nbclient.NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
-    printed = "".join(
-        output.get("text", "") for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs
-    )
+    printed, pictures = run_notebook("read_posteriors", tmp_path)
     answer = re.search(r"sharper than 2 mm with probability (\d\.\d+)", printed)
     assert answer and 0 <= float(answer[1]) <= 1
     # tips on either side of the question get answers on either side
     shares = dict(re.findall(r"tip of +([\d.]+|inf) mm: mean probability ([\d.]+)", printed))
     assert float(shares["0.00"]) > 0.9 > 0.1 > float(shares["12.30"])
-    pictures = sum(
-        "image/png" in output.get("data", {}) for cell in notebook.cells for output in cell.get("outputs", ())
-    )
     assert pictures >= 3
 
 

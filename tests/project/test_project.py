@@ -11,10 +11,9 @@ import tomllib
 from pathlib import Path
 
 import pytest
+from committed import ROOT, committed_files
 
 import bayestouch
-
-ROOT = Path(__file__).resolve().parents[2]
 
 # what only sampling, tables, statistics and pictures need; each is imported where it is used
 HEAVY = (
@@ -28,19 +27,6 @@ HEAVY = (
     "scipy.optimize",
     "h5py",
 )
-
-
-def committed_files() -> list[str]:
-    try:
-        listed = subprocess.run(
-            ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"],
-            cwd=ROOT,
-            capture_output=True,
-            check=True,
-        )
-    except (OSError, subprocess.CalledProcessError) as reason:
-        pytest.skip(f"this is no git checkout, or git is absent: {reason}")
-    return [name for name in listed.stdout.decode().split("\0") if name and (ROOT / name).is_file()]
 
 
 def test_one_version() -> None:

@@ -348,7 +348,7 @@ def test_coverage() -> None:
     module = study("coverage")
     found = module.main(3, 60)
     # 180 touches: a share of 0.9 scatters by 0.022, 20 samples of one finger share their calibration's error besides
-    for name, hits in found[1]["propagated, nothing missed"].items():
+    for name, hits in found[1]["propagated, no model error"].items():
         assert abs(hits.mean() - 0.9) < 4 * np.sqrt(0.09 / 180), name
     # 0.70 and 0.94 in the run of docs/statistics.md; their difference scatters by 0.04
     assert found[20]["plugged in"]["R"].mean() < found[20]["propagated"]["R"].mean() - 0.1

@@ -57,7 +57,7 @@ def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
                 ("part of noise", "@R_noise_mm{0.000} mm"),
                 ("part shared there", "@R_shared_mm{0.000} mm"),
                 ("error of θ_c", "@theta_c_error_deg{0.000}°"),
-                ("told from an edge", "r_c ≥ @told_from_edge_r_c_mm{0.00} mm"),
+                ("distinguished from an edge", "r_c ≥ @told_from_edge_r_c_mm{0.00} mm"),
             ],
         )
     )

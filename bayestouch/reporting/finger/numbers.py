@@ -12,6 +12,7 @@ from bayestouch.reporting.body_pages import BodyNumbers
 from bayestouch.reporting.differences import (
     error_summary,
     estimate_errors,
+    load_errors,
     load_summary,
     reference_composite_radius,
     three,
@@ -23,6 +24,7 @@ from bayestouch.reporting.finger.paper_fits import PaperFits
 from bayestouch.reporting.finger.peaks import element_peaks, same_finger_as_paper
 from bayestouch.reporting.finger.places import about_places
 from bayestouch.reporting.finger.radii import by_indenter, contact_models, fits_by_contact_model, radius_limits
+from bayestouch.reporting.headline import HeadlineError
 from bayestouch.reporting.peak_table import element_peak
 
 
@@ -36,6 +38,18 @@ def finger_numbers(evidence: Evidence) -> BodyNumbers:
         prediction=_prediction(evidence),
         paper=published_tables() if evidence.embedded else None,
     )
+
+
+def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
+    """Location, load read without the force sensor, and composite radius of a finger."""
+    posteriors = evidence.posteriors
+    unseen = posteriors if evidence.without_load is None else evidence.without_load
+    unit = evidence.sensor.body.load_unit
+    return [
+        HeadlineError("location θ", "degree", estimate_errors(posteriors, "theta_c"), posteriors.sd("theta_c")),
+        HeadlineError("load", unit, load_errors(evidence), unseen.sd("P")),
+        HeadlineError("composite radius R", "mm", estimate_errors(posteriors, "R"), posteriors.sd("R")),
+    ]
 
 
 def _estimates(evidence: Evidence, paper: PaperFits) -> dict[str, Any]:

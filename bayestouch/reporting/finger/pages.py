@@ -10,9 +10,10 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor, finger_of
 from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.finger.live import estimate_figure, sensor_figure
-from bayestouch.reporting.finger.numbers import finger_numbers
+from bayestouch.reporting.finger.numbers import finger_numbers, headline_quantities
 from bayestouch.reporting.finger.pictures import estimate_pictures, example_touches
 from bayestouch.reporting.finger.sensor_picture import sensor_picture
+from bayestouch.reporting.finger.sketch import sketch
 from bayestouch.reporting.finger.words import errors_and_limits, own_answers
 
 
@@ -27,6 +28,8 @@ def design(sensor: Sensor) -> Mapping[str, FloatArray]:
 
 FINGER = BodyPages(
     numbers=finger_numbers,
+    headline=headline_quantities,
+    sketch=sketch,
     errors_and_limits=errors_and_limits,
     own_answers=own_answers,
     plug_in_compared=("theta_c", "R", "P"),

@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.checking.tables import indenter_name, known_indenters
+from bayestouch.data.sensor import Finger, finger_of
 from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.places import place_at, rounded_columns, typical_samples
 
@@ -45,6 +46,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     return {
         "body": "finger",
         "samples": samples,
+        "body_mm": _body(finger_of(evidence.sensor)),
         "elements_deg": np.degrees(known.chain.angle),
         "tips": [indenter_name(float(tip)) for tip in tips],
         "by_location": rounded_columns(columns),
@@ -55,6 +57,15 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
         "distinguished_least_percent": 100 * right.min(axis=0),
         "threshold_mm": {"lowest": _least(threshold), "highest": _most(threshold)},
         "nowhere_percent": float(100 * np.isnan(threshold).mean()),
+    }
+
+
+def _body(finger: Finger) -> dict[str, float]:
+    """Radii of the finger as designed, for drawings of its section."""
+    return {
+        "outer_radius": finger.outer_radius_mm,
+        "core_radius": finger.core_radius_mm,
+        "sensing_radius": finger.sensing_radius_mm,
     }
 
 

@@ -74,11 +74,15 @@ def _limits(limits: dict[str, Any], key: list[dict[str, Any]]) -> list[str]:
             continue
         radius = limits[f"{end}_r_c_mm"]
         if radius is None:
-            parts.append(f"no tip that was tried is told from a {name}")
+            parts.append(f"no tip that was tried is distinguished from a {name}")
         else:
-            parts.append(f"tips of r_c = {radius:.4g} mm {direction} are told from a {name}")
+            parts.append(f"tips of r_c = {radius:.4g} mm {direction} are distinguished from a {name}")
         add_key(
-            key, f"told from a {name}", radius, "mm", f"r_c {direction}, of the tips tried, at {share} % of touches"
+            key,
+            f"distinguished from a {name}",
+            radius,
+            "mm",
+            f"r_c {direction}, of the tips tried, at {share} % of touches",
         )
     if not parts:
         return ["There are no knife edges or flats beside round tips, so limits of the radius cannot be given."]
@@ -106,7 +110,7 @@ def _smallest(numbers: dict[str, Any]) -> dict[str, str]:
     seen = _seen(numbers["estimates"]["radius_limits"])
     if span["lowest"] is None:
         return verdict_row(
-            question, "None", f"Nowhere is even a flat told from a knife edge in one touch of two.{seen}"
+            question, "None", f"Nowhere is even a flat distinguished from a knife edge in one touch of two.{seen}"
         )
     if number(span["lowest"], 2) == number(span["highest"], 2):
         short = f"r_c = {number(span['lowest'], 2)} mm"
@@ -114,7 +118,9 @@ def _smallest(numbers: dict[str, Any]) -> dict[str, str]:
         short = f"r_c = {number(span['lowest'], 2)} to {number(span['highest'], 2)} mm, depending on location"
     lost = f" At {percent(nowhere)} % of locations nothing is." if nowhere else ""
     return verdict_row(
-        question, short, f"Blunter tips are told from a knife edge with 95 % probability (predicted).{lost}{seen}"
+        question,
+        short,
+        f"Blunter tips are distinguished from a knife edge with 95 % probability (predicted).{lost}{seen}",
     )
 
 

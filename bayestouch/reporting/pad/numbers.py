@@ -9,9 +9,10 @@ import numpy as np
 from bayestouch.chain.pad import element_pitch
 from bayestouch.data.sensor import Pad, pad_of
 from bayestouch.reporting.body_pages import BodyNumbers
-from bayestouch.reporting.differences import load_summary
+from bayestouch.reporting.differences import load_errors, load_summary
 from bayestouch.reporting.evidence import Evidence
-from bayestouch.reporting.pad.locations import axes_of, pad_errors
+from bayestouch.reporting.headline import HeadlineError
+from bayestouch.reporting.pad.locations import axes_of, inside_array, location_errors, pad_errors
 from bayestouch.reporting.pad.peaks import element_peaks
 from bayestouch.reporting.pad.places import about_places
 
@@ -23,6 +24,19 @@ def pad_numbers(evidence: Evidence) -> BodyNumbers:
         estimates=_estimates(evidence),
         places=about_places(evidence),
     )
+
+
+def headline_quantities(evidence: Evidence) -> list[HeadlineError]:
+    """Location inside and outside the array of elements, and load read without the force sensor."""
+    posteriors, error = evidence.posteriors, location_errors(evidence)
+    distance, inside = np.sqrt((error**2).sum(axis=1)), inside_array(evidence)
+    sd = np.sqrt(sum(posteriors.sd(axis) ** 2 for axis in axes_of(posteriors)))
+    unseen = posteriors if evidence.without_load is None else evidence.without_load
+    known = np.isfinite(distance)
+    parts = [("location inside the array", known & inside), ("location outside the array", known & ~inside)]
+    located = [HeadlineError(name, "mm", np.where(these, distance, np.nan), sd) for name, these in parts if these.any()]
+    load = HeadlineError("load", evidence.sensor.body.load_unit, load_errors(evidence), unseen.sd("P"))
+    return [*(located or [HeadlineError("location", "mm", distance, sd)]), load]
 
 
 def _estimates(evidence: Evidence) -> dict[str, Any]:

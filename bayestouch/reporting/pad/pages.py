@@ -10,9 +10,10 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.reporting.body_pages import BodyPages
 from bayestouch.reporting.pad.live import estimate_figure, sensor_figure
-from bayestouch.reporting.pad.numbers import pad_numbers
+from bayestouch.reporting.pad.numbers import headline_quantities, pad_numbers
 from bayestouch.reporting.pad.pictures import estimate_pictures, example_touches
 from bayestouch.reporting.pad.sensor_picture import sensor_picture
+from bayestouch.reporting.pad.sketch import sketch
 from bayestouch.reporting.pad.words import errors_and_limits, own_answers
 
 
@@ -24,6 +25,8 @@ def design(sensor: Sensor) -> Mapping[str, FloatArray]:
 
 PAD = BodyPages(
     numbers=pad_numbers,
+    headline=headline_quantities,
+    sketch=sketch,
     errors_and_limits=errors_and_limits,
     own_answers=own_answers,
     plug_in_compared=(),

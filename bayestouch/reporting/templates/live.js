@@ -2,7 +2,14 @@
 // Starts the figures, and keeps figures, lists and words on one chosen touch. Without it the pictures stay.
 (async () => {
   const root = document.documentElement;
-  const content = JSON.parse(document.getElementById("live-data").textContent);
+  if (!("DecompressionStream" in window)) return;
+  const unpacked = (id) => {
+    const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), (each) => each.charCodeAt(0));
+    return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+  };
+  const content = JSON.parse(await unpacked("live-data"));
+  document.head.append(Object.assign(document.createElement("script"), { textContent: await unpacked("live-library") }));
+  Bokeh.require("core/logging").logger.set_level("warn");  // set_log_level writes to the console itself
   const touches = content.touches;
   root.classList.add("is-live");
   try {

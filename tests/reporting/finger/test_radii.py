@@ -1,4 +1,4 @@
-"""Between which radii tips are told from a knife edge and from a flat."""
+"""Between which radii tips are distinguished from a knife edge and from a flat."""
 
 from __future__ import annotations
 

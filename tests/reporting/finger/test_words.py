@@ -49,15 +49,15 @@ def test_errors() -> None:
         "Without help from the force sensor, load is read to 1.2 N/m rms (12 % of the mean load).",
         "The composite radius R (1/R = 1/r_b + 1/r_c) is read to 0.35 mm rms, by indenter from 0.10 mm (3 mm) to "
         "0.50 mm (flat).",
-        "At 95 % of touches tips of r_c = 3.18 mm and blunter are told from a knife edge and tips of r_c = 12.7 mm and "
-        "sharper are told from a flat.",
+        "At 95 % of touches tips of r_c = 3.18 mm and blunter are distinguished from a knife edge and tips of "
+        "r_c = 12.7 mm and sharper are distinguished from a flat.",
     ]
     assert [(row["quantity"], row["value"], row["unit"]) for row in key] == [
         ("location error, rms", 0.512, "degree"),
         ("load error, rms", 1.234, "N/m"),
         ("composite radius R error, rms", 0.3456, "mm"),
-        ("told from a knife edge", 3.18, "mm"),
-        ("told from a flat", 12.7, "mm"),
+        ("distinguished from a knife edge", 3.18, "mm"),
+        ("distinguished from a flat", 12.7, "mm"),
     ]
     assert key[2]["detail"] == "bias −0.12 mm, standard deviation 0.34 mm"
     assert key[4]["detail"] == "r_c and sharper, of the tips tried, at 95 % of touches"
@@ -78,7 +78,7 @@ def test_limits_that_were_not_tried_or_not_met() -> None:
     estimates["radius_limits"] = LIMITS | {"told_from_edge_r_c_mm": None, "told_from_flat_tried": False}
     said, key = errors_and_limits(numbers(estimates=estimates))
     assert said[-2].endswith("is read to 0.35 mm rms.")
-    assert said[-1] == "At 95 % of touches no tip that was tried is told from a knife edge." and len(key) == 4
+    assert said[-1] == "At 95 % of touches no tip that was tried is distinguished from a knife edge." and len(key) == 4
     estimates["radius_limits"] = LIMITS | {"told_from_edge_tried": False, "told_from_flat_tried": False}
     said, _ = errors_and_limits(numbers(estimates=estimates))
     assert said[-1].startswith("There are no knife edges or flats beside round tips")
@@ -90,12 +90,14 @@ def test_where_and_down_to_which_radius() -> None:
     assert "0.12 mm rms at the best location and 4.6 mm at the worst" in where["reason"]
     assert smallest["short"] == "r_c = 0.12 to 0.46 mm, depending on location"
     assert smallest["reason"] == (
-        "Blunter tips are told from a knife edge with 95 % probability (predicted). Of the tips tried, 3.18 mm and "
-        "blunter were."
+        "Blunter tips are distinguished from a knife edge with 95 % probability (predicted). Of the tips tried, "
+        "3.18 mm and blunter were."
     )
     places = {"threshold_mm": {"lowest": 0.123, "highest": 0.124}, "nowhere_percent": 12.4}
     untried = {"radius_limits": LIMITS | {"told_from_edge_tried": False}}
     smallest = own_answers(numbers(places=places, estimates=untried))[1]
     assert smallest["short"] == "r_c = 0.12 mm" and smallest["reason"].endswith(" At 12 % of locations nothing is.")
     nowhere = own_answers(numbers(places={"threshold_mm": {"lowest": None, "highest": None}}))[1]
-    assert nowhere["short"] == "None" and nowhere["reason"].startswith("Nowhere is even a flat told from a knife edge")
+    assert nowhere["short"] == "None" and nowhere["reason"].startswith(
+        "Nowhere is even a flat distinguished from a knife edge"
+    )

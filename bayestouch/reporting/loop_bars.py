@@ -1,0 +1,84 @@
+"""Errors before and after the search for effects: rows of the table, and bars of the first screen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bayestouch.diagnosis.outcome import errors_of_samples
+from bayestouch.output.text import listed
+
+# Rows of the table that are errors, where less is better; the others are no lengths of bars.
+_AS_BARS = ("% of peak", "mm", "degree", "N/m", "N")
+_MOST = 4
+# Error that the noise of readings and loads alone would leave in.
+_OF_FLOOR = "prediction_error_percent_peak"
+
+
+def loop_bars(diagnosis: dict[str, Any] | None) -> dict[str, Any] | None:
+    """Bars of the errors before and after, each group relative to its largest; None without a diagnosis.
+
+    Returns
+    -------
+    dict or None
+        ``title``, and ``groups`` with ``quantity``, ``unit`` and ``bars`` (``name``, ``kind``, ``value``, ``percent``).
+    """
+    if diagnosis is None or "before" not in diagnosis:
+        return None
+    names = [effect["name"].replace("_", " ") for effect in diagnosis["effects"]]
+    changed = bool(names) or diagnosis["correction"] is not None
+    added = [*names, *(["a correction"] if diagnosis["correction"] is not None else [])]
+    title = f"before and after {listed(added)}" if changed else "no effect was found"
+    rows = [row for row in before_after(diagnosis) if row["unit"] in _AS_BARS and "bias" not in row["quantity"]]
+    groups = [_group(row, diagnosis, changed) for row in rows[:_MOST] if row["before"] is not None]
+    return {"title": title, "groups": groups} if groups else None
+
+
+def _group(row: dict[str, Any], diagnosis: dict[str, Any], changed: bool) -> dict[str, Any]:
+    floor = diagnosis["noise_floor_percent_peak"] if row["key"] == _OF_FLOOR else None
+    bars = [("before" if changed else "as calibrated", "before", row["before"])]
+    bars += [("after", "after", row["after"])] if changed else []
+    bars += [("noise alone", "floor", floor)]
+    known = [bar for bar in bars if bar[2] is not None]
+    longest = max(value for _, _, value in known) or 1.0
+    return {
+        "quantity": row["quantity"],
+        "unit": row["unit"],
+        "bars": [
+            {"name": name, "kind": kind, "value": value, "percent": round(60 * value / longest, 1)}
+            for name, kind, value in known
+        ],
+    }
+
+
+def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
+    """Rows of errors before and after, as far as the data give them; after also against stated references."""
+    both = errors_of_samples(diagnosis["before"], diagnosis["after"])
+    rows = (
+        ("prediction_error_percent_peak", f"prediction error{' of samples' if both else ''}", "% of peak", 1),
+        *([("touch_error_percent_peak", "prediction error of touch means", "% of peak", 1)] if both else []),
+        ("lack_of_fit", "lack of fit (1: none)", "", 1),
+        ("R_bias_mm", "bias of R", "mm", 1),
+        ("R_rms_mm", "rms error of R", "mm", 1),
+        ("theta_rms_deg", "rms error of θ_c", "degree", 1),
+        ("P_rms_N_per_m", "rms error of P, read without the force sensor", "N/m", 1),
+        ("location_rms_mm", "rms error of the location", "mm", 1),
+        ("P_rms_N", "rms error of P, read without the force sensor", "N", 1),
+        ("coverage_90", "touches inside 90 % intervals", "%", 100),
+    )
+    # Files of version 0.1 do not contain this key.
+    stated = diagnosis.get("after_against_stated", diagnosis["after"])
+    found = []
+    for key, quantity, unit, factor in rows:
+        values = [whole.get(key) for whole in (diagnosis["before"], diagnosis["after"], stated)]
+        if any(value is not None for value in values):
+            before, after, against = (None if value is None else factor * value for value in values)
+            row = {
+                "key": key,
+                "quantity": quantity,
+                "unit": unit,
+                "before": before,
+                "after": after,
+                "after_against_stated": against,
+            }
+            found.append(row)
+    return found

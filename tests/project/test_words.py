@@ -1,0 +1,68 @@
+"""The pages are in the words of the field: none of the words of `docs/style/words.toml` is in them."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from collections.abc import Iterator
+
+import pytest
+from committed import ROOT
+
+RULES = tomllib.loads((ROOT / "docs" / "style" / "words.toml").read_text("utf-8"))["rule"]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted((ROOT / "docs" / "notebooks").glob("*.ipynb")),
+]
+#: Blocks of code, indented commands, code in a line, formulas, and addresses.
+CODE = re.compile(
+    r"^(```|~~~).*?^\1|^    \S.*?$|`[^`\n]+`|\$[^$\n]+\$|\]\([^)]*\)|\]\[[^]]*\]", re.MULTILINE | re.DOTALL
+)
+
+
+def prose(name: str, text: str) -> str:
+    """Text of a page with code blanked, so that lines keep their numbers; of a notebook its cells of text."""
+    if name.endswith(".ipynb"):
+        cells = json.loads(text)["cells"]
+        text = "\n".join("".join(cell["source"]) for cell in cells if cell["cell_type"] == "markdown")
+    return CODE.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
+
+
+def found(name: str, text: str) -> Iterator[str]:
+    """A line for each use of a word that is in the rules."""
+    text = prose(name, text)
+    for rule in RULES:
+        allowed = [match.span() for each in rule.get("but", ()) for match in re.finditer(each, text, re.IGNORECASE)]
+        for match in re.finditer(rule["words"], text, re.IGNORECASE):
+            if not any(low <= match.start() < high for low, high in allowed):
+                line = text[: match.start()].count("\n") + 1
+                yield f"{name}:{line}: {match[0]!r}: write {rule['instead']}"
+
+
+def test_pages_have_none_of_these_words() -> None:
+    lines = [line for page in PAGES for line in found(page.name, page.read_text("utf-8"))]
+    assert not lines, f"{len(lines)} words of docs/style/words.toml:\n" + "\n".join(lines)
+
+
+@pytest.mark.parametrize(
+    ("text", "count"),
+    [
+        ("An edge is told from a flat.", 2),
+        ("What the model misses stands here.", 2),
+        ("Drawn by hand.", 0),
+        ("The command hands out the blocks.", 1),
+        ("`stands` and\n```python\nalike = 1\n```\n", 0),
+        ("The readings tell nothing, held against\nthe table.", 2),
+        ("It is distinguished from an edge.", 0),
+    ],
+)
+def test_the_rules_find_words_and_leave_code_alone(text: str, count: int) -> None:
+    assert len(list(found("a.md", text))) == count
+    cell = json.dumps({"cells": [{"cell_type": "markdown", "source": [text]}, {"cell_type": "code", "source": [text]}]})
+    assert len(list(found("a.ipynb", cell))) == count
+
+
+def test_each_rule_is_used_by_a_reader() -> None:
+    assert all(set(rule) <= {"words", "instead", "but"} and rule["instead"] for rule in RULES)

@@ -1,0 +1,45 @@
+"""Bars of the errors before and after."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bayestouch.reporting.loop_bars import loop_bars
+
+
+def diagnosis(*effects: str, **changes: Any) -> dict[str, Any]:
+    before = {"prediction_error_percent_peak": 2.0, "lack_of_fit": 4.0, "R_bias_mm": 0.3, "R_rms_mm": 0.8}
+    after = {"prediction_error_percent_peak": 1.0, "lack_of_fit": 1.0, "R_bias_mm": 0.0, "R_rms_mm": 0.2}
+    found = [{"name": name} for name in effects]
+    base = {"before": before, "after": after, "effects": found, "correction": None, "noise_floor_percent_peak": 0.5}
+    return {**base, **changes}
+
+
+def test_lengths_are_in_the_ratio_of_the_errors() -> None:
+    bars = loop_bars(diagnosis("gain_drift"))
+    assert bars is not None and bars["title"] == "before and after gain drift"
+    first, second = bars["groups"]
+    assert [(bar["kind"], bar["value"]) for bar in first["bars"]] == [("before", 2.0), ("after", 1.0), ("floor", 0.5)]
+    lengths = [bar["percent"] for bar in first["bars"]]
+    assert lengths[0] == 60  # leaves room for the number
+    assert lengths[1] / lengths[0] == pytest.approx(0.5) and lengths[2] / lengths[0] == pytest.approx(0.25)
+    # no bar of a bias, which has a sign, and none of lack of fit, whose least is one
+    assert second["quantity"] == "rms error of R" and [bar["value"] for bar in second["bars"]] == [0.8, 0.2]
+
+
+def test_without_an_effect_there_is_no_after() -> None:
+    bars = loop_bars(diagnosis())
+    assert bars is not None and bars["title"] == "no effect was found"
+    assert [bar["name"] for bar in bars["groups"][0]["bars"]] == ["as calibrated", "noise alone"]
+
+
+def test_a_correction_without_a_cause_is_named() -> None:
+    bars = loop_bars(diagnosis("creep", correction={"sd": 1.0}))
+    assert bars is not None and bars["title"] == "before and after creep and a correction"
+
+
+def test_no_bars_without_a_diagnosis() -> None:
+    assert loop_bars(None) is None
+    assert loop_bars({"missing": "No effect was searched for."}) is None
