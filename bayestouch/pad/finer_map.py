@@ -32,8 +32,13 @@ from bayestouch.pad.table import map_grid
 GROUPS, NEIGHBOURS = 12, 25
 # Loads vary if their range is this share of their median.
 LOADS_VARY = 0.2
-# Loads at which the map is tabulated, equally far from each other in the logarithm; how far beyond the known loads.
-LOADS, BEYOND = 10, 1.25
+# Loads at which the map is tabulated: step in the logarithm, over the length there (linear interpolation then errs by
+# some thousandth of the size of what changes with the load), fewest and most steps, how far beyond the known loads.
+LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
+# Number of blocks of touches that follow each other, which are left out together for the estimate of the noise: errors
+# of touches made soon after each other are alike, as those of a zero that wanders, so that one touch left out alone is
+# predicted better than a touch of another time.
+BLOCKS = 40
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
 # Prior sd of the logarithm of each element's noise over the common one, as in `bayestouch.pad.misfit_fit`.
@@ -100,6 +105,7 @@ class FinerMap:
         weights, factors, predicted = np.zeros(here.shape), [], fit.chain.predict(known.location, known.load)
         shape = kernel_shape(model.shape, known.location)
         location = _Rows(known.location, known.load, shape)
+        blocks = np.array_split(np.arange(known.n_touches), min(BLOCKS, known.n_touches))
         for e in range(here.shape[1]):
             # A missing reading has a noise that leaves it without weight.
             blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))
@@ -107,18 +113,23 @@ class FinerMap:
             factor = np.asarray(np.linalg.cholesky(covariance + np.diag(blank)))
             precision = cho_solve((factor, True), np.eye(len(factor)))
             weights[:, e] = precision @ np.where(here[:, e], fit.residual[:, e], 0.0)
-            diagonal = np.diag(precision)
-            residual[:, e] = np.where(here[:, e], weights[:, e] / diagonal, np.nan)
-            open_[:, e] = np.where(here[:, e], np.maximum(1 / diagonal - blank, 0.0), np.nan)
+            for block in blocks:
+                # The block's readings given all others: normal, with the inverse of its part of the precision.
+                left = np.linalg.inv(precision[np.ix_(block, block)])
+                residual[block, e] = left @ weights[block, e]
+                open_[block, e] = np.maximum(np.diag(left) - blank[block], 0.0)
             predicted[:, e] += covariance @ weights[:, e]
             factors.append(factor)
+        residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
         left_out = LeftOut(residual, open_, predicted - fit.chain.offset, known.counts, problem.load_share)
         found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd)
         score = float(left_out_density(left_out, found, spread).sum())
         made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
         loads = np.zeros(0)
         if loads_vary(known.load):
-            loads = np.geomspace(known.load.min() / BEYOND, known.load.max() * BEYOND, LOADS)
+            low, high = known.load.min() / BEYOND, known.load.max() * BEYOND
+            steps = np.log(high / low) / (LOAD_STEP * sizes.load_length)
+            loads = np.geomspace(low, high, int(np.clip(np.ceil(steps), *LOADS)) + 1)
         return cls(made, sizes, loads, tuple(factors), weights)
 
     def tabulated(self) -> PadMap:

@@ -74,7 +74,8 @@ def test_readings_left_out_are_those_of_a_fit_without_them(made: tuple[PadProble
     problem, finer = made
     known, residual = problem.known, finer.model.fit.residual
     for touch, e in ((3, 0), (70, 2)):
-        others = np.arange(known.n_touches) != touch
+        # 160 touches are 40 blocks of four that follow each other.
+        others = np.arange(known.n_touches) // 4 != touch // 4
         total = finer.factors[e] @ finer.factors[e].T
         rows = total[touch, others] @ np.linalg.inv(total[np.ix_(others, others)])
         assert finer.model.left_out.residual[touch, e] == pytest.approx(
