@@ -61,7 +61,7 @@ def cli(ctx: click.Context) -> None:
         say_next_step(Path())
 
 
-for verb in (init, example, check, calibrate, infer, diagnose, effects, report, simulate):
+for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate, example):
     cli.add_command(verb)
 
 
