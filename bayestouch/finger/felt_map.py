@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import BarycentricInterpolator
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.finger import FingerChain
+from bayestouch.finger.interpolation import lagrange
 from bayestouch.finger.place.functions import Process, fourier, per_weight
 
 # Number of values of P R. On the softest finger known (0.054 MPa, P R/μ up to 47 mm²) waves shorter than 18° err by
@@ -60,4 +60,4 @@ def chebyshev(highest: float) -> FloatArray:
 def shares_of_nodes(nodes: FloatArray, at: FloatArray) -> FloatArray:
     """Shares (t, q) of the nodes' values in the polynomial through them, at P R (t,); constant beyond the last node."""
     within = np.clip(at, nodes[0], nodes[-1])
-    return np.asarray(BarycentricInterpolator(nodes, np.eye(len(nodes)))(within))
+    return lagrange(nodes, within)

@@ -16,6 +16,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.chain.response import ContactSpectra, modes_needed
 from bayestouch.data.sensor import Finger
+from bayestouch.finger.interpolation import lagrange
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 
@@ -162,7 +163,7 @@ class TouchSeries:
         slope = shape.copy()
         blunt = known.radius_mm > 0
         if blunt.any():
-            spectra = np.tensordot(_lagrange(self.sigma_nodes, sigma), self.spectra, axes=1)
+            spectra = np.tensordot(lagrange(self.sigma_nodes, sigma), self.spectra, axes=1)
             kappa = known.load[blunt] / 1000 * known.radius_mm[blunt] / mu[:, None]
             cosine, sine = self.cosine[blunt], self.sine[blunt]
 
@@ -210,12 +211,3 @@ class TouchSeries:
         )
         row = np.arange(len(spectra))[:, None]
         return np.asarray(sum(w[..., None] * spectra[row, first + i] for i, w in enumerate(weights)))
-
-
-def _lagrange(nodes: FloatArray, places: FloatArray) -> FloatArray:
-    """Weights (n, s) of polynomial interpolation through `nodes` (s,) at `places` (n,)."""
-    difference = places[:, None] - nodes
-    weights = [
-        np.prod(np.delete(difference, i, axis=1) / np.delete(nodes[i] - nodes, i), axis=1) for i in range(len(nodes))
-    ]
-    return np.stack(weights, axis=1)
