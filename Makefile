@@ -15,7 +15,7 @@ NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); 
 
 .PHONY: help report test test-slow test-all test-oldest test-newest lint docs studies mutants gallery lock clean
 help:
-	@echo "make report     the first report, on simulated touches, in report/index.html"
+	@echo "make report     two reports, on a simulated finger and a measured pad: report/index.html"
 	@echo "make test       ruff, mypy and the tests"
 	@echo "make test-slow  the tests that take minutes"
 	@echo "make test-all   ruff, mypy and all tests, what .ci/run does"
@@ -29,7 +29,7 @@ help:
 	@echo "make clean      remove what make made, except .venv"
 
 report: $(VENV)/.ready-runtime
-	$(BIN)/bayestouch report -o report
+	$(BIN)/python studies/first_reports.py report
 
 test: lint
 	$(BIN)/pytest -n 2 -q

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 from _page import write_between
 from _published import OUTPUT, figure, save
+from _worth import WORTH, worth_table
 
 import bayestouch
 from bayestouch.data.dataset import DataSet
@@ -71,6 +72,7 @@ class Found:
     """A diagnosis with the held-out touches as the kernel without a map predicts them."""
 
     case: Case
+    dataset: DataSet
     diagnosis: bayestouch.Diagnosis
     kernel_alone: HeldOut
 
@@ -89,7 +91,7 @@ def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
     name = str(before.calibration.settings["kernel"])
     alone = pad_fit(observed, table, data.dataset, kernel=name, empirical=False)
     assert before.held_out is not None
-    return Found(case, diagnosis, held_out(alone, None, before.held_out.observed, before.fitted.model.peak))
+    return Found(case, dataset, diagnosis, held_out(alone, None, before.held_out.observed, before.fitted.model.peak))
 
 
 def rest_wander(dataset: DataSet) -> float:
@@ -171,15 +173,9 @@ def error_rows(found: Found) -> list[list[str]]:
 
 
 FOUND = (
-    "data",
-    "held out",
-    "traced to",
+    *("data", "held out", "traced to"),
     "mean square left, over the noise's (if nothing is missing)",
-    "verdict",
-    "correction",
-    "location rms, mm",
-    "load rms, N",
-    "90 % regions hold",
+    *("verdict", "correction", "location rms, mm", "load rms, N", "90 % regions hold"),
 )
 ERRORS = ("data", "error of", "kernel alone", "linear", "with what was found", "and a correction")
 
@@ -278,8 +274,13 @@ def main(
     print("\n" + tables)
     if folder is not None:
         draw(found, folder)
+    if small:
+        return found
+    worth = worth_table([(each.case.name, each.dataset, each.diagnosis.traced) for each in found])
+    print("\n" + worth)
     if page is not None:
         write_between(MARK, tables, page)
+        write_between(WORTH, worth, page)
     return found
 
 

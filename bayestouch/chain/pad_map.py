@@ -20,9 +20,10 @@ _CHUNK = 1 << 15
 class PadMap:
     """Tables of a pad on a regular grid, interpolated by cubic splines; m elements, D coordinates.
 
-    reading_e = offset_e + P sensitivity_e(location). Its variance due to the uncertainty of the calibration is
-    ``offset_variance + 2 P covariance + P² variance``. Elements are assumed independent (only the few common
-    parameters of the kernel correlate them).
+    reading_e = offset_e + P sensitivity_e(location). With `loads`, the sensitivity and its variance change with the
+    load P as well: they are linear in ln P between these loads, and constant beyond. The variance of a reading due to
+    the uncertainty of the calibration is ``offset_variance + 2 P covariance + P² variance``. Elements are assumed
+    independent (only the few common parameters of the kernel correlate them).
 
     Attributes
     ----------
@@ -41,6 +42,10 @@ class PadMap:
         leave open, for which the readings of the calibration were corrected. Cause by cause.
     offset_by_effect : (q, m) array, optional
         The same for the reading without touch.
+    loads : (L,) array, optional
+        Loads at which `by_load` is given, ascending.
+    by_load, variance_by_load : (*grid, L m) arrays, optional
+        What is added to `sensitivity` and `variance` at each of these loads, load by load.
     """
 
     origin: FloatArray
@@ -54,6 +59,9 @@ class PadMap:
     covariance: FloatArray
     by_effect: FloatArray | None = None
     offset_by_effect: FloatArray | None = None
+    loads: FloatArray | None = None
+    by_load: FloatArray | None = None
+    variance_by_load: FloatArray | None = None
 
     @property
     def n_elements(self) -> int:
@@ -69,18 +77,57 @@ class PadMap:
         """Return the same map without uncertainty (plug-in)."""
         none = np.zeros_like(self.variance)
         exact = replace(self, offset_variance=0 * self.offset, variance=none, covariance=none)
-        return replace(exact, by_effect=None, offset_by_effect=None)
+        change = None if self.variance_by_load is None else np.zeros_like(self.variance_by_load)
+        return replace(exact, by_effect=None, offset_by_effect=None, variance_by_load=change)
 
     def inside(self, location: ArrayLike) -> NDArray[np.bool_]:
         """Return True for locations (..., D) in the calibrated region, (...)."""
         place = np.asarray(location)
         return np.asarray(((place >= self.low) & (place <= self.high)).all(axis=-1))
 
-    def at(self, location: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Sensitivity, its variance and its covariance with the offset at locations (..., D); three (..., m) arrays."""
+    def at(self, location: FloatArray, load: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Sensitivity, its variance and its covariance with the offset; three (..., m) arrays.
+
+        Parameters
+        ----------
+        location : (..., D) array
+            Locations, mm.
+        load : (...) array, optional
+            Loads; by default the one that `sensitivity` and `variance` are of.
+        """
         m = self.n_elements
+        if load is None or self.loads is None:
+            both = _interpolate(self._coefficients[..., : 3 * m], self._index(location), (None,))[0]
+            return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
         both = _interpolate(self._coefficients, self._index(location), (None,))[0]
-        return both[..., :m], np.maximum(both[..., m : 2 * m], 0.0), both[..., 2 * m :]
+        shape = np.broadcast_shapes(both.shape[:-1], load.shape)
+        both = np.broadcast_to(both, (*shape, both.shape[-1]))
+        n = len(self.loads) * m
+        weight = self._load_weights(np.broadcast_to(load, shape))[0]
+        change, of_variance = (
+            self._over_loads(each, weight) for each in (both[..., 3 * m : 3 * m + n], both[..., 3 * m + n :])
+        )
+        variance = np.maximum(both[..., m : 2 * m] + of_variance, 0.0)
+        return both[..., :m] + change, variance, both[..., 2 * m : 3 * m]
+
+    def _load_weights(self, load: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Weight of each of `loads` at loads (...), (..., L), and its derivative over the logarithm of the load."""
+        assert self.loads is not None
+        nodes = np.log(self.loads)
+        at = np.log(np.clip(load, self.loads[0], self.loads[-1]))
+        cell = np.clip(np.searchsorted(nodes, at, side="right") - 1, 0, len(nodes) - 2)
+        width = nodes[cell + 1] - nodes[cell]
+        share = (at - nodes[cell]) / width
+        index = np.arange(len(nodes))
+        low, high = index == cell[..., None], index == cell[..., None] + 1
+        within = ((load >= self.loads[0]) & (load <= self.loads[-1]))[..., None]
+        weight = np.where(low, 1 - share[..., None], 0.0) + np.where(high, share[..., None], 0.0)
+        return weight, np.where(within, (high * 1.0 - low * 1.0) / width[..., None], 0.0)
+
+    def _over_loads(self, table: FloatArray, weight: FloatArray) -> FloatArray:
+        """Sum over the loads of a table (..., L m), with weights (..., L)."""
+        by_load = table.reshape(*table.shape[:-1], weight.shape[-1], self.n_elements)
+        return np.asarray((by_load * weight[..., None]).sum(axis=-2))
 
     @property
     def n_causes(self) -> int:
@@ -106,11 +153,30 @@ class PadMap:
             out += weight[:, None] * table[corner + int(np.dot(taps, strides))]
         return out.reshape(*index.shape[:-1], self.n_causes, self.n_elements)
 
-    def slopes(self, location: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Sensitivity (..., m) and its derivative along each coordinate (..., D, m), per mm, at locations (..., D)."""
+    def slopes(self, location: FloatArray, load: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
+        """Derivatives of the signal at locations (..., D): over the load, and along each coordinate over the load.
+
+        Parameters
+        ----------
+        location, load
+            As of `at`.
+
+        Returns
+        -------
+        (..., m) array, (..., D, m) array
+            Derivative of the signal over the load, which is the sensitivity if that does not change with the load; and
+            derivative of the sensitivity along each coordinate, per mm.
+        """
         m, axes = self.n_elements, range(self.dimensions)
-        parts = _interpolate(self._coefficients[..., :m], self._index(location), (None, *axes))
-        return parts[0], np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
+        if load is None or self.loads is None:
+            parts = _interpolate(self._coefficients[..., :m], self._index(location), (None, *axes))
+            return parts[0], np.stack([parts[1 + axis] / self.step[axis] for axis in axes], axis=-2)
+        columns = self._coefficients[..., : (3 + len(self.loads)) * m]
+        parts = _interpolate(columns, self._index(location), (None, *axes))
+        weight, by_log = self._load_weights(load)
+        value, *along = [each[..., :m] + self._over_loads(each[..., 3 * m :], weight) for each in parts]
+        marginal = value + self._over_loads(parts[0][..., 3 * m :], by_log)
+        return marginal, np.stack([along[axis] / self.step[axis] for axis in axes], axis=-2)
 
     def reading_variance(self, variance: FloatArray, covariance: FloatArray, load: FloatArray) -> FloatArray:
         """Variance of readings (..., m) under `load` (...) due to the calibration, from the results of `at`."""
@@ -119,13 +185,13 @@ class PadMap:
 
     def arrays(self) -> dict[str, FloatArray]:
         """Return all arrays by name, for a file."""
-        names = _NAMES if self.by_effect is None else (*_NAMES, *_BY_EFFECT)
+        names = (*_NAMES, *(name for name in (*_BY_EFFECT, *_BY_LOAD) if getattr(self, name) is not None))
         return {f"map_{name}": np.asarray(getattr(self, name)) for name in names}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PadMap:
         """Return the map from the result of `arrays`."""
-        names = (*_NAMES, *(name for name in _BY_EFFECT if f"map_{name}" in arrays))
+        names = (*_NAMES, *(name for name in (*_BY_EFFECT, *_BY_LOAD) if f"map_{name}" in arrays))
         return cls(**{name: np.asarray(arrays[f"map_{name}"], dtype=float) for name in names})
 
     def _index(self, location: FloatArray) -> FloatArray:
@@ -135,10 +201,11 @@ class PadMap:
 
     @cached_property
     def _coefficients(self) -> FloatArray:
-        """Spline coefficients of the three tables side by side, with one more than the grid on every side."""
+        """Spline coefficients of the tables side by side (by load last), with one more than the grid on every side."""
         from scipy.ndimage import spline_filter1d
 
-        table = np.concatenate([self.sensitivity, self.variance, self.covariance], axis=-1)
+        tables = (self.sensitivity, self.variance, self.covariance, self.by_load, self.variance_by_load)
+        table = np.concatenate([each for each in tables if each is not None], axis=-1)
         for axis in range(self.dimensions):
             table = spline_filter1d(table, order=3, axis=axis, mode="mirror")
         width = [(1, 2)] * self.dimensions + [(0, 0)]
@@ -158,6 +225,8 @@ _NAMES = (
 )
 # Of calibrations whose readings were corrected for effects.
 _BY_EFFECT = ("by_effect", "offset_by_effect")
+# Of calibrations with a correction, of touches whose loads vary.
+_BY_LOAD = ("loads", "by_load", "variance_by_load")
 
 
 def _interpolate(coefficients: FloatArray, index: FloatArray, derivatives: tuple[int | None, ...]) -> list[FloatArray]:

@@ -14,6 +14,7 @@ from bayestouch.commands.calibrate import calibrate
 from bayestouch.commands.check import check
 from bayestouch.commands.diagnose import diagnose
 from bayestouch.commands.effects import effects
+from bayestouch.commands.example import example
 from bayestouch.commands.infer import infer
 from bayestouch.commands.init import init
 from bayestouch.commands.output import Interrupted, say_next_step
@@ -60,7 +61,7 @@ def cli(ctx: click.Context) -> None:
         say_next_step(Path())
 
 
-for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate):
+for verb in (init, check, calibrate, infer, diagnose, effects, report, simulate, example):
     cli.add_command(verb)
 
 

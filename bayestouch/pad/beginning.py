@@ -98,12 +98,13 @@ class PadEvaluation:
     peak: FloatArray
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
-        """Posterior of the fit, for `bayestouch.infer`; a pad uses its empirical map instead of a correction."""
+        """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
         return pad_calibration(
             fitted,
             added,
+            corrected=correction is not None,
             dataset=data.dataset,
             table=data.table,
             clock=Timing(data.time_s, data.held_s, data.unit),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from bayestouch.chain.kernel_choice import kernel_names
+from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
@@ -75,11 +76,26 @@ def calibrate_pad(
     """
     choosing = staged(progress, 0.0, CHOSEN, "choose a kernel")
     chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=choosing)
+    chosen, posterior = drawn(
+        chosen, dataset, draws=draws, groups=groups, seed=seed, progress=staged(progress, CHOSEN, 1.0, "draw")
+    )
+    return chosen.calibration(dataset.sensor, posterior)
+
+
+def drawn(
+    chosen: ChosenPad,
+    dataset: DataSet,
+    *,
+    draws: int,
+    seed: int,
+    groups: Sequence[str] = (),
+    progress: Progress | None = None,
+) -> tuple[ChosenPad, PadPosterior]:
+    """The chosen model at its most probable parameters, and draws of these."""
     fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
     density = PadDensity.of(fitted)
-    posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=staged(progress, CHOSEN, 1.0, "draw"))
-    model = chosen.model.at(density.values(density.mode), posterior.covariance)
-    return replace(chosen, model=model).calibration(dataset.sensor, posterior)
+    posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=progress)
+    return replace(chosen, model=chosen.model.at(density.values(density.mode), posterior.covariance)), posterior
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,9 +122,9 @@ class ChosenPad:
     rivals: dict[str, PadCandidate]
     notes: list[str]
 
-    def calibration(self, sensor: Sensor, posterior: PadPosterior) -> Calibration:
-        """The calibration with a posterior."""
-        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes)
+    def calibration(self, sensor: Sensor, posterior: PadPosterior, *, map_: PadMap | None = None) -> Calibration:
+        """The calibration with a posterior; touches are read with `map_`, by default with that of the model."""
+        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes, map_)
 
 
 def choose_pad(

@@ -21,20 +21,30 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.timing import Timing
-from bayestouch.pad.calibration import ChosenPad, calibrate_pad, choose_pad
+from bayestouch.pad.calibration import ChosenPad, choose_pad, drawn
+from bayestouch.pad.choice import WORTH_A_MAP
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.effect_changes import changes_of, with_changes
+from bayestouch.pad.finer_map import FinerMap
 from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.results.objects import Calibration
+
+# Notes on the map of a calibration with a correction.
+FINER = (
+    "the diagnosis found a correction: touches are read with a map that is finer in the location, and, where loads "
+    "vary, not in proportion to the load"
+)
+NO_FINER = "the diagnosis found a correction: the empirical map already has what a finer one would add"
 
 
 def pad_calibration(
     fitted: Fitted,
     added: tuple[AddedEffect, ...],
     *,
+    corrected: bool = False,
     dataset: DataSet,
     table: Touches,
     clock: Timing,
@@ -54,6 +64,8 @@ def pad_calibration(
         The fit.
     added : tuple of AddedEffect
         Its effects, in the order in which they were added.
+    corrected : bool
+        Whether the fit has a correction: touches are then read with a `FinerMap`.
     dataset : DataSet
         Data set of a pad.
     table : Touches
@@ -82,11 +94,14 @@ def pad_calibration(
             sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
     dataset = replace(dataset, sensor=sensor, calibration=known)
-    if not added:
-        made = calibrate_pad(dataset, kernel=kernel, samples=samples, draws=draws, seed=seed)
+    chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
+    if added:
+        posterior = PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added)
     else:
-        chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
-        made = chosen.calibration(sensor, PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added))
+        chosen, posterior = drawn(chosen, dataset, draws=draws, seed=seed)
+    chosen, map_ = finer_if_better(chosen) if corrected else (chosen, None)
+    made = chosen.calibration(sensor, posterior, map_=map_)
+    if added:
 
         def moved(values: PadEffects) -> Touches:
             return values.corrected(stated, clock, near=table).select(training)
@@ -104,6 +119,14 @@ def pad_calibration(
         extra={**made.extra, **effects.arrays()},
         notes=(*made.notes, *_notes(effects)),
     )
+
+
+def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:
+    """The model with a finer map and its tables, if it predicts readings left out clearly better; else as it is."""
+    finer = FinerMap.of(chosen.problem, chosen.model)
+    if finer.model.score <= chosen.model.score + WORTH_A_MAP:
+        return replace(chosen, notes=[*chosen.notes, NO_FINER]), None
+    return replace(chosen, model=finer.model, notes=[*chosen.notes, FINER]), finer.tabulated()
 
 
 def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting) -> PadEffects:

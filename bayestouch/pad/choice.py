@@ -12,7 +12,7 @@ from bayestouch.pad.priors import check_identifiable
 from bayestouch.pad.problem import PadProblem
 
 # Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
-_WORTH_A_MAP = 3.0
+WORTH_A_MAP = 3.0
 
 
 def choose_model(
@@ -53,6 +53,6 @@ def choose_model(
     # The simplest model is first; a later one must be clearly better.
     chosen = rivals[0]
     for rival in rivals[1:]:
-        if rival.score > chosen.score + _WORTH_A_MAP:
+        if rival.score > chosen.score + WORTH_A_MAP:
             chosen = rival
     return chosen, models

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.chain.pad import COORDINATES
+from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.sensor import Sensor
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.load import load_statistics
@@ -25,8 +26,12 @@ def pad_calibration_of(
     rivals: dict[str, PadCandidate],
     posterior: PadPosterior,
     notes: list[str],
+    map_: PadMap | None = None,
 ) -> Calibration:
-    """Calibration from the chosen model (and its name) and its posterior; `rivals` are all fitted models by name."""
+    """Calibration from the chosen model (and its name) and its posterior; `rivals` are all fitted models by name.
+
+    Touches are read with `map_`, by default with the tables of the model.
+    """
     known = problem.known
     load_unit = "N" if problem.load_measured else "1"
     mean_load = float(known.load.mean()) if problem.load_measured else 1.0
@@ -55,7 +60,7 @@ def pad_calibration_of(
             "version": __version__,
         },
         statistics=_statistics(problem, model, rivals) | _load_statistics(problem, rivals) | posterior.grades,
-        extra=tabulate(model).arrays()
+        extra=(map_ or tabulate(model)).arrays()
         | {USABLE: problem.usable.astype(float)}
         | ({} if problem.rest is None else {REST_READING: problem.rest}),
         notes=tuple(dict.fromkeys(notes)),

@@ -34,19 +34,8 @@ def tabulate(model: PadCandidate) -> PadMap:
     derivative of the sensitivity over the parameters of the chain minus the part that the correction compensates
     (C. E. Rasmussen and C. K. I. Williams 2006, equation 2.42).
     """
-    location, fit = model.fit.known.location, model.fit
-    spacing = location_spacing(location)
-    low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
-    step = kernel_width(fit.chain, extent=float((high - low).max()))
-    if model.has_map:
-        step = min(step, fit.misfit.length_mm)
-    step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
-    while np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1) > _MOST_POINTS:
-        step *= 1.1
-    axes = [
-        np.arange(np.ceil((b - a) / step) + 2 * _MARGIN_STEPS + 1) * step + a - _MARGIN_STEPS * step
-        for a, b in zip(low, high, strict=True)
-    ]
+    fit = model.fit
+    low, high, step, axes = map_grid(model, fit.misfit.length_mm if model.has_map else np.inf)
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     points = grid.reshape(-1, grid.shape[-1])
     parts = [_sensitivity(model, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
@@ -66,6 +55,34 @@ def tabulate(model: PadCandidate) -> PadMap:
         variance=variance,
         covariance=covariance,
     )
+
+
+def map_grid(
+    model: PadCandidate, length_mm: float, tables: int = 1
+) -> tuple[FloatArray, FloatArray, float, tuple[FloatArray, ...]]:
+    """Ends of the calibrated region (D,), step of the grid of a map, mm, and its points along each coordinate.
+
+    Parameters
+    ----------
+    model : PadCandidate
+        Model with the known touches.
+    length_mm : float
+        Shortest correlation length of the map, mm.
+    tables : int
+        Number of tables over this grid.
+    """
+    location = model.fit.known.location
+    spacing = location_spacing(location)
+    low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
+    step = min(kernel_width(model.fit.chain, extent=float((high - low).max())), length_mm)
+    step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
+    while tables * np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1) > _MOST_POINTS:
+        step *= 1.1
+    axes = tuple(
+        np.arange(np.ceil((b - a) / step) + 2 * _MARGIN_STEPS + 1) * step + a - _MARGIN_STEPS * step
+        for a, b in zip(low, high, strict=True)
+    )
+    return low, high, step, axes
 
 
 def _sensitivity(model: PadCandidate, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -37,10 +37,13 @@ class PadTouchErrors(TouchErrors):
         Rms error of the load inferred from the elements alone, against the force sensor corrected for its effects.
     coverage_90 : float
         Share of the touches whose location is in the smallest region with 90 % of the posterior.
+    P_coverage_90 : float
+        Share of the touches whose load, inferred as for `P_rms_N`, is in the central 90 % of its posterior.
     """
 
     location_rms_mm: float
     P_rms_N: float
+    P_coverage_90: float
 
 
 def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
@@ -58,15 +61,16 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     squares = np.sum([(read.mean(name)[index] - held.stated[name]) ** 2 for name in axes], axis=0)
     level = np.asarray(read.sample_stats["reference_level"])[index]
     unknown = np.full(len(index), np.nan)
-    load, effects = _loads(infer, table, plain, held, index, seed), PadEffects.of(calibration)
+    (load, low, high), effects = _loads(infer, table, plain, held, index, seed), PadEffects.of(calibration)
     stated = held.stated["P"]
     reference = stated if effects is None else effects.pressed(stated)
     by_touch = {
         "location_rms_mm": np.sqrt(squares),
         "P_rms_N": load - stated,
         "coverage_90": (level <= COVERAGE).astype(float),
+        "P_coverage_90": _inside(stated, low, high),
     }
-    corrected = {**by_touch, "P_rms_N": load - reference}
+    corrected = {**by_touch, "P_rms_N": load - reference, "P_coverage_90": _inside(reference, low, high)}
     return TouchReading(_errors(corrected), _errors(by_touch), unknown, unknown, unknown, by_touch, corrected)
 
 
@@ -77,12 +81,22 @@ def _errors(by_touch: Mapping[str, FloatArray]) -> PadTouchErrors:
 
 def _loads(
     infer: Infer, table: Touches, calibration: Calibration, held: HeldOut, index: IntArray, seed: int
-) -> FloatArray:
-    """Posterior means of loads inferred without the force sensor, (t,), N; NaN where it did not measure."""
+) -> tuple[FloatArray, ...]:
+    """Loads inferred without the force sensor, N: posterior means and ends of the central 90 %, three (t,) arrays.
+
+    NaN where the force sensor did not measure.
+    """
     if not (np.isfinite(held.stated["P"]).all() and calibration.settings["load_measured"]):
-        return np.full(len(index), np.nan)
+        return (np.full(len(index), np.nan),) * 3
     read = infer(table, calibration, draws=DRAWS, seed=seed, use_load=False)
-    return np.asarray(read.mean("P")[index])
+    low, high = read.interval("P", COVERAGE)
+    return tuple(np.asarray(each)[index] for each in (read.mean("P"), low, high))
+
+
+def _inside(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """1 where a value is between the ends, 0 where it is not, NaN where one is not known."""
+    known = np.isfinite(values) & np.isfinite(low)
+    return np.where(known, (values >= low) & (values <= high), np.nan)
 
 
 def _to_be_read(calibration: Calibration, data: SplitData) -> Touches:

@@ -97,7 +97,8 @@ def pad_known_bias(
     where = _places(reader, location)
     push = reader.load if load is None else load
     weights, _, _ = _weights(reader, where, load, reads)
-    readings = [each.map.offset + push * each.map.at(where)[0] for each in (reader, better)]
+    loads = np.full(len(where), push)
+    readings = [each.map.offset + push * each.map.at(where, loads)[0] for each in (reader, better)]
     missed = np.where(reader.usable, readings[1] - readings[0], 0.0)
     return np.asarray(np.einsum("ndm,nm->nd", weights, missed))
 
@@ -114,13 +115,13 @@ def _weights(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Change of the location per unit error of each reading (n, D, m); variances from noise and calibration (n, m)."""
     push = np.full(len(where), reader.load if load is None else load)
-    sensitivity, slope = reader.map.slopes(where)
-    _, variance, covariance = reader.map.at(where)
+    by_load, slope = reader.map.slopes(where, push)
+    sensitivity, variance, covariance = reader.map.at(where, push)
     signal = push[:, None] * sensitivity
     noise = reader.noise.mean_sd(np.full(signal.shape, reads), signal) ** 2
     calibration = reader.map.reading_variance(variance, covariance, push)
     total = np.where(reader.usable, noise + calibration, np.inf)
-    jacobian = np.concatenate([push[:, None, None] * slope, sensitivity[:, None]], axis=1)  # (n, D + 1, m)
+    jacobian = np.concatenate([push[:, None, None] * slope, by_load[:, None]], axis=1)  # (n, D + 1, m)
     information = (jacobian / total[:, None]) @ jacobian.swapaxes(1, 2)
     information[:, -1, -1] += reader.load_sd**-2.0
     # Never singular, because the prior of the location is limited to the calibrated region.

@@ -63,6 +63,9 @@ class BodyPages:
         touches are inferred in one way only.
     read : str
         Name of the quantity in the texts of `bayestouch.reporting.next_steps`.
+    reads_held_out : bool
+        Whether the diagnosis of a report reads the held-out touches as unknown, before and after: seconds on a pad,
+        minutes on a finger.
     next_after_diagnosis : str
         Advice on what to do with the effects that a diagnosis found.
     design : callable
@@ -86,6 +89,7 @@ class BodyPages:
     own_answers: Callable[[Numbers], list[dict[str, str]]]
     plug_in_compared: tuple[str, ...]
     read: str
+    reads_held_out: bool
     next_after_diagnosis: str
     design: Callable[[Sensor], Mapping[str, FloatArray]]
     origin_known: bool

@@ -33,18 +33,18 @@ class Diagnosed:
     pictures: tuple[Picture, ...] = ()
 
 
-def light_diagnosis(dataset: DataSet, seed: int, progress: Progress | None = None) -> Diagnosed:
-    """Diagnosis without inference of the held-out touches: verdict and prediction errors."""
+def light_diagnosis(dataset: DataSet, seed: int, progress: Progress | None = None, *, read: bool = False) -> Diagnosed:
+    """Diagnosis for a report: verdict and prediction errors, and errors of held-out touches if `read`."""
     from bayestouch.diagnosis import diagnose
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import diagnosis_pictures
 
     try:
-        diagnosis = diagnose(dataset, sample=False, draws=100, seed=seed, progress=progress)
+        diagnosis = diagnose(dataset, sample=read, draws=100, seed=seed, progress=progress)
     except InputError as error:
         return Diagnosed({"missing": f"No effect was searched for: {error.message}."})
     numbers = diagnosis.to_dict()
-    made = "made with this report, without reading the held-out touches as unknown"
+    made = "made with this report" + ("" if read else ", without reading the held-out touches as unknown")
     return Diagnosed(
         {**numbers, "sentences": sentences(numbers), "made": made}, _of_report(diagnosis_pictures(diagnosis.traced))
     )

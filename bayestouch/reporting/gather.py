@@ -94,5 +94,7 @@ def gather(
     if diagnosis is not False:
         searching = staged(progress, _READ, GATHERED, "diagnose")
         # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
-        return replace(evidence, diagnosed=saved if saved is not None else light_diagnosis(given, seed, searching))
+        pages = PAGES[dataset.sensor.body.kind]
+        made = saved or light_diagnosis(given, seed, searching, read=pages.reads_held_out)
+        return replace(evidence, diagnosed=made)
     return evidence

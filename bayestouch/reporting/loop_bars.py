@@ -64,6 +64,7 @@ def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
         ("location_rms_mm", "rms error of the location", "mm", 1),
         ("P_rms_N", "rms error of P, read without the force sensor", "N", 1),
         ("coverage_90", "touches inside 90 % intervals", "%", 100),
+        ("P_coverage_90", "loads inside 90 % intervals, read without the force sensor", "%", 100),
     )
     # Files of version 0.1 do not contain this key.
     stated = diagnosis.get("after_against_stated", diagnosis["after"])

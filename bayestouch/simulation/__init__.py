@@ -29,6 +29,7 @@ __all__ = [
     "PadDesign",
     "SimulatedDataSet",
     "embedded_dataset",
+    "embedded_design",
     "save_simulated",
     "simulate",
 ]
@@ -155,20 +156,24 @@ def simulate(
     return SimulatedDataSet(DataSet(sensor=sensor, calibration=calibration, touches=touches), truth)
 
 
-def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
-    """Small simulated finger that the package reports on if it is given no data.
+def embedded_design() -> FingerDesign:
+    """Design of the small simulated finger of the package.
 
     It is the paper's finger, calibrated with edges every 3° and flats every 6°, then touched with six tips from edge to
     flat at 21 locations; 3 samples a touch.
     """
-    design = FingerDesign(
+    return FingerDesign(
         samples_per_touch=3,
         edge_step_deg=3.0,
         flat_step_deg=6.0,
         touch_radii_mm=(0.0, 1.59, 3.9, 7.55, 12.3, np.inf),
         touch_step_deg=2.0,
     )
-    return simulate(design, seed=seed)
+
+
+def embedded_dataset(seed: int = EMBEDDED_SEED) -> SimulatedDataSet:
+    """Simulated finger of `embedded_design`, that the package reports on if it is given no data."""
+    return simulate(embedded_design(), seed=seed)
 
 
 def _finite(value: Any) -> Any:

@@ -172,7 +172,7 @@ def _refine(
     high[:, -1] = np.inf
     x = centre.copy()
     for step in range(_ITERATIONS + 1):
-        sensitivity, slope = reader.map.slopes(x[:, :-1])
+        sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
         signal, variance = reader.predict(x[:, :-1], x[:, -1], counts)
         weight = np.where(here, 1 / variance, 0.0)
         design = np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1)

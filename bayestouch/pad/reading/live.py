@@ -171,10 +171,14 @@ class PadLive:
         safe = np.maximum(counts, 1.0)
 
         def variance(loads: FloatArray) -> tuple[FloatArray, FloatArray]:
-            signal = loads[..., None] * sensitivity
+            there, left = sensitivity, open_
+            if reader.map.loads is not None:
+                places = np.broadcast_to(location, (*loads.shape, location.shape[-1]))
+                there, left, _ = reader.map.at(places, loads)
+            signal = loads[..., None] * there
             noise = reader.noise
             own = noise.tactile_sd**2 / safe + noise.discrepancy_sd**2 + (noise.signal_share * signal) ** 2
-            return signal, own + reader.map.reading_variance(open_, shared, loads)
+            return signal, own + reader.map.reading_variance(left, shared, loads)
 
         # The load at a location is nearly normal: readings are linear in it, and their variance changes slowly.
         _, spread = variance(np.full(len(location), max(about, 1e-3 * reader.load)))

@@ -103,7 +103,7 @@ class PadMisfit:
         told = (information > LEAST_TOLD * weight) & (weight > 0) & inner
         left = np.where(told[:, :, None], left, 0.0)[:, :, :m]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
-        _, open_, covariance = reader.map.at(x[:, :-1])
+        _, open_, covariance = reader.map.at(x[:, :-1], x[:, -1])
         uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
         if with_effects.changes is not None:
             changes = reader.changes(with_effects, x[:, None], np.arange(len(x)), signal[:, None])[:, 0, :, :-1]
@@ -150,7 +150,7 @@ def _modes(reader: PadReader, known: PadTouches, lattice: Lattice) -> FloatArray
 
 def _expand(reader: PadReader, known: PadTouches, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Signals (t, m), their derivatives over location and load (t, D + 1, m), and variances of readings (t, m)."""
-    sensitivity, slope = reader.map.slopes(x[:, :-1])
+    sensitivity, slope = reader.map.slopes(x[:, :-1], x[:, -1])
     signal, variance = reader.predict(x[:, :-1], x[:, -1], known.counts)
     return signal, np.concatenate([x[:, -1, None, None] * slope, sensitivity[:, None]], axis=1), variance
 

@@ -222,7 +222,7 @@ class PadReader:
         counts : (..., m) int array
             Number of raw readings in the mean; where it is 0, the variance is set to 1.
         """
-        sensitivity, variance, covariance = self.map.at(location)
+        sensitivity, variance, covariance = self.map.at(location, load)
         signal = load[..., None] * sensitivity
         noise = self.noise.mean_sd(np.maximum(counts, 1), signal) ** 2
         total = noise + self.map.reading_variance(variance, covariance, load)

@@ -34,6 +34,7 @@ FINGER = BodyPages(
     own_answers=own_answers,
     plug_in_compared=("theta_c", "R", "P"),
     read="radius",
+    reads_held_out=False,
     next_after_diagnosis="Calibrate with what was found: bayestouch diagnose writes model.toml, which bayestouch "
     "calibrate --model takes",
     design=design,

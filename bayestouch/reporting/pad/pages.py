@@ -31,6 +31,7 @@ PAD = BodyPages(
     own_answers=own_answers,
     plug_in_compared=(),
     read="location",
+    reads_held_out=True,
     next_after_diagnosis="Read touches with what was found: bayestouch diagnose writes calibration_after.nc, which "
     "bayestouch infer takes",
     design=design,

@@ -25,7 +25,7 @@ class Plane:
         self.map = SimpleNamespace(offset=OFFSET, slopes=self.slopes)
         self.load = load_mean
 
-    def slopes(self, location: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, location: np.ndarray, load: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         sensitivity = self.gain[:, 0] + location @ self.gain[:, 1:].T
         return sensitivity, np.broadcast_to(self.gain[:, 1:].T, (*location.shape[:-1], *self.gain[:, 1:].T.shape))
 

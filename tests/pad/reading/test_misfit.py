@@ -28,10 +28,10 @@ class Plane:
         self.map = SimpleNamespace(
             low=LOW, high=HIGH, n_elements=4, offset=np.zeros(4), sensitivity=GAIN[:, 0], slopes=self.slopes
         )
-        self.map.at = lambda place: (self.slopes(place)[0], np.zeros(len(place)), np.zeros((len(place), 4)))
+        self.map.at = lambda place, load: (self.slopes(place)[0], np.zeros(len(place)), np.zeros((len(place), 4)))
         self.map.reading_variance = lambda variance, covariance, load: np.zeros((len(load), 4))
 
-    def slopes(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def slopes(self, place: np.ndarray, load: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
         return GAIN[:, 0] + place @ GAIN[:, 1:].T, np.broadcast_to(GAIN[:, 1:].T, (len(place), 2, 4))
 
     def predict(self, place: np.ndarray, load: np.ndarray, counts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,295 @@
+"""The map of a pad with a correction: finer in the location, and not in proportion to the load.
+
+The sensitivity of an element is its kernel plus two Gaussian processes. The first is that of the empirical map
+(`bayestouch.pad.residual_map`). The second has a length of its own in the location and, where loads vary, one in the
+logarithm of the load: ``amplitude_e² C² ρ(|x - x'|/l₂) ρ(|ln P/P'|/λ)``. All sizes and lengths are shared by the
+elements and have the largest marginal likelihood; the kernel and the offsets stay at their most probable values.
+
+A diagnosis that finds a correction reads touches with this map. The weights of its correction are not used here: their
+functions are chosen for the speed of a search, and a calibration can afford the whole covariance.
+
+Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.26,
+2.30 (marginal likelihood), 5.9 (its gradient), 5.12 (leave-one-out).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.pad_map import PadMap
+from bayestouch.pad.candidates import PadCandidate, kernel_shape
+from bayestouch.pad.known_touches import location_spacing
+from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
+from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
+from bayestouch.pad.table import map_grid
+
+# Touches by which sizes and lengths are chosen: groups of neighbours, so that both short and long distances are there.
+GROUPS, NEIGHBOURS = 12, 25
+# Loads vary if their range is this share of their median.
+LOADS_VARY = 0.2
+# Loads at which the map is tabulated: step in the logarithm, over the length there (linear interpolation then errs by
+# some thousandth of the size of what changes with the load), fewest and most steps, how far beyond the known loads.
+LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
+# Number of blocks of touches that follow each other, which are left out together for the estimate of the noise: errors
+# of touches made soon after each other are alike, as those of a zero that wanders, so that one touch left out alone is
+# predicted better than a touch of another time.
+BLOCKS = 40
+# Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
+SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
+# Prior sd of the logarithm of each element's noise over the common one, as in `bayestouch.pad.misfit_fit`.
+FLOOR_SPREAD = 0.5
+# Locations and loads for which the variance is computed together.
+CHUNK = 1500
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Sizes (over the amplitude of each element) and lengths of both processes.
+
+    Attributes
+    ----------
+    even, relative, length_mm : float
+        A, B and l of `bayestouch.pad.residual_map.MapDiscrepancy`.
+    finer, finer_length_mm, load_length : float
+        C, l₂ and λ.
+    """
+
+    even: float
+    relative: float
+    length_mm: float
+    finer: float
+    finer_length_mm: float
+    load_length: float
+
+
+@dataclass(frozen=True, eq=False)
+class FinerMap:
+    """Kernel with both processes, given the known touches; n touches, m elements.
+
+    Attributes
+    ----------
+    model : PadCandidate
+        Model with the first process, at its most probable parameters, with the noise and the readings left out of this
+        map.
+    sizes : Sizes
+        Sizes and lengths.
+    loads : (L,) array
+        Loads at which it is tabulated; empty if loads do not vary.
+    factors : tuple of (n, n) arrays
+        Lower Cholesky factor of the covariance of the readings of each element.
+    weights : (n, m) array
+        Inverse covariance times residuals about the kernel.
+    """
+
+    model: PadCandidate
+    sizes: Sizes
+    loads: FloatArray
+    factors: tuple[FloatArray, ...]
+    weights: FloatArray
+
+    @classmethod
+    def of(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
+        """The map with the sizes and lengths of the largest marginal likelihood, and its noise."""
+        fit, known = model.fit, problem.known
+        sizes, floor, share = _chosen(problem, model)
+        signal = fit.predicted() - fit.chain.offset
+        noise = replace(model.noise, discrepancy_sd=floor, signal_share=share)
+        here = problem.present
+        variance = noise.mean_variance(np.maximum(known.counts, 1), signal)
+        residual, open_ = np.full(here.shape, np.nan), np.full(here.shape, np.nan)
+        weights, factors, predicted = np.zeros(here.shape), [], fit.chain.predict(known.location, known.load)
+        shape = kernel_shape(model.shape, known.location)
+        location = _Rows(known.location, known.load, shape)
+        blocks = np.array_split(np.arange(known.n_touches), min(BLOCKS, known.n_touches))
+        for e in range(here.shape[1]):
+            # A missing reading has a noise that leaves it without weight.
+            blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))
+            covariance = _covariance(sizes, fit.misfit.amplitude[e], e, location, location)
+            factor = np.asarray(np.linalg.cholesky(covariance + np.diag(blank)))
+            precision = cho_solve((factor, True), np.eye(len(factor)))
+            weights[:, e] = precision @ np.where(here[:, e], fit.residual[:, e], 0.0)
+            for block in blocks:
+                # The block's readings given all others: normal, with the inverse of its part of the precision.
+                left = np.linalg.inv(precision[np.ix_(block, block)])
+                residual[block, e] = left @ weights[block, e]
+                open_[block, e] = np.maximum(np.diag(left) - blank[block], 0.0)
+            predicted[:, e] += covariance @ weights[:, e]
+            factors.append(factor)
+        residual, open_ = (np.where(here, each, np.nan) for each in (residual, open_))
+        left_out = LeftOut(residual, open_, predicted - fit.chain.offset, known.counts, problem.load_share)
+        found, spread = fit_noise(left_out, known.pure_error_variance, problem.force_sd)
+        score = float(left_out_density(left_out, found, spread).sum())
+        made = replace(model, left_out=left_out, noise=found, load_spread=spread, score=score)
+        loads = np.zeros(0)
+        if loads_vary(known.load):
+            low, high = known.load.min() / BEYOND, known.load.max() * BEYOND
+            steps = np.log(high / low) / (LOAD_STEP * sizes.load_length)
+            loads = np.geomspace(low, high, int(np.clip(np.ceil(steps), *LOADS)) + 1)
+        return cls(made, sizes, loads, tuple(factors), weights)
+
+    def tabulated(self) -> PadMap:
+        """Tables over the calibrated region, and over the loads if these vary."""
+        fit = self.model.fit
+        typical = float(np.median(fit.known.load))
+        lengths = (self.sizes.length_mm, self.sizes.finer_length_mm)
+        low, high, step, axes = map_grid(self.model, min(lengths), max(len(self.loads), 1))
+        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+        points = grid.reshape(-1, grid.shape[-1])
+        m = fit.chain.n_elements
+
+        def at(load: float) -> tuple[FloatArray, FloatArray]:
+            parts = [self.at(points[i : i + CHUNK], load) for i in range(0, len(points), CHUNK)]
+            mean, variance = (np.concatenate(each).reshape(*grid.shape[:-1], m) for each in zip(*parts, strict=True))
+            return mean, variance
+
+        mean, variance = at(typical)
+        by_load = [at(float(load)) for load in self.loads]
+        return PadMap(
+            origin=np.array([axis[0] for axis in axes]),
+            step=np.full(len(axes), step),
+            low=low,
+            high=high,
+            offset=fit.chain.offset,
+            offset_variance=np.diag(fit.laplace.covariance)[m : 2 * m].copy(),
+            sensitivity=mean,
+            variance=variance,
+            covariance=np.zeros_like(mean),
+            loads=self.loads if by_load else None,
+            by_load=np.concatenate([each - mean for each, _ in by_load], axis=-1) if by_load else None,
+            variance_by_load=np.concatenate([each - variance for _, each in by_load], axis=-1) if by_load else None,
+        )
+
+    def at(self, location: FloatArray, load: float) -> tuple[FloatArray, FloatArray]:
+        """Sensitivity and its variance at locations (k, D) in mm under one load, (k, m) each."""
+        fit = self.model.fit
+        known, amplitude = fit.known, fit.misfit.amplitude
+        there = _Rows(location, np.full(len(location), load), kernel_shape(self.model.shape, location))
+        rows = _Rows(known.location, known.load, kernel_shape(self.model.shape, known.location))
+        mean = fit.chain.sensitivity(location)
+        variance = np.empty_like(mean)
+        for e in range(mean.shape[1]):
+            cross = _covariance(self.sizes, amplitude[e], e, there, rows) / load
+            mean[:, e] += cross @ self.weights[:, e]
+            explained = solve_triangular(self.factors[e], cross.T, lower=True)
+            own = self.sizes.even**2 + (self.sizes.relative * there.shape[:, e]) ** 2 + self.sizes.finer**2
+            variance[:, e] = np.maximum(amplitude[e] ** 2 * own - (explained**2).sum(axis=0), 0.0)
+        return mean, variance
+
+
+def loads_vary(load: FloatArray) -> bool:
+    """Whether loads differ enough for a map that is not in proportion to them."""
+    return bool(np.ptp(load) > LOADS_VARY * np.median(load))
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """Locations (n, D), loads (n,) and kernels (n, m) of touches."""
+
+    location: FloatArray
+    load: FloatArray
+    shape: FloatArray
+
+    def select(self, index: IntArray) -> _Rows:
+        return _Rows(self.location[index], self.load[index], self.shape[index])
+
+
+def _covariance(sizes: Sizes, amplitude: float, element: int, one: _Rows, two: _Rows) -> FloatArray:
+    """Covariance of readings of an element without noise, (n, k)."""
+    distance = distances(one.location, two.location)
+    in_load = np.abs(np.log(one.load)[:, None] - np.log(two.load))
+    own = sizes.even**2 + sizes.relative**2 * np.outer(one.shape[:, element], two.shape[:, element])
+    finer = matern_5_2(distance / sizes.finer_length_mm) * matern_5_2(in_load / sizes.load_length)
+    rho = own * matern_5_2(distance / sizes.length_mm) + sizes.finer**2 * finer
+    return np.asarray(amplitude**2 * np.outer(one.load, two.load) * rho)
+
+
+def _chosen(problem: PadProblem, model: PadCandidate) -> tuple[Sizes, FloatArray, float]:
+    """Sizes and lengths, noise of each element (m,), and noise over the signal, by the marginal likelihood."""
+    from scipy.optimize import minimize
+
+    fit, known = model.fit, problem.known
+    index = _some(known.location, problem.seed)
+    here, residual = problem.present[index], fit.residual[index]
+    rows = _Rows(known.location, known.load, kernel_shape(model.shape, known.location)).select(index)
+    signal = (fit.predicted() - fit.chain.offset)[index]
+    averaged = model.noise.tactile_sd**2 / np.maximum(known.counts[index], 1)
+    unit = fit.misfit.amplitude * float(np.median(known.load))
+    spacing, m = location_spacing(known.location), len(unit)
+    extent = max(float(np.ptp(known.location, axis=0).max()), spacing)
+    varying = loads_vary(known.load)
+    lengths = (0.5 * spacing, extent)
+    limits = [SIZES, SIZES, lengths, SIZES, lengths, LOAD_LENGTHS, SHARES, (1e-6, 1.0), *[(0.1, 10.0)] * m]
+    if not varying:
+        limits[5] = (1e6, 1e6)
+    distance = distances(rows.location, rows.location)
+    in_load = np.abs(np.log(rows.load)[:, None] - np.log(rows.load))
+    loads = np.outer(rows.load, rows.load)
+
+    def cost(vector: FloatArray) -> tuple[float, FloatArray]:
+        a, b, length, c, finer_length, load_length, share, floor = np.exp(vector[:8])
+        rho, of_load = matern_5_2(distance / length), matern_5_2(in_load / load_length)
+        finer = matern_5_2(distance / finer_length)
+        turned = matern_5_2_by_length(distance / length) * loads
+        value, gradient = 0.0, np.zeros(len(vector))
+        for e in range(m):
+            inside = np.ix_(here[:, e], here[:, e])
+            scale, shapes = fit.misfit.amplitude[e] ** 2, np.outer(rows.shape[:, e], rows.shape[:, e])
+            own = (floor * np.exp(vector[8 + e]) * unit[e]) ** 2
+            lasting = (share * signal[here[:, e], e]) ** 2
+            parts = {
+                0: 2 * a**2 * scale * rho * loads,
+                1: 2 * b**2 * scale * shapes * rho * loads,
+                2: (a**2 + b**2 * shapes) * scale * turned,
+                3: 2 * c**2 * scale * finer * of_load * loads,
+                4: c**2 * scale * matern_5_2_by_length(distance / finer_length) * of_load * loads,
+                5: c**2 * scale * finer * matern_5_2_by_length(in_load / load_length) * loads,
+            }
+            covariance = 0.5 * (parts[0] + parts[1] + parts[3])[inside]
+            covariance += np.diag(averaged[here[:, e], e] + own + lasting)
+            factor = cho_factor(covariance, lower=True, check_finite=False)
+            precision = cho_solve(factor, np.eye(len(covariance)), check_finite=False)
+            weights = precision @ residual[here[:, e], e]
+            value -= 0.5 * float(residual[here[:, e], e] @ weights) + float(np.log(np.diag(factor[0])).sum())
+            slope = 0.5 * (np.outer(weights, weights) - precision)
+            for k, part in parts.items():
+                gradient[k] += float((slope * part[inside]).sum())
+            gradient[6] += 2 * float(np.diag(slope) @ lasting)
+            gradient[7] += 2 * float(np.diag(slope).sum() * own)
+            gradient[8 + e] += 2 * float(np.diag(slope).sum() * own)
+        departure = vector[8:] / FLOOR_SPREAD
+        gradient[8:] -= departure / FLOOR_SPREAD
+        return 0.5 * float(departure @ departure) - value, -gradient
+
+    base = fit.misfit
+    begin = (base.misfit, base.relative, base.length_mm) if model.has_map else (0.01, 0.01, 3 * spacing)
+    bounds = [(float(np.log(a)), float(np.log(b))) for a, b in limits]
+    low, high = np.array(bounds).T
+    starts = [np.array([*begin, 0.01, times * spacing, 1.0, 0.003, 0.003, *[1.0] * m]) for times in (3.0, 10.0)]
+    found = [
+        minimize(
+            cost,
+            np.clip(np.log(np.maximum(each, 1e-300)), low, high),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"maxiter": 60, "ftol": 1e-7},
+        )
+        for each in starts
+    ]
+    best = np.exp(min(found, key=lambda each: float(each.fun)).x)
+    return Sizes(*best[:6].tolist()), best[7] * best[8:] * unit, float(best[6])
+
+
+def _some(location: FloatArray, seed: int) -> IntArray:
+    """Touches in groups of neighbours, about centres chosen at random; all, if they are few."""
+    n = len(location)
+    if n <= GROUPS * NEIGHBOURS:
+        return np.arange(n)
+    centres = np.random.default_rng(seed).choice(n, GROUPS, replace=False)
+    near = np.argsort(distances(location[centres], location), axis=1, kind="stable")[:, :NEIGHBOURS]
+    return np.unique(near)

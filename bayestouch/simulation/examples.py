@@ -1,0 +1,80 @@
+"""Example data sets of the package: a simulated finger with an effect, and a measured pad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib.resources import as_file, files
+from pathlib import Path
+
+from bayestouch.data.dataset import DataSet, load_dataset, save_dataset
+from bayestouch.errors import InputError
+from bayestouch.simulation import SimulatedDataSet, embedded_design, save_simulated, simulate
+
+#: Effect of the simulated finger, which its data set does not state, and seed.
+HIDDEN, SEED = {"crosstalk": 0.04}, 2
+
+
+@dataclass(frozen=True)
+class Example:
+    """An example data set.
+
+    Attributes
+    ----------
+    summary : str
+        What it is, in one line.
+    make : callable
+        Function that returns it.
+    """
+
+    summary: str
+    make: Callable[[], DataSet | SimulatedDataSet]
+
+
+def _finger() -> SimulatedDataSet:
+    return simulate(embedded_design(), effects=HIDDEN, seed=SEED)
+
+
+def _measured(name: str) -> DataSet:
+    with as_file(files("bayestouch.data") / "examples" / name) as folder:
+        return load_dataset(folder)
+
+
+#: Examples by name.
+EXAMPLES = {
+    "finger": Example("a simulated finger with an effect that no file but truth.json states", _finger),
+    "fluid-oil-1.5": Example(
+        "a measured channel of oil with a pressure sensor at each end (SDU Soft Robotics, CC BY 4.0)",
+        lambda: _measured("fluid-oil-1.5"),
+    ),
+}
+
+
+def save_example(name: str, path: str | Path) -> DataSet:
+    """Write an example data set to a folder, in the format of `bayestouch.load_dataset`.
+
+    Parameters
+    ----------
+    name : str
+        One of `EXAMPLES`.
+    path : str or Path
+        Folder, created if necessary. The true values of a simulation are written to ``truth.json``, which no command
+        reads.
+
+    Returns
+    -------
+    DataSet
+
+    Raises
+    ------
+    InputError
+        If there is no such example, or the folder cannot be written.
+    """
+    if name not in EXAMPLES:
+        raise InputError(f"expected an example among {', '.join(EXAMPLES)}, got {name!r}")
+    made = EXAMPLES[name].make()
+    if isinstance(made, SimulatedDataSet):
+        save_simulated(made, path)
+        return made.dataset
+    save_dataset(made, path)
+    return made

@@ -1,0 +1,80 @@
+"""Two reports with one entry page: a simulated finger with an effect that the tool is not told of, and a measured pad.
+
+    python studies/first_reports.py [FOLDER]
+
+`make report` runs this. Each report is made by the commands that a user has, both at the same time.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from html import escape
+from pathlib import Path
+from typing import Any
+
+from bayestouch.reporting.page import before_after
+
+#: Example, and title of its report.
+REPORTS = {
+    "finger": "Simulated finger, with an effect that the tool is not told of",
+    "fluid-oil-1.5": "Measured channel of oil (SDU Soft Robotics, CC BY 4.0)",
+}
+STYLE = (
+    "body{font:1rem/1.5 system-ui,sans-serif;max-width:56rem;margin:2rem auto;padding:0 1rem}"
+    "table{border-collapse:collapse}th,td{padding:.2rem .8rem;border-bottom:1px solid #ccc;text-align:right}"
+    "th:first-child,td:first-child{text-align:left}img{max-width:100%}"
+)
+
+
+def run(*arguments: str | Path) -> subprocess.Popen[bytes]:
+    """Start a command of bayestouch."""
+    return subprocess.Popen([sys.executable, "-m", "bayestouch", *map(str, arguments)])
+
+
+def finished(commands: list[subprocess.Popen[bytes]]) -> None:
+    """Wait for commands; stop if one fails, after it has said why."""
+    if failed := [status for each in commands if (status := each.wait())]:
+        sys.exit(failed[0])
+
+
+def section(folder: Path, name: str) -> str:
+    """What was missing, what explains it, and what it is worth, from one report."""
+    numbers: dict[str, Any] = json.loads((folder / name / "report.json").read_text("utf-8"))
+    found = numbers["diagnosis"]
+    lines = "".join(f"<li>{escape(line)}</li>" for line in found["sentences"])
+    rows = "".join(
+        f"<tr><td>{escape(row['quantity'])} ({escape(row['unit'] or '1')})</td>"
+        f"<td>{_number(row['before'])}</td><td>{_number(row['after'])}</td></tr>"
+        for row in before_after(found)
+    )
+    pictures = [each for each in numbers["figures"] if each["file"].startswith("figures/diagnosis_")][:1]
+    shown = "".join(f'<img src="{name}/{each["file"]}" alt="{escape(each["alt"])}">' for each in pictures)
+    return (
+        f'<section><h2><a href="{name}/index.html">{escape(REPORTS[name])}</a></h2><ul>{lines}</ul>'
+        f"<table><thead><tr><th>On touches held out</th><th>before</th><th>after</th></tr></thead>"
+        f'<tbody>{rows}</tbody></table>{shown}<p><a href="{name}/index.html">The whole report</a></p></section>'
+    )
+
+
+def _number(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3g}"
+
+
+def main(folder: Path) -> Path:
+    """Write the data sets, both reports and the entry page; return the page."""
+    finished([run("example", name, "-o", folder / "data" / name) for name in REPORTS])
+    finished([run("report", folder / "data" / name, "-o", folder / name) for name in REPORTS])
+    body = "".join(section(folder, name) for name in REPORTS)
+    page = folder / "index.html"
+    page.write_text(
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>bayestouch: two reports</title>'
+        f"<style>{STYLE}</style></head><body><h1>Two reports</h1>{body}</body></html>\n",
+        "utf-8",
+    )
+    return page
+
+
+if __name__ == "__main__":
+    print(main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("report")))

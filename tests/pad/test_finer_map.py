@@ -1,0 +1,114 @@
+"""The map that a correction reads touches with, against the normal distribution written out."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pad_simulation import SimulatedPad, line
+from scipy.special import gamma, kv
+
+import bayestouch
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.pad.calibration import choose_pad
+from bayestouch.pad.finer_map import FinerMap
+from bayestouch.pad.problem import PadProblem
+
+TOUCHES, FLOOR = 160, 0.05
+
+
+def bent(seed: int, touches: int = TOUCHES) -> tuple[SimulatedPad, Touches]:
+    """A pad whose elements feel farther under a larger load, and touches with loads that are measured."""
+    pad, rng = line(), np.random.default_rng(seed)
+    x, load = rng.uniform(6.0, 32.0, touches), rng.uniform(1.0, 6.0, touches)
+    width = 2.5 * (1 + 0.15 * np.log(load))[:, None]
+    clean = pad.chain.gain * load[:, None] * np.exp(-0.5 * ((x[:, None] - pad.chain.position[:, 0]) / width) ** 2)
+    readings = pad.chain.offset + clean + FLOOR * rng.standard_normal(clean.shape)
+    return pad, touches_from(np.arange(touches), readings, x_mm=x, load=load)
+
+
+@pytest.fixture(scope="module")
+def made() -> tuple[PadProblem, FinerMap]:
+    pad, table = bent(0)
+    chosen = choose_pad(pad.dataset(table), kernel="gaussian", empirical=True)
+    return chosen.problem, FinerMap.of(chosen.problem, chosen.model)
+
+
+def matern(distance: np.ndarray, length: float) -> np.ndarray:
+    """Matérn correlation of smoothness 5/2 by its Bessel function (Rasmussen and Williams, equation 4.14)."""
+    r = np.sqrt(5) * np.maximum(distance, 1e-9 * length) / length
+    return 2**-1.5 / gamma(2.5) * r**2.5 * kv(2.5, r)
+
+
+def covariance(finer: FinerMap, e: int, one: tuple[np.ndarray, ...], two: tuple[np.ndarray, ...]) -> np.ndarray:
+    """Of the readings of an element without noise, written out for a Gaussian kernel."""
+    s, fit, shape = finer.sizes, finer.model.fit, finer.model.shape
+    width, position = float(shape.values[0]), shape.position[e, 0]
+    kernels = [np.exp(-0.5 * ((x - position) / width) ** 2) for x, _ in (one, two)]
+    distance = np.abs(one[0][:, None] - two[0])
+    first = (s.even**2 + s.relative**2 * np.outer(*kernels)) * matern(distance, s.length_mm)
+    in_load = np.abs(np.log(one[1])[:, None] - np.log(two[1]))
+    second = s.finer**2 * matern(distance, s.finer_length_mm) * matern(in_load, s.load_length)
+    return fit.misfit.amplitude[e] ** 2 * np.outer(one[1], two[1]) * (first + second)
+
+
+def test_mean_and_variance_are_those_of_a_normal_distribution(made: tuple[PadProblem, FinerMap]) -> None:
+    problem, finer = made
+    known, fit = problem.known, finer.model.fit
+    rows, there = (known.x_mm, known.load), (np.array([9.0, 17.3, 30.0]), np.full(3, 2.5))
+    mean, variance = finer.at(there[0][:, None], 2.5)
+    for e in range(known.n_elements):
+        noise = finer.factors[e] @ finer.factors[e].T - covariance(finer, e, rows, rows)
+        np.testing.assert_allclose(noise - np.diag(np.diag(noise)), 0.0, atol=1e-6 * np.diag(noise).min())
+        total = np.diag(np.diag(noise)) + covariance(finer, e, rows, rows)
+        cross = covariance(finer, e, there, rows) / 2.5
+        expected = fit.chain.sensitivity(there[0][:, None])[:, e] + cross @ np.linalg.solve(total, fit.residual[:, e])
+        np.testing.assert_allclose(mean[:, e], expected, rtol=1e-6, atol=1e-6)
+        own = np.diag(covariance(finer, e, there, there)) / 2.5**2
+        explained = np.einsum("kn,nk->k", cross, np.linalg.solve(total, cross.T))
+        np.testing.assert_allclose(variance[:, e], own - explained, rtol=1e-3, atol=1e-7 * own.max())
+
+
+def test_readings_left_out_are_those_of_a_fit_without_them(made: tuple[PadProblem, FinerMap]) -> None:
+    problem, finer = made
+    known, residual = problem.known, finer.model.fit.residual
+    for touch, e in ((3, 0), (70, 2)):
+        # 160 touches are 40 blocks of four that follow each other.
+        others = np.arange(known.n_touches) // 4 != touch // 4
+        total = finer.factors[e] @ finer.factors[e].T
+        rows = total[touch, others] @ np.linalg.inv(total[np.ix_(others, others)])
+        assert finer.model.left_out.residual[touch, e] == pytest.approx(
+            residual[touch, e] - rows @ residual[others, e], rel=1e-6
+        )
+
+
+def test_it_finds_the_truth_and_the_noise(made: tuple[PadProblem, FinerMap]) -> None:
+    _, finer = made
+    map_, noise, pad = finer.tabulated(), finer.model.noise, line()
+    rng = np.random.default_rng(9)
+    x, load = rng.uniform(8.0, 30.0, 200), rng.uniform(1.2, 5.5, 200)
+    width = 2.5 * (1 + 0.15 * np.log(load))[:, None]
+    truth = pad.chain.gain * np.exp(-0.5 * ((x[:, None] - pad.chain.position[:, 0]) / width) ** 2)
+    mean, variance, _ = map_.at(x[:, None], load)
+    missed = (mean - truth) / np.sqrt(variance + (FLOOR / load[:, None]) ** 2)
+    # What the map misses is within what it says; the truth is smoother than its prior, so that it says rather too much.
+    assert 0.1 < np.mean(missed**2) < 1.3
+    # Linear in proportion to the load, the kernel and map leave some 2 % of the peak, many times the noise.
+    assert np.abs(mean - truth).max() < 0.02 * pad.chain.gain.max()
+    at_zero = np.hypot(noise.discrepancy_sd, 0.0)
+    # 160 residuals of each of four elements give a standard deviation to 3 %; some of it counts as in proportion.
+    assert 0.6 * FLOOR < np.median(at_zero) < 1.2 * FLOOR
+
+
+def test_a_diagnosis_with_a_correction_reads_with_it() -> None:
+    pad, table = bent(4, 240)
+    found = bayestouch.diagnose(replace(pad.dataset(table), calibration=None), kernel="gaussian")
+    assert found.traced.corrected is not None
+    assert found.traced.after is found.traced.corrected
+    before, after = found.numbers["before"], found.numbers["after"]
+    assert after["location_rms_mm"] < 0.6 * before["location_rms_mm"]
+    assert after["P_rms_N"] < 0.6 * before["P_rms_N"]
+    # Of 60 held-out touches 54 are expected; three standard deviations of the binomial distribution are 7.
+    for key in ("coverage_90", "P_coverage_90"):
+        assert 47 / 60 <= after[key] <= 1.0
