@@ -14,7 +14,7 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
-from bayestouch.reporting.page import before_after
+from bayestouch.reporting.loop_bars import before_after
 
 #: Example, and title of its report.
 REPORTS = {
@@ -45,7 +45,7 @@ def section(folder: Path, name: str) -> str:
     found = numbers["diagnosis"]
     lines = "".join(f"<li>{escape(line)}</li>" for line in found["sentences"])
     rows = "".join(
-        f"<tr><td>{escape(row['quantity'])} ({escape(row['unit'] or '1')})</td>"
+        f"<tr><td>{escape(row['quantity'])}{escape(f', {unit}' if (unit := row['unit']) else '')}</td>"
         f"<td>{_number(row['before'])}</td><td>{_number(row['after'])}</td></tr>"
         for row in before_after(found)
     )
