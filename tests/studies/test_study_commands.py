@@ -62,4 +62,4 @@ def test_studies_without_a_folder_do_not_take_one() -> None:
     """One that is given a folder one day is to be run with it."""
     for name in NO_FOLDER:
         source = (STUDIES / f"{name}.py").read_text("utf-8")
-        assert not re.search(r'options\(__doc__|add_argument\("folder"|"--output"', source), name
+        assert not re.search(r'\boptions\(__doc__|add_argument\("folder"|"--output"', source), name
