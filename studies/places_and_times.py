@@ -4,7 +4,7 @@ Fingers of two rubbers get errors of their elements' E maps, 1 to 5 % of the pea
 that wander, 1 to 3 % of the peak. Each is measured in the order of a scan, as the paper's finger was, and again with
 the touches of both tables in random order. The seeds of the published table were written down before it was run.
 
-    python studies/places_and_times.py [-o RESULTS] [--development] [--only place|time]
+    python studies/places_and_times.py [-o RESULTS] [--development] [--only place|time] [--cases N]
     python studies/places_and_times.py [-o RESULTS] --docs      writes the table of docs/diagnosis.md
 """
 
@@ -200,17 +200,18 @@ def main() -> None:
     parser.add_argument("-o", "--results", type=Path, default=Path("places_and_times.jsonl"), help="a line a finger")
     parser.add_argument("--development", action="store_true", help="seeds for looking")
     parser.add_argument("--only", choices=("place", "time"))
+    parser.add_argument("--cases", type=int, metavar="N", help="end after N new fingers")
     parser.add_argument("--docs", action="store_true", help="write the table of docs/diagnosis.md from the results")
     given = parser.parse_args()
     results = [json.loads(line) for line in given.results.read_text().splitlines()] if given.results.exists() else []
     if not given.docs:
         seeds, kinds = DEVELOPMENT if given.development else FRESH, (given.only,) if given.only else ("place", "time")
         done = {(r["kind"], r["rubber"], r["order"], r["seed"]) for r in results}
-        for case in cases(seeds, kinds):
-            if (case.kind, case.rubber, case.order, case.seed) not in done:
-                results.append(run(case))
-                with given.results.open("a") as file:
-                    file.write(json.dumps(results[-1]) + "\n")
+        left = [each for each in cases(seeds, kinds) if (each.kind, each.rubber, each.order, each.seed) not in done]
+        for case in left[: given.cases]:
+            results.append(run(case))
+            with given.results.open("a") as file:
+                file.write(json.dumps(results[-1]) + "\n")
     table = markdown_table(HEAD, rows(results))
     print(table)
     if given.docs:

@@ -29,6 +29,7 @@ OTHER_OPTIONS = {
     "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),
     "golden": ("-o", "{folder}", "--only", "pad_line"),
     "live_stream": ("-o", "{folder}", "--touches", "20"),
+    "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),
     "practice_diagnosis": ("-o", "{folder}", "finger-b"),
 }
 #: What they need of the folder of measured and practice data.
