@@ -7,10 +7,12 @@
 
 from __future__ import annotations
 
+import argparse
 import json
 import subprocess
 import sys
 from html import escape
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +23,8 @@ REPORTS = {
     "finger": "Simulated finger, with an effect that the tool is not told of",
     "fluid-oil-1.5": "Measured channel of oil (SDU Soft Robotics, CC BY 4.0)",
 }
-STYLE = (
-    "body{font:1rem/1.5 system-ui,sans-serif;max-width:56rem;margin:2rem auto;padding:0 1rem}"
-    "table{border-collapse:collapse}th,td{padding:.2rem .8rem;border-bottom:1px solid #ccc;text-align:right}"
-    "th:first-child,td:first-child{text-align:left}img{max-width:100%}"
-)
+# The look of the reports that the page leads to.
+STYLE = files("bayestouch.reporting").joinpath("templates/style.css").read_text("utf-8")
 
 
 def run(*arguments: str | Path) -> subprocess.Popen[bytes]:
@@ -70,11 +69,14 @@ def main(folder: Path) -> Path:
     page = folder / "index.html"
     page.write_text(
         '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>bayestouch: two reports</title>'
-        f"<style>{STYLE}</style></head><body><h1>Two reports</h1>{body}</body></html>\n",
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f"<style>{STYLE}</style></head><body><main><h1>Two reports</h1>{body}</main></body></html>\n",
         "utf-8",
     )
     return page
 
 
 if __name__ == "__main__":
-    print(main(Path(sys.argv[1]) if len(sys.argv) > 1 else Path("report")))
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
+    parser.add_argument("folder", type=Path, nargs="?", default=Path("report"))
+    print(main(parser.parse_args().folder))

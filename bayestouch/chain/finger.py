@@ -14,6 +14,10 @@ from bayestouch.body.finite_strain import FiniteStrainResponse, FiniteStrainTabl
 from bayestouch.chain.response import ContactSpectra, ResponseTable, mode_strain
 from bayestouch.chain.surface import Profile
 
+# Values that neither the solved contact nor the table depends on, and values that only the contact does not depend on.
+_NOT_IN_TABLES = {"response", "angle", "offset", "surface", "finite_strain"}
+_OF_ELEMENTS = {"sensing_radius_mm", "aperture_mm", "friction"}
+
 
 @dataclass(frozen=True, eq=False)
 class FingerChain:
@@ -162,18 +166,15 @@ class FingerChain:
         new = replace(self, **changes)  # type: ignore[arg-type]  # a wrong name raises an error in `replace`
         if set(changes) == {"surface"}:
             self.table  # noqa: B018  # compute it once for all surfaces
-        keep = {"response", "angle", "offset", "surface"}
-        of_the_body = {"sensing_radius_mm", "aperture_mm", "friction", "finite_strain"}
-        if set(changes) <= keep | of_the_body and "spectra" in self.__dict__:
-            shallowest = float(new.sensing_radius_mm.max())
-            if shallowest <= float(self.sensing_radius_mm.max()) + 1e-3:
-                new.__dict__["spectra"] = self.spectra
+        kept: tuple[str, ...] = ()
         # Contacts depend on load and modulus by their ratio alone.
         pressed, as_before = (one.largest_load / one.shear_modulus_MPa for one in (new, self))
-        same_range = set(changes) == {"largest_load", "shear_modulus_MPa"} and math.isclose(pressed, as_before)
-        if same_range and "spectra" in self.__dict__:
-            new.__dict__["spectra"] = self.spectra
-        for name in ("table", "added_by_finite_strain"):
-            if (same_range or set(changes) <= keep | {"finite_strain"}) and name in self.__dict__:
-                new.__dict__[name] = self.__dict__[name]
+        same_contact = {*changes} == {"largest_load", "shear_modulus_MPa"} and math.isclose(pressed, as_before)
+        if same_contact or {*changes} <= _NOT_IN_TABLES:
+            kept = ("spectra", "table", "added_by_finite_strain")
+        elif {*changes} <= _NOT_IN_TABLES | _OF_ELEMENTS:
+            # The spectra end where the strain of the shallowest element does.
+            deep_enough = float(new.sensing_radius_mm.max()) <= float(self.sensing_radius_mm.max()) + 1e-3
+            kept = ("spectra",) if deep_enough else ()
+        new.__dict__.update({name: self.__dict__[name] for name in kept if name in self.__dict__})
         return new

@@ -11,8 +11,8 @@ from bayestouch.data.averages import TouchMeans
 # touches in random order, for a scan. In random order it is 1 ± 0.2 for this number.
 ENOUGH, NEAR = 40, 0.5
 SCAN = (
-    "touches were made in the order of their places: an error that belongs to a place and a drift then look alike, and "
-    "a drift may be blamed for either; take touches in random order, or at least the first places again at the end"
+    "touches were made in the order of their places: an error that belongs to a place then looks like a drift, and a "
+    "drift may be blamed for either; take touches in random order, or at least the first places again at the end"
 )
 
 

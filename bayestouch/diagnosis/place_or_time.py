@@ -79,7 +79,12 @@ def place_or_time(
     """Models with a drift, by name, against the model without it but with functions of place; none without these."""
     if places is None or not drifts:
         return ()
-    return tuple(PlaceOrTime(name, across(fitted, drift, places.linear)) for name, drift in drifts.items())
+    blocks = _blocks(fitted)
+    by_places = densities_of_held_out(places.linear, blocks)
+    return tuple(
+        PlaceOrTime(name, differences(densities_of_held_out(drift, blocks), by_places, blocks))
+        for name, drift in drifts.items()
+    )
 
 
 def still_drift(effect: Effect, fitted: Fitted) -> bool:
@@ -94,25 +99,33 @@ def in_place(fitted: Fitted, places: Correction | None) -> dict[str, Difference]
     """What functions of place gain over the model without them, as in `PlaceOrTime`; None unless they are certain."""
     if places is None:
         return None
-    gained = across(fitted, places.linear, fitted.linear)
+    blocks = _blocks(fitted)
+    gained = differences(
+        densities_of_held_out(places.linear, blocks), densities_of_held_out(fitted.linear, blocks), blocks
+    )
     ahead = np.array([gain / max(error, 1e-300) for gain, error in gained.values()])
     return gained if (ahead > BETTER).any() and (ahead > -BETTER).all() else None
 
 
-def across(fitted: Fitted, one: Linearised, other: Linearised) -> dict[str, Difference]:
-    """`over_blocks` by what is held out: ``times`` and, if the touches have enough places, ``places``."""
-    blocks, of_places = {"times": time_blocks(fitted)}, place_blocks(fitted)
-    if of_places is not None:
-        blocks["places"] = of_places
-    return {kind: over_blocks(one, other, block) for kind, block in blocks.items()}
+def _blocks(fitted: Fitted) -> dict[str, IntArray]:
+    """Block of each touch, (t,), by what is held out: ``times`` and, if the touches have enough places, ``places``."""
+    of_places = place_blocks(fitted)
+    return {"times": time_blocks(fitted), **({} if of_places is None else {"places": of_places})}
 
 
-def over_blocks(one: Linearised, other: Linearised, block: IntArray) -> Difference:
-    """Log density of held-out touches by one model minus that by another; `block` (t,) says what is held out together.
+def densities_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> dict[str, FloatArray]:
+    """Log density of each touch held out with its block, (t,), by what is held out."""
+    return {kind: held_out_density(model, block % FOLDS)[:, :2].sum(axis=1) for kind, block in blocks.items()}
 
-    Touches of a block are not independent, so that the standard error is over blocks.
-    """
-    fold = block % FOLDS
-    each = (held_out_density(one, fold) - held_out_density(other, fold))[:, :2].sum(axis=1)
-    sums = np.bincount(block, weights=each)[np.unique(block)]
+
+def differences(
+    one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], blocks: Mapping[str, IntArray]
+) -> dict[str, Difference]:
+    """`over_blocks` of the densities by one model minus those by another, by what is held out."""
+    return {kind: over_blocks(one[kind] - other[kind], block) for kind, block in blocks.items()}
+
+
+def over_blocks(difference: FloatArray, block: IntArray) -> Difference:
+    """Sum over touches (t,) and its standard error over blocks: touches of a block are not independent."""
+    sums = np.bincount(block, weights=difference)[np.unique(block)]
     return float(sums.sum()), float(np.sqrt(len(sums)) * sums.std(ddof=1)) if len(sums) > 1 else float("inf")

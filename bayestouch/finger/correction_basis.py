@@ -1,9 +1,9 @@
 """Basis of the empirical correction of a finger: smooth functions of the angle from element to touch, and of the load.
 
 It has five parts: a function of the angle shared by all elements; an error of each element's E map, which touches feel
-through their pressure; and a function for each element that all indenters feel alike, all three proportional to the
-load P; a shared function proportional to P² R, since contacts widen with P R; and one for each element for errors that
-are not proportional to the load.
+through their pressure; and a function for each element that is the same for all indenters, all three proportional to
+the load P; a shared function proportional to P² R, since contacts widen with P R; and one for each element for errors
+that are not proportional to the load.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
 from bayestouch.model.outliers import from_median
-from bayestouch.model.predictive import precision_of_all
+from bayestouch.model.predictive import density_of_touches, precision_of_all
 from bayestouch.model.quantities import Quantity
 from bayestouch.model.whitening import Whitening
 
@@ -97,12 +97,8 @@ class HeldOut:
 
         Normal, with the noise and the uncertainty that the fit leaves in the prediction.
         """
-        t, m = self.whitened.shape
-        spread = self.design.reshape(t, m, -1)
-        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
-        solved = np.linalg.solve(covariance, self.whitened[..., None])[..., 0]
-        _, volume = np.linalg.slogdet(covariance)
-        return np.asarray(self.log_volume - 0.5 * ((self.whitened * solved).sum(axis=1) + volume))
+        spread = self.design.reshape(*self.whitened.shape, -1)
+        return self.log_volume + density_of_touches(self.whitened, spread)
 
     @property
     def freedom(self) -> float:

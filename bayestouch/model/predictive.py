@@ -53,16 +53,29 @@ def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
         step = cho_solve((root, True), slope)
         error = residual - (flat @ step).reshape(residual.shape)
         spread = solve_triangular(root, flat.T, lower=True).T.reshape(*residual.shape, -1)
-        covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(m)
-        solved = np.linalg.solve(covariance, error[..., None])[..., 0]
-        _, volume = np.linalg.slogdet(covariance)
-        out[rows, 0] = -0.5 * ((error * solved).sum(axis=1) + volume)
+        out[rows, 0] = density_of_touches(error, spread)
         out[rows, 2] = -0.5 * (error**2).sum(axis=1)
         left = model.deviation[inside]
         if within is not None:
             left = left - (within @ step[:d]).reshape(left.shape)
         np.add.at(out[:, 1], model.touch[inside], -0.5 * (left**2).sum(axis=1))
     return out
+
+
+def density_of_touches(error: FloatArray, spread: FloatArray) -> FloatArray:
+    """Log density of each touch, (t,), up to a constant: its errors are normal with covariance ``1 + spread spreadᵀ``.
+
+    Parameters
+    ----------
+    error : (t, m) array
+        Errors of the prediction in units of the noise.
+    spread : (t, m, k) array
+        Uncertainty of the prediction: its change per standard deviation of each of k independent directions.
+    """
+    covariance = np.einsum("tid,tjd->tij", spread, spread, optimize=True) + np.eye(error.shape[1])
+    solved = np.linalg.solve(covariance, error[..., None])[..., 0]
+    _, volume = np.linalg.slogdet(covariance)
+    return np.asarray(-0.5 * ((error * solved).sum(axis=1) + volume))
 
 
 def precision_of_all(model: Linearised) -> FloatArray:

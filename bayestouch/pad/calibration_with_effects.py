@@ -123,8 +123,8 @@ def pad_calibration(
 
 def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:
     """The model with a finer map and its tables, if it predicts readings left out clearly better; else as it is."""
-    finer = FinerMap.of(chosen.problem, chosen.model)
-    if finer.model.score <= chosen.model.score + WORTH_A_MAP:
+    finer, first = (make(chosen.problem, chosen.model) for make in (FinerMap.of, FinerMap.first))
+    if finer.model.score <= first.model.score + WORTH_A_MAP:
         return replace(chosen, notes=[*chosen.notes, NO_FINER]), None
     return replace(chosen, model=finer.model, notes=[*chosen.notes, FINER]), finer.tabulated()
 

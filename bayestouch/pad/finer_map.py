@@ -15,18 +15,20 @@ Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Le
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.known_touches import location_spacing
 from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
-from bayestouch.pad.table import map_grid
+from bayestouch.pad.table import MapGrid
 
 # Touches by which sizes and lengths are chosen: groups of neighbours, so that both short and long distances are there.
 GROUPS, NEIGHBOURS = 12, 25
@@ -43,8 +45,6 @@ BLOCKS = 40
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
 # Prior sd of the logarithm of each element's noise over the common one, as in `bayestouch.pad.misfit_fit`.
 FLOOR_SPREAD = 0.5
-# Locations and loads for which the variance is computed together.
-CHUNK = 1500
 
 
 @dataclass(frozen=True)
@@ -95,10 +95,21 @@ class FinerMap:
     @classmethod
     def of(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
         """The map with the sizes and lengths of the largest marginal likelihood, and its noise."""
-        fit, known = model.fit, problem.known
         sizes, floor, share = _chosen(problem, model)
+        return cls.given(problem, model, sizes, replace(model.noise, discrepancy_sd=floor, signal_share=share))
+
+    @classmethod
+    def first(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
+        """The map of `model` in this form, without a second process; readings are left out in the same blocks."""
+        own = model.fit.misfit
+        first = (own.misfit, own.relative, own.length_mm) if model.has_map else (0.0, 0.0, 1.0)
+        return cls.given(problem, model, Sizes(*first, 0.0, 1.0, 1.0), model.noise)
+
+    @classmethod
+    def given(cls, problem: PadProblem, model: PadCandidate, sizes: Sizes, noise: Noise) -> FinerMap:
+        """The map with some sizes and lengths, given the known touches with this noise; and the noise it leaves."""
+        fit, known = model.fit, problem.known
         signal = fit.predicted() - fit.chain.offset
-        noise = replace(model.noise, discrepancy_sd=floor, signal_share=share)
         here = problem.present
         variance = noise.mean_variance(np.maximum(known.counts, 1), signal)
         residual, open_ = np.full(here.shape, np.nan), np.full(here.shape, np.nan)
@@ -134,34 +145,20 @@ class FinerMap:
 
     def tabulated(self) -> PadMap:
         """Tables over the calibrated region, and over the loads if these vary."""
-        fit = self.model.fit
-        typical = float(np.median(fit.known.load))
         lengths = (self.sizes.length_mm, self.sizes.finer_length_mm)
-        low, high, step, axes = map_grid(self.model, min(lengths), max(len(self.loads), 1))
-        grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        points = grid.reshape(-1, grid.shape[-1])
-        m = fit.chain.n_elements
-
-        def at(load: float) -> tuple[FloatArray, FloatArray]:
-            parts = [self.at(points[i : i + CHUNK], load) for i in range(0, len(points), CHUNK)]
-            mean, variance = (np.concatenate(each).reshape(*grid.shape[:-1], m) for each in zip(*parts, strict=True))
-            return mean, variance
-
-        mean, variance = at(typical)
-        by_load = [at(float(load)) for load in self.loads]
-        return PadMap(
-            origin=np.array([axis[0] for axis in axes]),
-            step=np.full(len(axes), step),
-            low=low,
-            high=high,
-            offset=fit.chain.offset,
-            offset_variance=np.diag(fit.laplace.covariance)[m : 2 * m].copy(),
-            sensitivity=mean,
-            variance=variance,
-            covariance=np.zeros_like(mean),
-            loads=self.loads if by_load else None,
-            by_load=np.concatenate([each - mean for each, _ in by_load], axis=-1) if by_load else None,
-            variance_by_load=np.concatenate([each - variance for _, each in by_load], axis=-1) if by_load else None,
+        grid = MapGrid.of(self.model, min(lengths), max(len(self.loads), 1))
+        typical = float(np.median(self.model.fit.known.load))
+        (mean, variance), *by_load = (
+            grid.tables(partial(self.at, load=load)) for load in (typical, *self.loads.tolist())
+        )
+        made = grid.map_of(self.model, mean, variance, np.zeros_like(mean))
+        if not by_load:
+            return made
+        return replace(
+            made,
+            loads=self.loads,
+            by_load=np.concatenate([each - mean for each, _ in by_load], axis=-1),
+            variance_by_load=np.concatenate([each - variance for _, each in by_load], axis=-1),
         )
 
     def at(self, location: FloatArray, load: float) -> tuple[FloatArray, FloatArray]:

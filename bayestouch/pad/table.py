@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+
 import numpy as np
 
 from bayestouch.array_types import FloatArray
@@ -34,55 +37,69 @@ def tabulate(model: PadCandidate) -> PadMap:
     derivative of the sensitivity over the parameters of the chain minus the part that the correction compensates
     (C. E. Rasmussen and C. K. I. Williams 2006, equation 2.42).
     """
-    fit = model.fit
-    low, high, step, axes = map_grid(model, fit.misfit.length_mm if model.has_map else np.inf)
-    grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-    points = grid.reshape(-1, grid.shape[-1])
-    parts = [_sensitivity(model, points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
-    sensitivity, variance, covariance = (
-        np.concatenate(each).reshape(*grid.shape[:-1], -1) for each in zip(*parts, strict=True)
-    )
-    m = fit.chain.n_elements
-    offsets = slice(m, 2 * m)
-    return PadMap(
-        origin=np.array([axis[0] for axis in axes]),
-        step=np.full(len(axes), step),
-        low=low,
-        high=high,
-        offset=fit.chain.offset,
-        offset_variance=np.diag(fit.laplace.covariance)[offsets].copy(),
-        sensitivity=sensitivity,
-        variance=variance,
-        covariance=covariance,
-    )
+    grid = MapGrid.of(model, model.fit.misfit.length_mm if model.has_map else np.inf)
+    return grid.map_of(model, *grid.tables(lambda points: _sensitivity(model, points)))
 
 
-def map_grid(
-    model: PadCandidate, length_mm: float, tables: int = 1
-) -> tuple[FloatArray, FloatArray, float, tuple[FloatArray, ...]]:
-    """Ends of the calibrated region (D,), step of the grid of a map, mm, and its points along each coordinate.
+@dataclass(frozen=True, eq=False)
+class MapGrid:
+    """Grid over the calibrated region, D coordinates.
 
-    Parameters
+    Attributes
     ----------
-    model : PadCandidate
-        Model with the known touches.
-    length_mm : float
-        Shortest correlation length of the map, mm.
-    tables : int
-        Number of tables over this grid.
+    low, high : (D,) arrays
+        Ends of the region, mm.
+    step : float
+        Distance of grid points, mm.
+    axes : tuple of D arrays
+        Grid points along each coordinate, mm; they go beyond the region by a margin.
     """
-    location = model.fit.known.location
-    spacing = location_spacing(location)
-    low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
-    step = min(kernel_width(model.fit.chain, extent=float((high - low).max())), length_mm)
-    step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
-    while tables * np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1) > _MOST_POINTS:
-        step *= 1.1
-    axes = tuple(
-        np.arange(np.ceil((b - a) / step) + 2 * _MARGIN_STEPS + 1) * step + a - _MARGIN_STEPS * step
-        for a, b in zip(low, high, strict=True)
-    )
-    return low, high, step, axes
+
+    low: FloatArray
+    high: FloatArray
+    step: float
+    axes: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, model: PadCandidate, length_mm: float, tables: int = 1) -> MapGrid:
+        """The grid for a number of tables of a map whose shortest correlation length is `length_mm`, mm."""
+        location = model.fit.known.location
+        spacing = location_spacing(location)
+        low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
+        step = min(kernel_width(model.fit.chain, extent=float((high - low).max())), length_mm)
+        step = min(step / _STEPS_PER_WIDTH, float((high - low).max()) / _STEPS_ACROSS)
+        while tables * np.prod((high - low) / step + 2 * _MARGIN_STEPS + 1) > _MOST_POINTS:
+            step *= 1.1
+        axes = tuple(
+            np.arange(np.ceil((b - a) / step) + 2 * _MARGIN_STEPS + 1) * step + a - _MARGIN_STEPS * step
+            for a, b in zip(low, high, strict=True)
+        )
+        return cls(low, high, step, axes)
+
+    def tables(self, at: Callable[[FloatArray], tuple[FloatArray, ...]]) -> tuple[FloatArray, ...]:
+        """Arrays (..., m) over the grid, of a function of points (k, D) that returns arrays (k, m)."""
+        grid = np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1)
+        points = grid.reshape(-1, grid.shape[-1])
+        parts = [at(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]
+        return tuple(np.concatenate(each).reshape(*grid.shape[:-1], -1) for each in zip(*parts, strict=True))
+
+    def map_of(
+        self, model: PadCandidate, sensitivity: FloatArray, variance: FloatArray, covariance: FloatArray
+    ) -> PadMap:
+        """The map with these tables and the offsets of a model."""
+        fit = model.fit
+        m = fit.chain.n_elements
+        return PadMap(
+            origin=np.array([axis[0] for axis in self.axes]),
+            step=np.full(len(self.axes), self.step),
+            low=self.low,
+            high=self.high,
+            offset=fit.chain.offset,
+            offset_variance=np.diag(fit.laplace.covariance)[m : 2 * m].copy(),
+            sensitivity=sensitivity,
+            variance=variance,
+            covariance=covariance,
+        )
 
 
 def _sensitivity(model: PadCandidate, points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

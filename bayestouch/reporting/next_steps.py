@@ -60,7 +60,7 @@ def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
         {
             "what": f"Average more samples of each touch (now {taken}) and make more calibration touches, both",
             "why": f"Noise ({percent(100 - shared)} % of the {quantity}'s variance) and what all touches at a place "
-            f"share ({percent(shared)} %) weigh alike.",
+            f"share ({percent(shared)} %) weigh the same.",
         }
     ]
 

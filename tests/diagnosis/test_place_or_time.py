@@ -58,7 +58,10 @@ def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "held_out_density", held_out)
     one: Any = "one"
     other: Any = "other"
-    gain, error = module.over_blocks(one, other, block)
+    blocks = {"times": block}
+    ((gain, error),) = module.differences(
+        module.densities_of_held_out(one, blocks), module.densities_of_held_out(other, blocks), blocks
+    ).values()
     assert gain == pytest.approx(21.0) and error == pytest.approx(np.sqrt(3) * np.std([3, 6, 12], ddof=1))
     np.testing.assert_array_equal(folds[0], block % 8)
 
@@ -67,7 +70,8 @@ def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_something_in_place(monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], there: bool) -> None:
     """It gains in one way by two standard errors, and loses as much in none."""
     answers = iter([(each, 2.0) for each in gains])
-    monkeypatch.setattr(module, "over_blocks", lambda one, other, block: next(answers))
+    monkeypatch.setattr(module, "over_blocks", lambda difference, block: next(answers))
+    monkeypatch.setattr(module, "held_out_density", lambda model, fold: np.zeros((3, 3)))
     monkeypatch.setattr(module, "time_blocks", lambda fitted: np.arange(3))
     monkeypatch.setattr(module, "place_blocks", lambda fitted: np.arange(3))
     fitted: Any = SimpleNamespace(linear=None)

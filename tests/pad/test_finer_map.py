@@ -83,6 +83,25 @@ def test_readings_left_out_are_those_of_a_fit_without_them(made: tuple[PadProble
         )
 
 
+def test_the_first_map_is_compared_by_the_same_blocks() -> None:
+    """Without a second process, against the normal distribution written out; readings go with a power of the load."""
+    pad, table = bent(1)
+    chosen = choose_pad(pad.dataset(table), kernel="gaussian", empirical=True)
+    first, model = FinerMap.first(chosen.problem, chosen.model), chosen.model
+    own, known, fit, e = model.fit.misfit, chosen.problem.known, model.fit, 1
+    x, load = known.x_mm, known.load
+    kernels = np.exp(-0.5 * ((x - model.shape.position[e, 0]) / float(model.shape.values[0])) ** 2)
+    rho = (own.misfit**2 + own.relative**2 * np.outer(kernels, kernels)) * matern(np.abs(x[:, None] - x), own.length_mm)
+    noise = model.noise.mean_sd(known.counts, fit.predicted() - fit.chain.offset)[:, e] ** 2
+    total = own.amplitude[e] ** 2 * np.outer(load, load) * rho + np.diag(noise)
+    others = np.arange(known.n_touches) // 4 != 70 // 4
+    rows = total[70, others] @ np.linalg.inv(total[np.ix_(others, others)])
+    assert first.model.left_out.residual[70, e] == pytest.approx(
+        fit.residual[70, e] - rows @ fit.residual[others, e], rel=1e-5
+    )
+    assert FinerMap.of(chosen.problem, model).model.score > first.model.score + 20
+
+
 def test_it_finds_the_truth_and_the_noise(made: tuple[PadProblem, FinerMap]) -> None:
     _, finer = made
     map_, noise, pad = finer.tabulated(), finer.model.noise, line()

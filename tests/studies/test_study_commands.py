@@ -27,6 +27,7 @@ NO_FOLDER = {
 OTHER_OPTIONS = {
     "effects_gallery": ("{folder}",),
     "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),
+    "first_reports": ("{folder}",),
     "golden": ("-o", "{folder}", "--only", "pad_line"),
     "live_stream": ("-o", "{folder}", "--touches", "20"),
     "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),

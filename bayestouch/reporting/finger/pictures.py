@@ -165,8 +165,8 @@ def _all_tips(evidence: Evidence) -> Picture:
         "estimates",
         "Composite radius R of every tip against location",
         "The form of the paper's Figure 13, in R = 1/(1/r_b + 1/r_c), where edge (0) and flat (r_b) are ends and "
-        "errors are alike. Dotted: actual R of each tip, named on the right. Bumps that all lines share are a bias of "
-        "the location. A posterior mean cannot lie on an end itself.",
+        "errors of all tips have about the same size. Dotted: actual R of each tip, named on the right. Bumps that all "
+        "lines share are a bias of the location. A posterior mean cannot lie on an end itself.",
         f"Posterior mean of R against contact angle, one line for each of {names}, beside the actual values.",
         content,
     )
