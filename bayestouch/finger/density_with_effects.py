@@ -212,14 +212,10 @@ class EffectDensity:
         white = root @ left[..., None]
         if posterior.drifts:
             gram, log_determinant = self._filtered(vectors, readings, root, white)
-            square, onto, inside = gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]
+            left_over = _without_weights(gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]) + log_determinant
         else:
-            log_determinant = np.zeros(n)
-            square, onto, inside = self._by_element(root, white)
-        inner = np.linalg.cholesky(inside + np.eye(inside.shape[-1]))
-        along = solve_lower(np.asarray(inner, dtype=np.float64), onto)
-        log_determinant = log_determinant + 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
-        return np.asarray(volume - 0.5 * (square - (along**2).sum(axis=1) + log_determinant))
+            left_over = np.concatenate([self._by_element(*each) for each in zip(root, white, strict=True)])
+        return np.asarray(volume - 0.5 * left_over)
 
     @cached_property
     def _columns(self) -> WhiteColumns | None:
@@ -230,16 +226,14 @@ class EffectDensity:
         _, t, m = columns.shape
         return WhiteColumns.of(columns, np.broadcast_to(np.eye(m), (t, m, m)))
 
-    def _by_element(self, root: FloatArray, white: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Without drifts: sum of squares of the errors, their products with the columns, and the columns' Gram matrix.
+    def _by_element(self, root: FloatArray, white: FloatArray) -> FloatArray:
+        """`_without_weights` (1,) of one vector without drifts, from its whitening (t, m, m) and errors (t, m, 1).
 
         A column of one element has numbers at this element alone, so that products are made element by element.
         """
         assert self._columns is not None
-        each = [self._columns.whitened(one) for one in root]
-        flat = white.reshape(len(white), -1, 1)
-        onto = np.stack([columns.transposed(one)[:, 0] for columns, one in zip(each, flat, strict=True)])
-        return (flat**2).sum(axis=(1, 2)), onto, np.stack([columns.gram() for columns in each])
+        columns, flat = self._columns.whitened(root), white.reshape(-1, 1)
+        return _without_weights((flat**2).sum(axis=0), columns.transposed(flat).T, columns.gram()[None])
 
     def _filtered(
         self, vectors: FloatArray, readings: EffectReadings, root: FloatArray, white: FloatArray
@@ -265,6 +259,20 @@ class EffectDensity:
         order, gap = gaps(model.known)
         touches = ((rows[:, i], courses[:, i]) for i in _ints(order))
         return filtered(touches, gap, np.concatenate(time, axis=1))
+
+
+def _without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> FloatArray:
+    """Sum of squares (n,) of the errors that standard normal weights leave, plus the log determinant they bring.
+
+    Parameters
+    ----------
+    square, onto, gram : (n,), (n, c), (n, c, c) arrays
+        Sum of squares of the whitened errors, their products with the columns, Gram matrix of the columns.
+    """
+    inner = np.linalg.cholesky(gram + np.eye(gram.shape[-1]))
+    along = solve_lower(np.asarray(inner, dtype=np.float64), onto)
+    log_determinant = 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
+    return np.asarray(square - (along**2).sum(axis=1) + log_determinant)
 
 
 def _scale(model: FingerModel, drift: RandomEffect, vector: FloatArray, touches: FloatArray) -> FloatArray:

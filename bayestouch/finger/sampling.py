@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -22,7 +22,7 @@ from bayestouch.sampling import BlockDraws, StudentTProposal
 from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
-from bayestouch.sampling.refine import ROUNDS, refined
+from bayestouch.sampling.refine import ENOUGH, ROUNDS, refined
 
 # Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
@@ -179,6 +179,23 @@ class PosteriorMap:
         return np.asarray(np.exp(2 * vectors[:, at.noise]) * share)
 
 
+@dataclass(frozen=True)
+class Effort:
+    """How many evaluations the draws of a posterior may take.
+
+    Attributes
+    ----------
+    thins : tuple of int
+        Steps per draw of each attempt.
+    rounds, enough : int, float
+        As of `bayestouch.sampling.refine.refined`.
+    """
+
+    thins: tuple[int, ...] = THIN
+    rounds: int = ROUNDS
+    enough: float = ENOUGH
+
+
 def sample_fit(
     fit: FingerFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
 ) -> BlockDraws:
@@ -205,14 +222,14 @@ def draw_points(
     seed: int,
     progress: Progress | None,
     moves: Any,
-    thins: Sequence[int] = THIN,
-    rounds: int = ROUNDS,
+    effort: Effort | None = None,
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
     The proposals begin with this centre and covariance and are refined where the posterior differs from them, as it
-    does with effects. `thins` holds the steps per draw of each attempt, `rounds` the most rounds of refinement.
+    does with effects.
     """
+    effort = effort or Effort()
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp] | None = None) -> FloatArray:
         vectors, log_derivative = to_vectors(points)
@@ -221,8 +238,8 @@ def draw_points(
     at, rng = to_vectors.layout, np.random.default_rng([seed, 3])
     # Only values of drifts and noise effects depend on each other beyond what the map knows.
     together = np.arange(at.further.start, at.further.stop)
-    centre, covariance = refined(log_density, centre, covariance, together, rng, rounds)
+    centre, covariance = refined(log_density, centre, covariance, together, rng, effort.rounds, effort.enough)
     proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     return draw_until_good(
-        log_density, proposal, to_vectors, draws=draws, seed=seed, thins=thins, progress=progress, moves=moves
+        log_density, proposal, to_vectors, draws=draws, seed=seed, thins=effort.thins, progress=progress, moves=moves
     )

@@ -13,26 +13,23 @@ from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterio
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import THIN, PosteriorMap, draw_points
+from bayestouch.finger.sampling import THIN, Effort, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.columns import WhiteColumns, seen_columns
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.linear import Functions
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
-from bayestouch.sampling.refine import ROUNDS
 
 # Steps of the chain's parameters with the noise that the step before left.
 STEPS = 3
-# Steps per draw of each attempt: evaluations take longer than without effects, and two steps are enough where three of
-# four proposals are accepted.
-WITH_EFFECTS_THIN = (2, *THIN[1:])
-# The same where drifts or a correction make each evaluation take milliseconds.
-DEAR_THIN = (4, 16)
-# A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 22 ms. Then fewer steps, and
-# rounds of refinement at most.
-DEAREST, DEAREST_THIN, DEAREST_ROUNDS = 1_000_000, (1, 2), 2
+# Evaluations take longer than without effects, and two steps a draw are enough where three of four proposals are
+# accepted.
+WITH_EFFECTS = Effort((2, *THIN[1:]))
+# Drifts or a correction make each evaluation take milliseconds: one more round of refinement saves more steps than it
+# takes. A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 15 ms.
+DEAR, DEAREST, MANY = Effort((4, 16), enough=0.5), Effort((2, 4), 2, 0.5), 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +61,10 @@ class EffectFit:
         posterior, n = self.posterior, self.posterior.layout.n_chain
         spread = StandardErrors.of(posterior.known, posterior.layout, self.vector)
         sd = np.sqrt(np.diag(self.covariance))
+        if posterior.columns is not None:
+            # Without what the model misses, of which the first guess may be far too large.
+            noise = np.exp(self.vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
+            posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
         return EffectDensity(posterior, EffectPrediction.of(posterior.model, self.vector[:n], sd, spread.sd))
 
 
@@ -170,10 +171,10 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    steps: tuple[tuple[int, ...], int] = (DEAR_THIN if density.tied else WITH_EFFECTS_THIN, ROUNDS)
-    if fit.posterior.columns is not None and fit.posterior.columns.size > DEAREST:
-        steps = (DEAREST_THIN, DEAREST_ROUNDS)
-    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, *steps)
+    columns, effort = density.posterior.columns, DEAR if density.tied else WITH_EFFECTS
+    if columns is not None and columns.size > MANY:
+        effort = DEAREST
+    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, effort)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:
@@ -224,12 +225,12 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
     left = np.where(known.missing, 0.0, known.readings) - predicted.touches
     white = np.einsum("tij,dtj->dti", root, touches, optimize=True)
     row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
-    functions, hat = None, np.zeros(m)
+    functions, spent = None, np.zeros(m)
     if fitted.linear.functions is not None:
         raw = fitted.linear.functions.raw
         functions = Functions.of(raw, WhiteColumns.of(raw, root))
         half = np.linalg.solve(functions.root, functions.white.dense().T)
-        hat = (half**2).reshape(len(half), *left.shape).sum(axis=(0, 1))
+        spent = _spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
         weights = functions.weights(row.reshape(-1, 1))[:, 0]
         left = left - np.tensordot(weights, raw, axes=1)
     if functions is None:
@@ -238,6 +239,7 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
     else:
         flat = white.reshape(n, -1).T
         inside = functions.without(flat)
+        white = inside.T.reshape(white.shape)
         constant, precision = flat.T @ inside, np.zeros((m, n, n))
         gradient = np.einsum("tmi,tm->mi", inside.reshape(*row.shape, n), row)
     if samples is not None:
@@ -250,9 +252,28 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
         gradient = gradient + np.einsum("inm,nm->mi", within, off)
     hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
     covariance = np.linalg.inv(hessian if constant is None else hessian + constant)
-    spent = np.einsum("itm,ij,jtm->m", white, covariance, white, optimize=True) + hat
+    half = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64).T @ white.reshape(n, -1)
+    spent = spent + _spent(half.reshape(white.shape), root, own)
     share = np.sqrt(own / (own + more + shared**2))
     there = ~known.missing
     residuals = Residuals(np.where(there, left * share, 0.0), np.where(there, by_load, 0.0), spent)
     pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
     return _Linear(residuals, precision, gradient, constant, pull)
+
+
+def _spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:
+    """Degrees of freedom (m,) that fitted functions take from the readings of each element.
+
+    The share of each reading's own variance by which the functions reduce the precision of the reading: ``D (S⁻¹ -
+    (S + C Cᵀ)⁻¹)`` on the diagonal, where S has the noise D and the errors of the loads, and C the functions.
+
+    Parameters
+    ----------
+    half : (k, t, m) array
+        Whitened functions times the root of the covariance of their weights.
+    root : (t, m, m) array
+        Whitening matrix of each touch.
+    own : (t, m) array
+        Variance of each reading by its own noise.
+    """
+    return np.asarray(((half.transpose(1, 0, 2) @ root) ** 2 * own[:, None]).sum(axis=(0, 1)))

@@ -24,6 +24,7 @@ def refined(
     together: IndexArray,
     rng: np.random.Generator,
     rounds: int = ROUNDS,
+    enough: float = ENOUGH,
 ) -> tuple[FloatArray, FloatArray]:
     """Centre and covariance of a normal proposal that is nearer to the target.
 
@@ -42,6 +43,8 @@ def refined(
         Random numbers.
     rounds : int
         Rounds at most.
+    enough : float
+        Standard deviation of the log ratios at which rounds end.
     """
     d = len(centre)
     first, second = np.triu_indices(len(together), 1)
@@ -55,7 +58,7 @@ def refined(
         scatter = float(ratio[there].std()) if there.sum() > 2 * d else np.inf
         if scatter < best[0]:
             best = (scatter, centre, covariance)
-        if scatter < ENOUGH or there.sum() < 3 * d:
+        if scatter < enough or there.sum() < 3 * d:
             break
         terms = np.column_stack([np.ones(len(z)), z, z**2, z[:, pairs[0]] * z[:, pairs[1]]])
         coefficients = np.linalg.lstsq(terms[there], ratio[there], rcond=None)[0]

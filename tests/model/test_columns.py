@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.columns import UNSEEN, WhiteColumns, seen_columns
 from bayestouch.model.linear import Functions, Linearised, Scorer
 
 T, M = 9, 4
@@ -74,3 +74,24 @@ def test_scores_are_those_of_full_columns(raw: np.ndarray, among: bool) -> None:
     one, two = scorer.of_columns(columns), scorer(dense.T.reshape(len(raw), T, M))
     for name in ("slope", "information", "raw"):
         np.testing.assert_allclose(getattr(one, name), getattr(two, name), rtol=1e-10, atol=1e-10)
+
+
+def test_seen_columns_have_the_distribution_of_all_but_for_what_noise_hides() -> None:
+    """Sums of weighted columns: covariances over the noise, element by element, differ by less than the limit."""
+    rng = np.random.default_rng(8)
+    t, m, c = 40, 3, 30
+    place = np.linspace(0, 1, t)
+    raw = np.zeros((c + 2, t, m))
+    for k in range(c):
+        raw[k, :, k % m] = np.exp(-0.4 * (k // m) ** 2) * 3 * np.cos((k // m) * np.pi * place + k)
+    raw[c:] = rng.standard_normal((2, t, m))
+    raw[:, 5, 1] = np.nan
+    sd = rng.uniform(0.5, 1.0, (t, m))
+    seen = seen_columns(raw, sd)
+    assert len(seen) < len(raw) - 6
+    whole, kept = (np.nan_to_num(each / sd).reshape(len(each), -1) for each in (raw, seen))
+    left = whole.T @ whole - kept.T @ kept
+    assert np.linalg.eigvalsh(left).min() > -1e-9
+    for e in range(m):
+        assert np.linalg.eigvalsh(left[e::m, e::m]).max() < UNSEEN
+    np.testing.assert_allclose(seen[:2], np.nan_to_num(raw[c:]))
