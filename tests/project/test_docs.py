@@ -21,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
 BLOCK = re.compile(r"^\s*(```|~~~) ?(python|console|toml)\b|^    bayestouch .+$", re.MULTILINE)
 WITH_BLOCKS = [page for page in PAGES if BLOCK.search((ROOT / page).read_text("utf-8"))]
+# `studies/tutorial.py` runs this one, with its outputs (`tests/studies/test_tutorial.py`).
+RUN_BY_A_STUDY = "docs/tutorial.md"
 # These make whole reports, as the quick start does too, which is run always.
 WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
 # What a page takes for granted; everything else it makes itself, block by block.
@@ -68,7 +70,12 @@ def run_commands(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in WITH_BLOCKS]
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page
+        for page in WITH_BLOCKS
+        if page != RUN_BY_A_STUDY
+    ],
 )
 def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = blocks(ROOT / page)
