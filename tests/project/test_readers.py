@@ -1,4 +1,4 @@
-"""Pages answer the questions of `readers_test.toml`: what a right answer contains is below the heading that it names."""
+"""Pages answer the questions of `readers_test.toml`: words of a right answer are below the heading that it names."""
 
 from __future__ import annotations
 
