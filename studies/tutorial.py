@@ -33,7 +33,7 @@ PICTURES = DOCS / "pictures"
 #: A block that runs, and the block below it that shows what it prints, if there is one.
 STEP = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 #: Longest line that a page shows without a scroll bar.
-WIDTH = 112
+WIDTH = 90
 #: A small run keeps one run of so many touches in so many.
 RUN, SMALL = 6, 4
 
