@@ -46,6 +46,10 @@ def test_each_page_has_ten_questions_of_three_kinds(page: str) -> None:
     assert all(set(each) == {"kind", "ask", "under", "words"} and each["words"] for each in questions)
 
 
+def test_the_number_of_pages_is_stated() -> None:
+    assert f"for each of {len(QUESTIONS)} pages" in (ROOT / "docs" / "verified.md").read_text("utf-8")
+
+
 def test_a_heading_ends_at_the_next_one() -> None:
     text = "# A\none\n## B\ntwo\n```\n# no heading\n```\n### C\nthree\n## D\nfour\n"
     assert "one" not in below(text, "B") and "three" in below(text, "B") and "four" not in below(text, "B")
