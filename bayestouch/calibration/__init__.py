@@ -93,6 +93,18 @@ def calibrate(
     InputError
         If an option does not fit the body, a calibration in `like` is of another build, a prior contradicts the
         possible range or the nominal geometry, or the touches cannot identify the parameters.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> mean, sd, unit = calibration.summary().loc["mu", ["mean", "sd", "unit"]]
+    >>> round(float(mean), 2), unit  # shear modulus of the rubber
+    (0.15, 'MPa')
+    >>> calibration.posterior["sigma"].shape  # draws of Poisson's ratio: chains, draws
+    (4, 50)
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")

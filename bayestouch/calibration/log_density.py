@@ -35,6 +35,21 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     ------
     InputError
         The E map of a finger is an identified one, or the data set does not fit the calibration.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> density = bayestouch.log_density(calibration, dataset)
+    >>> density
+    LogDensity of 23 coordinates, a likelihood of each touch
+      log response (4), r_s (4), theta_s (4), sigma, log mu, log noise_sd (4), log
+        discrepancy_sd (4), log force_noise_sd
+    >>> difference = density(density.start) - density(density.start + 0.01)
+    >>> bool(difference > 0)  # the density is largest at the mode
+    True
     """
     if touches.sensor.body != calibration.sensor.body:
         raise InputError("the data set is of another sensor than the calibration", file=touches.path)

@@ -30,6 +30,17 @@ class DataCheck(Summarised):
         ``elements`` (one row each: peak and noise of its readings), ``advice``.
     notes : tuple of str
         Irregularities that were corrected while reading.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> checked = bayestouch.check(dataset)
+    >>> [table["touches"] for table in checked.facts["tables"]]  # calibration, touches
+    [54, 45]
+    >>> checked.to_dataframe()["peak"].round(-2).tolist()  # largest mean reading of each element
+    [1100.0, 1300.0, 1200.0, 900.0]
     """
 
     dataset: DataSet
@@ -113,6 +124,22 @@ def check(dataset: DataSet) -> DataCheck:
     ----------
     dataset : DataSet
         Data set from `bayestouch.load_dataset`, which raises an error if a file is wrong.
+
+    Returns
+    -------
+    DataCheck
+        Counts and ranges of both tables, peak and noise of each element, and advice on touches to add.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> checked = bayestouch.check(dataset)
+    >>> for advice in checked.facts["advice"]:
+    ...     print(advice.partition(":")[0])
+    touches were made in the order of their places
+    no reading without contact (depth, load or contact 0)
     """
     from bayestouch.checking.facts import dataset_facts
 

@@ -42,6 +42,18 @@ class DataSet(Summarised):
     ------
     InputError
         The touches do not fit the sensor.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> dataset
+    DataSet of 'simulated finger': a finger of 4 elements
+      calibration: 54 touches, 1080 rows, load from 159 to 239 N/m
+      touches: 45 touches, 900 rows, load from 158 to 241 N/m
+    >>> dataset.touches.readings.shape  # samples, elements
+    (900, 4)
     """
 
     internal: ClassVar[frozenset[str]] = frozenset({"tables_in_short"})
@@ -96,10 +108,28 @@ def load_dataset(path: str | Path) -> DataSet:
         Folder with `sensor.toml`, `touches.csv` and optionally `calibration.csv`; either table may be
         `.parquet` instead.
 
+    Returns
+    -------
+    DataSet
+        Sensor, calibration touches and touches to be read.
+
     Raises
     ------
     InputError
         The folder or a file is missing, or a value is not allowed; one line names file, row and column.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> bayestouch.save_dataset(dataset, "my-finger")
+    >>> bayestouch.load_dataset("my-finger").touches.n_touches
+    45
+    >>> bayestouch.load_dataset("your-finger")
+    Traceback (most recent call last):
+        ...
+    bayestouch.errors.InputError: your-finger: no such folder
     """
     folder = Path(path)
     if not folder.exists():
@@ -129,10 +159,28 @@ def save_dataset(dataset: DataSet, path: str | Path, format: Literal["csv", "par
     After all new files are written, they replace those of a data set that was in the folder before; old tables
     that the new data set does not have are removed. Other files remain. If a file cannot be written, nothing changes.
 
+    Parameters
+    ----------
+    dataset : DataSet
+        Data set to write.
+    path : str or Path
+        Folder to write; it is created if necessary.
+    format : {"csv", "parquet"}
+        Format of the two tables.
+
     Raises
     ------
     InputError
         The data do not fit the format, or the folder cannot be written to.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> bayestouch.save_dataset(dataset, "my-finger")
+    >>> bayestouch.load_dataset("my-finger").touches.n_touches
+    45
     """
     if format not in _FORMATS:
         raise InputError(f"expected the format csv or parquet, got {format!r}")

@@ -77,6 +77,14 @@ class Sensor(Summarised):
     ------
     InputError
         A value has the wrong type, or the noise is not above zero.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> finger = bayestouch.Finger(9.4, 12.7, 9.9, element_angles_deg=(-8.8, 0.0, 8.8))
+    >>> sensor = bayestouch.Sensor("my finger", finger, bayestouch.Rubber(0.15, 0.46), force_noise_sd=1.0)
+    >>> sensor.n_elements, sensor.force_noise_sd
+    (3, 1.0)
     """
 
     name: str

@@ -50,6 +50,12 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     ------
     InputError
         The folder already contains one of these files, or cannot be written to.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> [path.name for path in bayestouch.new_dataset("my-sensor", elements=4)]
+    ['sensor.toml', 'calibration.csv', 'touches.csv']
     """
     if body not in BODIES:
         raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}")

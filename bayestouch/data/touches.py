@@ -63,6 +63,18 @@ class Touches(Summarised):
     ------
     InputError
         The shapes of the arrays do not agree.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> table = dataset.touches
+    >>> table.n_touches, table.readings.shape  # samples, elements
+    (45, (900, 4))
+    >>> one_tip = table.select(table.indenter_radius_mm == 3.9)
+    >>> one_tip.n_touches, one_tip.angle_deg[::20].tolist()  # degree
+    (5, [-20.0, -10.0, 0.0, 10.0, 20.0])
     """
 
     touch: IntArray

@@ -61,6 +61,18 @@ def diagnose(
     InputError
         If the data are not sufficient (no touch, or too few touches, have the references that a fit needs), an option
         does not fit the body, or the cluster cannot be reached.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, effects={"crosstalk": 0.05}, seed=3).dataset
+    >>> diagnosis = bayestouch.diagnose(dataset, draws=200, sample=False)
+    >>> diagnosis.verdict, diagnosis.effects
+    ('explained', ('crosstalk',))
+    >>> before, after = diagnosis.numbers["before"], diagnosis.numbers["after"]
+    >>> round(before["lack_of_fit"]), round(after["lack_of_fit"])  # 1 if the model is right
+    (4, 1)
     """
     from bayestouch.diagnosis.follow import trace
     from bayestouch.diagnosis.result import Diagnosis

@@ -35,6 +35,18 @@ class Diagnosis(Summarised):
         Options with which `bayestouch.diagnose` was called.
     traced : Traced
         Models, residuals and rounds of the search from which the numbers were made.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, effects={"crosstalk": 0.05}, seed=3).dataset
+    >>> diagnosis = bayestouch.diagnose(dataset, draws=200, sample=False)
+    >>> diagnosis.verdict, diagnosis.effects
+    ('explained', ('crosstalk',))
+    >>> touches = bayestouch.infer(dataset.touches, diagnosis.calibration_after, draws=256)
+    >>> len(touches)
+    45
     """
 
     numbers: Mapping[str, Any]

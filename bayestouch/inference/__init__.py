@@ -101,11 +101,29 @@ def infer(
     progress : callable, optional
         Function that is called with the fraction of the work that is done.
 
+    Returns
+    -------
+    TouchPosteriors
+        Draws and grades, in mm, degree and N/m on a finger, in mm and N on a pad.
+
     Raises
     ------
     InputError
         If the table does not fit the calibrated sensor or no row is in contact, the output cannot be written, or the
         cluster cannot be reached.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> touches = bayestouch.infer(dataset.touches, calibration, draws=256)
+    >>> touches.mean("theta_c")[[0, 4]].round()  # location, degree
+    array([-20.,  20.])
+    >>> bool((touches.sd("theta_c") < 0.1).all())
+    True
+    >>> touches.save("posterior.nc")
     """
     kept = Kept(draws, thin, summary_only, summarised=output is not None)
     chosen = chosen_groups(groups)

@@ -50,6 +50,20 @@ class Reader(Summarised):
     ------
     InputError
         If an option does not suit the sensor.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> reader = bayestouch.Reader(calibration)
+    >>> table = dataset.touches
+    >>> for sample in range(20):  # the samples of the first touch, one after another
+    ...     touch = reader.update(table.readings[sample], load=table.load[sample])
+    >>> touch.samples, float(touch.mean[1].round())  # location, degree
+    (20, -20.0)
+    >>> reader.new_touch()  # the next sample belongs to another touch
     """
 
     def __init__(

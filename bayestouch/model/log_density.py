@@ -24,7 +24,7 @@ class LogDensity(Summarised):
     densities of the coordinates: the log prior includes the derivative of the parameters over the coordinates. They are
     known up to a constant, which is the same at all points.
 
-    Every function takes points (n, d), or one point (d,), and returns (n,) values, or one.
+    The densities take points (n, d), or one point (d,), and return (n,) values, or one.
 
     Attributes
     ----------
@@ -45,6 +45,22 @@ class LogDensity(Summarised):
         parameters (drifts, corrections).
     values, coordinates : callable
         From points (n, d) to values by the names of `Calibration.posterior`, each (n,) or (n, m), and back.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> density = bayestouch.log_density(calibration, dataset)
+    >>> density.dimension, density.names[12]
+    (23, 'sigma')
+    >>> points = density.start + [[0.0], [0.01]]  # two points (2, d)
+    >>> first, second = density(points)
+    >>> bool(first > second)  # the start is the mode
+    True
+    >>> round(float(density.to_parameters(density.start)["sigma"]), 2)  # Poisson's ratio
+    0.46
     """
 
     names: tuple[str, ...]

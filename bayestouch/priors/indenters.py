@@ -55,6 +55,11 @@ class UniformCurvature(Summarised):
     sharpest_mm : float
         Radius r_c of the sharpest indenter in mm, above 0 (the curvature of a knife edge would be infinite).
 
+    Raises
+    ------
+    InputError
+        The radius is not a finite number above zero.
+
     Examples
     --------
     >>> import bayestouch
@@ -89,6 +94,19 @@ class IndenterDistribution(Summarised):
         The density; values beyond knife edge and flat are excluded.
     quantity : {"r_c", "R", "curvature"}
         Quantity that has this density: the indenter's radius or the composite radius in mm, or ``1/r_c`` in 1/mm.
+
+    Raises
+    ------
+    InputError
+        The quantity is unknown, or `prior` is not a prior.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> from bayestouch.priors.parameters import LogNormal
+    >>> prior = bayestouch.IndenterDistribution(LogNormal(2.0, 0.5), quantity="r_c")  # median 2 mm
+    >>> round(float(prior.radius_prior(outer_radius_mm=12.7).quantile(0.5)), 2)  # the median of R, mm
+    1.73
     """
 
     prior: Prior
@@ -118,6 +136,11 @@ class KnownTips(Summarised):
         Radii r_c of the tips: 0 a knife edge, inf a flat.
     weights : tuple of float
         Prior probabilities of the tips, which add up to 1; equal by default.
+
+    Raises
+    ------
+    InputError
+        A radius is negative or given twice, or the weights are not one for each tip, above 0 and with the sum 1.
 
     Examples
     --------
@@ -168,6 +191,11 @@ class EdgeOrRound(Summarised):
         Prior probability of the edge.
     round : IndenterPrior
         Prior of a round indenter: uniform in R, in curvature or any other density.
+
+    Raises
+    ------
+    InputError
+        The probability is not between 0 and 1, or `round` is not a density of round indenters.
 
     Examples
     --------

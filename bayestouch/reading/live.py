@@ -41,6 +41,19 @@ class LiveTouch(Summarised):
         Number of samples that the touch has so far.
     flags : tuple of str
         Reasons not to rely on the result; empty if there are none.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> readings = dataset.touches.readings[:20].mean(axis=0)  # the 20 samples of the first touch
+    >>> touch = bayestouch.Reader(calibration).read(readings, reads=20)
+    >>> touch.names, touch.units
+    (('R', 'theta_c', 'P'), ('mm', 'degree', 'N/m'))
+    >>> float(touch.mean[1].round()), touch.flags  # touched at -20 degrees; no reason to doubt it
+    (-20.0, ())
     """
 
     names: tuple[str, ...]

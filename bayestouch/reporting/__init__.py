@@ -32,6 +32,20 @@ class Report(Summarised):
         Content of ``report.json``: every number of the page.
     figures : tuple of Path
         Paths of the figures.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> report = bayestouch.report(dataset, "my-report", diagnosis=False)
+    >>> sorted(each.name for each in report.path.iterdir())
+    ['calibration.nc', 'figures', 'index.html', 'posterior.nc', 'report.json']
+    >>> for each in report.numbers["answer"]["headline"]:  # as on the first screen
+    ...     print(f"{each['quantity']}: {each['kind']} {each['value']:.1g} {each['unit']}")
+    location θ: rms error 0.05 degree
+    load: rms error 6 N/m
+    composite radius R: rms error 0.4 mm
     """
 
     path: Path
@@ -119,10 +133,26 @@ def report(
     progress : callable, optional
         Function that is called with the fraction of the work that is done.
 
+    Returns
+    -------
+    Report
+        The folder, and the content of ``report.json``.
+
     Raises
     ------
     InputError
         As in `bayestouch.calibrate` and `bayestouch.infer`, or if the folder cannot be written.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> report = bayestouch.report(dataset, "my-report", diagnosis=False)
+    >>> (report.path / "index.html").is_file()
+    True
+    >>> len(report.posteriors), report.calibration.sensor.n_elements
+    (45, 4)
     """
     from bayestouch.output.files import new_folder
     from bayestouch.reporting.gather import GATHERED, gather

@@ -50,6 +50,20 @@ class Calibration(CalibrationData):
     groups : mapping of mappings of arrays
         Groups of the ArviZ schema that were asked for, such as ``log_likelihood``: arrays (chain, draw, ...) by group
         and variable; and ``lp`` of ``sample_stats``, the log posterior density of each draw, up to a constant.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> calibration.posterior["r_s"].shape  # chains, draws, elements
+    (4, 50, 4)
+    >>> calibration.posterior["r_s"].mean(axis=(0, 1)).round(1)  # depths of the elements, mm
+    array([10.1,  9.6,  9.9,  9.8])
+    >>> round(float(calibration.statistics["lack_of_fit"]))  # 1 if the model is right
+    1
+    >>> calibration.save("calibration.nc")
     """
 
     def summary_lines(self) -> list[str]:
@@ -140,6 +154,22 @@ class TouchPosteriors(PosteriorsData):
     groups : mapping of mappings of (chain, draw, t) or (chain, draw, t, m) arrays
         Groups of the ArviZ schema that were asked for, by group and variable. Not read from files where they take more
         than 1 GB together: open these with xarray.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> touches = bayestouch.infer(dataset.touches, calibration, draws=256)
+    >>> len(touches), touches.posterior["R"].shape  # chains, draws, touches
+    (45, (4, 64, 45))
+    >>> some = touches.sel(tip=3.9, place=slice(-10, 10))
+    >>> some.summary()["place"].tolist(), some.mean("R").round()  # degree, mm
+    ([-10.0, 0.0, 10.0], array([3., 3., 3.]))
+    >>> low, high = some.interval("R", 0.9)  # mm
+    >>> bool(((low < some.mean("R")) & (some.mean("R") < high)).all())
+    True
     """
 
     def summary_lines(self) -> list[str]:

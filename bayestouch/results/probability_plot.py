@@ -163,6 +163,18 @@ def pp_plot(
     ------
     InputError
         As in `shares_below`, or if the level is not between 0 and 1.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> touches = bayestouch.infer(dataset.touches, calibration, draws=256)
+    >>> axes = bayestouch.pp_plot(touches, names=["theta_c"])
+    >>> axes.figure.savefig("pp.png")
+    >>> axes.get_xlabel()
+    'share of draws below the truth'
     """
     if not 0 < level < 1:
         raise InputError(f"P-P plot: expected a level between 0 and 1, got {level:g}")

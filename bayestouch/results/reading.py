@@ -17,10 +17,31 @@ def load(path: str | Path) -> Calibration | TouchPosteriors:
 
     Draws of touches larger than 1 GB stay on file and are read when they are used.
 
+    Parameters
+    ----------
+    path : str or Path
+        File that `Calibration.save`, `TouchPosteriors.save` or a command has written (netCDF).
+
+    Returns
+    -------
+    Calibration or TouchPosteriors
+        What the file contains.
+
     Raises
     ------
     InputError
         If the file is missing, is not a posterior file of bayestouch, is damaged, or is of a later version.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> calibration.save("calibration.nc")
+    >>> again = bayestouch.load("calibration.nc")
+    >>> again.sensor == calibration.sensor, again.posterior["sigma"].shape  # chains, draws
+    (True, (4, 50))
     """
     groups, attributes, draws = read_groups(path)
     kind, form = attributes.get("bayestouch"), attributes.get("bayestouch_format", "")

@@ -54,6 +54,17 @@ class SimulatedDataSet(Summarised):
         ``theta_s`` in degree, ``gain`` in reading per strain, ``response`` in reading per N/m; on a pad ``x``, ``y``
         in mm, ``gain`` and ``response`` in reading per N); ``tactile_sd``, ``force_sd``; true location and load of
         each touch in ``calibration`` and ``touches``.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> simulated = bayestouch.simulate(design, seed=3)
+    >>> [round(each, 1) for each in simulated.truth["r_s"]]  # true depths of the elements, mm
+    [10.1, 9.6, 9.9, 9.8]
+    >>> simulated.truth["touches"]["theta_c"][:3]  # true locations, degree
+    [-20.0, -10.0, 0.0]
+    >>> bayestouch.save_dataset(simulated.dataset, "my-finger")
     """
 
     dataset: DataSet

@@ -63,6 +63,11 @@ class FingerDesign(Summarised):
     contact : str
         Contact model, see `bayestouch.contact.contact_model`.
 
+    Raises
+    ------
+    InputError
+        A number is not finite, has the wrong sign, or does not fit the others.
+
     Examples
     --------
     >>> import bayestouch

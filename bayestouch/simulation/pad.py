@@ -52,6 +52,11 @@ class PadDesign(Summarised):
     load_range : (float, float)
         Measured loads without noise are uniform in this range, N; without effects of the rig they are true.
 
+    Raises
+    ------
+    InputError
+        A number is not finite, has the wrong sign, or does not fit the others.
+
     Examples
     --------
     >>> import bayestouch

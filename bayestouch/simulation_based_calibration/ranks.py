@@ -71,6 +71,18 @@ class RankStatistics(Summarised):
         Fraction of the simulations in which the central 90 % interval contains the truth.
     pooled : PooledSpread
         Mean square of the scores of all quantities: sensitive to posteriors that are all a little too narrow.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> ranks = bayestouch.sbc(calibration, simulations=100, draws=200)
+    >>> {name: len(each) for name, each in ranks.ranks.items()}
+    {'R': 100, 'r_c': 100, 'theta_c': 100, 'P': 100}
+    >>> ranks.to_dataframe().columns.tolist()
+    ['parameter', 'p_value', 'mean_square', 'coverage_90']
     """
 
     ranks: Mapping[str, IntArray]

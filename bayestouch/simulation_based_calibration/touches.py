@@ -96,6 +96,16 @@ def sbc(
     InputError
         If touches are tested and the sensor is not a finger, or its calibration has effects or an identified E map
         (which the simulation does not include); if the number of simulations is too small, or an option does not apply.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> ranks = bayestouch.sbc(calibration, simulations=100, draws=200)
+    >>> ranks.passes()  # the posteriors are neither too narrow, nor too wide, nor shifted
+    True
     """
     if simulations < 5 * BINS:
         raise InputError(f"simulations: expected at least {5 * BINS}, got {simulations}")

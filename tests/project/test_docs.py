@@ -21,6 +21,8 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted(page.relative_to(ROOT).as_posix() for page in [ROOT / "README.md", *(ROOT / "docs").glob("*.md")])
 BLOCK = re.compile(r"^\s*(```|~~~) ?(python|console|toml)\b|^    bayestouch .+$", re.MULTILINE)
 WITH_BLOCKS = [page for page in PAGES if BLOCK.search((ROOT / page).read_text("utf-8"))]
+# `studies/tutorial.py` runs this one, with its outputs (`tests/studies/test_tutorial.py`).
+RUN_BY_A_STUDY = "docs/tutorial.md"
 # These make whole reports, as the quick start does too, which is run always.
 WITH_A_REPORT = ("README.md", "docs/report.md", "docs/calibrate_your_own.md")
 # What a page takes for granted; everything else it makes itself, block by block.
@@ -68,7 +70,12 @@ def run_commands(text: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page for page in WITH_BLOCKS]
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.slow) if page in WITH_A_REPORT else page
+        for page in WITH_BLOCKS
+        if page != RUN_BY_A_STUDY
+    ],
 )
 def test_blocks_run(page: str, given: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = blocks(ROOT / page)
@@ -156,16 +163,33 @@ def test_notebook_of_posteriors_runs(given: Path, tmp_path: Path) -> None:
     assert pictures >= 3
 
 
-def test_measured_errors_in_the_readme_are_those_of_the_table() -> None:
-    """`studies/measured_diagnosis.py` makes the table; its data are not in the repository."""
+def test_measured_errors_in_the_readme_are_those_of_the_tutorial() -> None:
+    """`studies/tutorial.py --docs` prints them by the commands that the README names."""
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
-    lines = (ROOT / "docs" / "measured_diagnosis.md").read_text("utf-8").splitlines()
-    row = next(line for line in lines if line.startswith("| fluid-oil-1.5 |") and "→" in line)
-    _, _, held_out, traced, _, verdict, _, location, load, regions, _ = (cell.strip() for cell in row.split("|"))
-    held, _, touches = held_out.partition(" of ")
-    assert f"{touches} touches" in readme and f"On {held} touches that no fit has seen" in readme
-    for errors, unit in ((location, "mm"), (load, "N")):
-        before, _, after = errors.partition(" → ")
-        assert re.search(rf"from {before} {unit} to {after} {unit}", readme), errors
-    assert f'the verdict is "{verdict}"' in readme and "(or gain_drift)" in traced
-    assert f"hold the place in {100 * float(regions.rpartition(' ')[2]):.0f} % of the touches" in readme
+    printed = " ".join((ROOT / RUN_BY_A_STUDY).read_text("utf-8").split())
+    for command in ("bayestouch example fluid-oil-1.5 -o channel", "bayestouch diagnose channel -o channel-diagnosis"):
+        assert f"`{command}`" in readme and f"$ {command} " in printed
+    (touches,) = re.findall(r"On (\d+) held-out touches", printed)
+    assert f"| {touches} touches that no fit has seen |" in readme
+    for row, pattern in (
+        ("error of the location, rms", r"rms error of the location ([\d.]+) → ([\d.]+) (mm)"),
+        ("error of the load, read without the force sensor, rms", r"force sensor, ([\d.]+) → ([\d.]+) (N)"),
+        ("90 % regions that hold the place", r"coverage of 90 % intervals (\d+) → (\d+) (%)"),
+    ):
+        ((before, after, unit),) = re.findall(pattern, printed)
+        assert f"| {row} | {before} {unit} | {after} {unit} |" in readme
+    assert "Partly explained:" in printed and 'the verdict is "partly explained"' in readme
+    assert "tell it from gain_drift" in printed and "A drift of the gain explains" in readme
+
+
+def test_every_page_is_in_one_list_of_the_first_page() -> None:
+    """Tutorials, how-to, reference and explanation: each page is of one kind, and none is left out."""
+    first = (ROOT / "docs" / "index.md").read_text("utf-8")
+    lists = re.findall(r"^```\{toctree\}\n(.*?)^```", first, re.MULTILINE | re.DOTALL)
+    listed = [line for each in lists for line in each.splitlines() if line and not line.startswith(":")]
+    folder = ROOT / "docs"
+    pages = [*folder.glob("*.md"), *folder.glob("notebooks/*.ipynb")]
+    wanted = [page.relative_to(folder).with_suffix("").as_posix() for page in pages if page.name != "index.md"]
+    assert sorted(listed) == sorted(wanted)
+    captions = re.findall(r'^:caption: "?(\w+)', first, re.MULTILINE)
+    assert captions == ["Tutorials", "How", "Reference", "Explanation", "Explanation"]

@@ -32,6 +32,19 @@ class Comparison(Summarised):
         report on each, in ``first`` and ``second``.
     numbers : mapping
         Content of ``comparison.json``.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> hertz = bayestouch.calibrate(dataset, contact="hertz", draws=200)
+    >>> comparison = bayestouch.compare(calibration, hertz, "comparison")
+    >>> sorted(each.name for each in comparison.path.iterdir())
+    ['comparison.json', 'figures', 'index.html']
+    >>> comparison.to_dataframe().columns[-3:].tolist()  # one row for each parameter
+    ['second_mean', 'second_sd', 'difference_in_sd']
     """
 
     path: Path
@@ -94,10 +107,26 @@ def compare(
     progress : callable, optional
         Function that is called with the fraction of the work that is done.
 
+    Returns
+    -------
+    Comparison
+        The folder, and the content of ``comparison.json``.
+
     Raises
     ------
     InputError
         If the two are of different kinds, or as in `bayestouch.report`.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> hertz = bayestouch.calibrate(dataset, contact="hertz", draws=200)
+    >>> table = bayestouch.compare(calibration, hertz, "comparison").to_dataframe()
+    >>> table[table["difference_in_sd"].abs() > 3]["parameter"].tolist()  # the contact changes the shear modulus
+    ['mu']
     """
     from bayestouch.output.files import new_folder
     from bayestouch.reporting import report
