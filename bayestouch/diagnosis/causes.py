@@ -81,6 +81,11 @@ class Compared:
     gain: Densities
     scored: float = 0.0
 
+    @property
+    def known(self) -> bool:
+        """Whether the densities are finite: a fit that went astray counts for nothing."""
+        return all(bool(np.isfinite(each).all()) for each in self.gain.values())
+
 
 def causes(rounds: Sequence[SearchRound]) -> tuple[Causes, ...]:
     """Sets of causes with their probabilities, which sum to one, most probable first."""
@@ -135,7 +140,7 @@ def compared_models(rounds: Sequence[SearchRound]) -> tuple[Compared, ...]:
     for one in rounds:
         names = tuple(sorted(one.before.names, key=order.index))
         models = [Compared(names, start), *_of_round(one, names, start)]
-        found |= {frozenset(each.names): each for each in models}
+        found |= {frozenset(each.names): each for each in models if each.known}
         if one.added is not None:
             order.append(one.added.effect.name)
             start = found[frozenset((*names, one.added.effect.name))].gain

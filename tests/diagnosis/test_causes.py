@@ -117,6 +117,12 @@ def test_models_of_a_search() -> None:
     }
 
 
+def test_a_fit_that_went_astray_is_left_out() -> None:
+    first, _ = searched()
+    lost = one_round((), *first.tried, tried("lost", held_out=held(np.nan, -16)))
+    assert [each.names for each in compared_models((lost,))] == [(), ("a",), ("b",), ("small",), ("drift",), ("hum",)]
+
+
 def test_a_way_that_is_missing_in_a_round_is_left_out() -> None:
     first, last = searched()
     found = compared_models((first, one_round(("a",), held_out=held(-100))))
