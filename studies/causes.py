@@ -86,7 +86,7 @@ def run(case: Case) -> dict[str, Any]:
         except OutOfReach:
             return {**record, "out_of_reach": True}
         dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))
-        numbers = bayestouch.diagnose(dataset, sample=False, draws=8, seed=0).numbers
+        numbers = bayestouch.diagnose(dataset, sample=False, draws=64, seed=0).numbers
     found = {"causes": numbers["causes"], "verdict": numbers["verdict"], "stated": stated(numbers)}
     return {**record, **found, "processor_s": time.process_time() - began}
 
