@@ -86,7 +86,10 @@ def run(case: Case) -> dict[str, Any]:
         except OutOfReach:
             return {**record, "out_of_reach": True}
         dataset = bayestouch.load_dataset(write(simulated, Path(folder) / "finger"))
-        numbers = bayestouch.diagnose(dataset, sample=False, draws=64, seed=0).numbers
+        try:
+            numbers = bayestouch.diagnose(dataset, sample=False, draws=64, seed=0).numbers
+        except Exception as error:  # a study of many runs counts failures, it does not stop at one
+            return {**record, "error": f"{type(error).__name__}: {error}"}
     found = {"causes": numbers["causes"], "verdict": numbers["verdict"], "stated": stated(numbers)}
     return {**record, **found, "processor_s": time.process_time() - began}
 
@@ -152,8 +155,10 @@ def main() -> None:
             results.append(run(case))
             with given.results.open("a") as file:
                 file.write(json.dumps(results[-1]) + "\n")
-    known = [each for each in newest(results) if "causes" in each]
-    text = tables(known)
+    latest = newest(results)
+    text = tables([each for each in latest if "causes" in each])
+    failed = sum("error" in each for each in latest)
+    text += f"\nDiagnoses that failed: {failed}.\n"
     print(text)
     if given.docs:
         put_into_page("causes.py", text, DOCS / "diagnosis.md")

@@ -264,7 +264,11 @@ def test_distance_between_elements_of_a_pad() -> None:
             "Average more samples of each touch (now 4 samples a touch) and make more",
             "(35 % of the radius's variance)",
         ),
-        (35.0, "Average more samples of each touch (now 4 samples a touch) and make more", "share (35 %) weigh the same"),
+        (
+            35.0,
+            "Average more samples of each touch (now 4 samples a touch) and make more",
+            "share (35 %) weigh the same",
+        ),
         # Noise 80 %, a quarter of it is left of four times as many: sqrt(0.2 + 0.2) = 63 %.
         (20.0, "Average more samples of each touch (now 4 samples a touch)", "to some 63 % of what it is"),
     ],
