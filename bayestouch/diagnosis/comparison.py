@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.blocks import FOLDS, time_blocks
+from bayestouch.diagnosis.place_or_time import Densities, blocks_of, densities_of_held_out
 from bayestouch.diagnosis.rounds import Tried
 from bayestouch.model.candidates import Candidate
+from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import SETTLED, Fitted
 from bayestouch.model.joining import fit_with
+from bayestouch.model.linear import Linearised
+from bayestouch.model.noise_search import NoiseCandidate
 from bayestouch.model.predictive import held_out_density
 from bayestouch.parallel.cluster import in_order
 
@@ -30,6 +35,22 @@ def density(fitted: Fitted) -> FloatArray:
     return held_out_density(fitted.linear, folds(fitted))
 
 
+def held_out_each_way(fitted: Fitted, model: Linearised, by_time: FloatArray) -> Densities:
+    """Log density of each touch by a model, with the blocks of `fitted`; by times it is known already, (t, 3)."""
+    others = {kind: block for kind, block in blocks_of(fitted).items() if kind != "times"}
+    return {"times": gained(by_time), **densities_of_held_out(model, others)}
+
+
+def gained_in_place(
+    fitted: Fitted, correction: Correction | None, before: FloatArray
+) -> tuple[float, float, Densities | None]:
+    """Gain of held-out log density by a correction, its standard error, and `held_out_each_way`; none without one."""
+    if correction is None:
+        return 0.0, 0.0, None
+    after = held_out_density(correction.linear, folds(fitted))
+    return *paired(gained(after - before)), held_out_each_way(fitted, correction.linear, after)
+
+
 def gained(difference: FloatArray) -> FloatArray:
     """Gain of log density of each touch, (t,), from a difference of densities (t, 3)."""
     return np.asarray(difference[:, :2].sum(axis=1))
@@ -39,6 +60,14 @@ def paired(difference: FloatArray) -> tuple[float, float]:
     """Sum of differences over touches, and its standard error."""
     n = len(difference)
     return float(difference.sum()), float(np.sqrt(n * difference.var(ddof=1))) if n > 1 else float("nan")
+
+
+def tried_noise(noise: NoiseCandidate, *, by_chance: bool) -> Tried:
+    """Result of a candidate of the noise, which needs no refit; `by_chance` if chance explains its score."""
+    gain, error = paired(noise.difference)
+    one = Tried(noise.effect, noise.z, 1.0, noise.values, gain, error, of_means=0.0, by_itself=True, share=1.0)
+    scored_gain = noise.gain if by_chance else float("nan")
+    return replace(one, difference=noise.difference, noise=noise, scored_gain=scored_gain)
 
 
 def refit_all(
@@ -77,7 +106,8 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
     enough = max(SETTLED, ROUGHLY * fitted.excess)
     again = fit_with(effect, fitted, lambda: candidate.start, whitening=fitted.whitening, enough=enough)
     new = again.fitted
-    difference = density(new) - before
+    after = density(new)
+    difference = after - before
     gain, error = paired(gained(difference))
     within, within_se = paired(difference[:, 1])
     return Tried(
@@ -92,4 +122,5 @@ def refit(fitted: Fitted, candidate: Candidate, before: FloatArray, errors: floa
         fitted=new,
         difference=gained(difference),
         signature=candidate.signature,
+        held_out=held_out_each_way(fitted, new.linear, after),
     )

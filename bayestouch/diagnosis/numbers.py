@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bayestouch.diagnosis.causes import causes
 from bayestouch.diagnosis.change import standard_errors
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Difference, PlaceOrTime, in_place
 from bayestouch.diagnosis.rounds import SearchRound, Tried
@@ -41,6 +42,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
         "change_against_stated_se": standard_errors(traced.before, after),
         "lack_of_fit_limits": {"before": _limits(remaining.before), "after": _limits(traced.returned)},
         "verdict": verdict(len(traced.added), remaining, traced.returned),
+        "causes": [asdict(each) for each in causes(traced.rounds)],
         "effects": effects,
         "candidates": [_candidate(each) for each in traced.rounds[0].tried],
         "unexplained": {
@@ -103,7 +105,8 @@ def _not_used(refused: Refused) -> Numbers:
 def _in_place(traced: Traced) -> Numbers | None:
     """Gain of functions of place over the last model; None if they or the misfit that remains are not certain."""
     last = traced.rounds[-1]
-    gained = in_place(last.before, last.correction) if traced.remaining.after.there else None
+    there = traced.remaining.after.there
+    gained = in_place(last.before, last.held_out, last.held_out_in_place) if there else None
     return None if gained is None else {name: _difference(each) for name, each in gained.items()}
 
 

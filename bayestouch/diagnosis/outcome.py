@@ -23,6 +23,8 @@ _LIMITS, _LITTLE_OPEN = {"low": 0.9, "high": 1.1, "expected": 1.0}, 1.1
 _EQUAL = 1e-6
 # More values than these are counted in a sentence, and not listed.
 _MOST_VALUES = 12
+# Sets of causes with a smaller probability are not listed.
+_LEAST_PROBABILITY = 0.01
 # A change of an error counts if it exceeds this many standard errors.
 _STANDARD_ERRORS = 2.0
 
@@ -50,6 +52,9 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
         if effect["indistinguishable_from"]:
             line += f" These data cannot tell it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
+    causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)]
+    if causes:
+        out.append(f"Probabilities of causes: {', '.join(causes)}.")
     left = numbers["unexplained"]
     if numbers["verdict"] in ("partly explained", "unattributed") and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
@@ -59,6 +64,24 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     if numbers["measure"] is not None:
         out.append(numbers["measure"]["advice"])
     return out + _before_and_after(numbers)
+
+
+def probable_causes(numbers: Mapping[str, Any], most: int) -> list[dict[str, Any]]:
+    """Name, probability and its text of the most probable sets of causes, and of all others together.
+
+    Empty for files of version 0.1, which have no probabilities.
+    """
+    found = numbers.get("causes", ())
+    likely = [each for each in found if each["probability"] >= _LEAST_PROBABILITY][:most]
+    rows = [(listed(list(each["names"])), each["probability"]) for each in likely]
+    others = 1 - sum(probability for _, probability in rows)
+    if rows and others >= _LEAST_PROBABILITY:
+        rows.append(("others", others))
+    return [{"name": name, "probability": each, "text": _probability(each)} for name, each in rows]
+
+
+def _probability(value: float) -> str:
+    return "> 99 %" if value > 1 - _LEAST_PROBABILITY else f"{100 * value:.0f} %"
 
 
 def _values(parameters: Mapping[str, Any]) -> str:

@@ -16,7 +16,7 @@ from scipy.special import ndtr
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.blocks import FOLDS, place_blocks, time_blocks
 from bayestouch.effects.effect import Effect
-from bayestouch.model.correction import Correction, fit_correction
+from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_without
 from bayestouch.model.linear import Linearised
@@ -29,6 +29,8 @@ BETTER = 2.0
 
 #: Difference of held-out log density and its standard error.
 Difference = tuple[float, float]
+#: Log density of each touch held out with its block, (t,), by what is held out: ``times`` and perhaps ``places``.
+Densities = Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -73,18 +75,12 @@ class PlaceOrTime:
         return {name: float(ndtr(z)) for name, z in zip(self.across, self.standardised, strict=True)}
 
 
-def place_or_time(
-    fitted: Fitted, drifts: Mapping[str, Linearised], places: Correction | None
-) -> tuple[PlaceOrTime, ...]:
-    """Models with a drift, by name, against the model without it but with functions of place; none without these."""
+def place_or_time(fitted: Fitted, drifts: Mapping[str, Densities], places: Densities | None) -> tuple[PlaceOrTime, ...]:
+    """Drifts by name, each added to a model, against functions of place added to the same model; none without these."""
     if places is None or not drifts:
         return ()
-    blocks = _blocks(fitted)
-    by_places = densities_of_held_out(places.linear, blocks)
-    return tuple(
-        PlaceOrTime(name, differences(densities_of_held_out(drift, blocks), by_places, blocks))
-        for name, drift in drifts.items()
-    )
+    blocks = blocks_of(fitted)
+    return tuple(PlaceOrTime(name, differences(drift, places, blocks)) for name, drift in drifts.items())
 
 
 def still_drift(effect: Effect, fitted: Fitted) -> bool:
@@ -92,35 +88,34 @@ def still_drift(effect: Effect, fitted: Fitted) -> bool:
     if effect.name not in {drift.name for drift, _ in fitted.drifts}:
         return True
     less = fit_without(effect, fitted)
-    return all(each.is_drift for each in place_or_time(less, {effect.name: fitted.linear}, fit_correction(less)))
-
-
-def in_place(fitted: Fitted, places: Correction | None) -> dict[str, Difference] | None:
-    """What functions of place gain over the model without them, as in `PlaceOrTime`; None unless they are certain."""
+    blocks, places = blocks_of(less), fit_correction(less)
     if places is None:
+        return True
+    drift, place = (densities_of_held_out(each, blocks) for each in (fitted.linear, places.linear))
+    return all(each.is_drift for each in place_or_time(less, {effect.name: drift}, place))
+
+
+def in_place(fitted: Fitted, model: Densities | None, places: Densities | None) -> dict[str, Difference] | None:
+    """What functions of place gain over the model without them, as in `PlaceOrTime`; None unless they are certain."""
+    if model is None or places is None:
         return None
-    blocks = _blocks(fitted)
-    gained = differences(
-        densities_of_held_out(places.linear, blocks), densities_of_held_out(fitted.linear, blocks), blocks
-    )
+    gained = differences(places, model, blocks_of(fitted))
     ahead = np.array([gain / max(error, 1e-300) for gain, error in gained.values()])
     return gained if (ahead > BETTER).any() and (ahead > -BETTER).all() else None
 
 
-def _blocks(fitted: Fitted) -> dict[str, IntArray]:
+def blocks_of(fitted: Fitted) -> dict[str, IntArray]:
     """Block of each touch, (t,), by what is held out: ``times`` and, if the touches have enough places, ``places``."""
     of_places = place_blocks(fitted)
     return {"times": time_blocks(fitted), **({} if of_places is None else {"places": of_places})}
 
 
-def densities_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> dict[str, FloatArray]:
+def densities_of_held_out(model: Linearised, blocks: Mapping[str, IntArray]) -> Densities:
     """Log density of each touch held out with its block, (t,), by what is held out."""
     return {kind: held_out_density(model, block % FOLDS)[:, :2].sum(axis=1) for kind, block in blocks.items()}
 
 
-def differences(
-    one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], blocks: Mapping[str, IntArray]
-) -> dict[str, Difference]:
+def differences(one: Densities, other: Densities, blocks: Mapping[str, IntArray]) -> dict[str, Difference]:
     """`over_blocks` of the densities by one model minus those by another, by what is held out."""
     return {kind: over_blocks(one[kind] - other[kind], block) for kind, block in blocks.items()}
 

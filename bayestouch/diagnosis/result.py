@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from bayestouch.diagnosis.numbers import diagnosis_numbers
-from bayestouch.diagnosis.outcome import sentences
+from bayestouch.diagnosis.outcome import probable_causes, sentences
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.errors import few
 from bayestouch.output.summary import Summarised
@@ -69,6 +69,15 @@ class Diagnosis(Summarised):
     def effects(self) -> tuple[str, ...]:
         """Names of the effects that were found, in the order in which they were added."""
         return tuple(each["name"] for each in self.numbers["effects"])
+
+    @property
+    def causes(self) -> dict[tuple[str, ...], float]:
+        """Probability of each set of causes that the search tried, by their names, most probable first.
+
+        The probabilities sum to one. Besides effects, names are ``something in place`` (smooth functions of the place
+        touched), ``something in time`` (a drift that was not added) and ``nothing``.
+        """
+        return {tuple(each["names"]): each["probability"] for each in self.numbers["causes"]}
 
     def to_dict(self) -> dict[str, Any]:
         """Content of ``diagnosis.json``, as a copy."""
@@ -139,9 +148,11 @@ class Diagnosis(Summarised):
         """Lines that ``repr`` shows."""
         verdict, *_, errors = sentences(self.numbers)
         found = few(list(self.effects), 8) if self.effects else "none"
+        causes = ", ".join(f"{each['name']} {each['text']}" for each in probable_causes(self.numbers, 3))
         return [
             f"Diagnosis of {self.calibration_before.sensor.in_short}",
             verdict,
             f"effects found: {found}",
+            f"probabilities of causes: {causes}",
             errors,
         ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from bayestouch.array_types import FloatArray
-from bayestouch.diagnosis.place_or_time import PlaceOrTime
+from bayestouch.diagnosis.place_or_time import Densities, PlaceOrTime
 from bayestouch.effects.effect import Effect, Values
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted
@@ -40,6 +40,11 @@ class Tried:
         Model with the effect, if it was refitted; kept for the added effect and those indistinguishable from it.
     difference : (t,) array or None
         Gain of each touch.
+    held_out : mapping of str to (t,) array, or None
+        Log density of each touch held out with its block, by what is held out, if it was refitted.
+    scored_gain : float
+        Approximate gain of log marginal likelihood by the score, at least, as the mean over the signatures that were
+        tried; NaN where chance does not explain the score.
     signature : (t, m) array or None
         Change of the mean readings by the effect.
     noise : NoiseCandidate or None
@@ -65,6 +70,8 @@ class Tried:
     noise: NoiseCandidate | None = None
     found_noise: FoundNoise | None = None
     indistinguishable: tuple[str, ...] = ()
+    held_out: Densities | None = None
+    scored_gain: float = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +98,9 @@ class SearchRound:
         All effects that could have been added, with their fits; only in the first round, during the search.
     place_or_time : tuple of PlaceOrTime
         For each drift that explains enough, whether it or functions of place predict better.
+    held_out, held_out_in_place : mapping of str to (t,) array, or None
+        Log density of each touch held out with its block, by what is held out: by the model at the beginning, and with
+        the correction if there is one.
     """
 
     before: Fitted
@@ -103,6 +113,8 @@ class SearchRound:
     dropped: tuple[str, ...] = ()
     real: tuple[Tried, ...] = ()
     place_or_time: tuple[PlaceOrTime, ...] = ()
+    held_out: Densities | None = None
+    held_out_in_place: Densities | None = None
 
 
 def with_undecided_drift(last: SearchRound) -> tuple[SearchRound, ...]:

@@ -7,7 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from bayestouch.diagnosis.comparison import density, folds, gained, paired, refit_all
+from bayestouch.diagnosis.comparison import (
+    density,
+    gained,
+    gained_in_place,
+    held_out_each_way,
+    paired,
+    refit_all,
+    tried_noise,
+)
 from bayestouch.diagnosis.place_or_time import place_or_time, still_drift
 from bayestouch.diagnosis.rounds import SearchRound, Tried, with_undecided_drift
 from bayestouch.effects.effect import Effect
@@ -20,7 +28,6 @@ from bayestouch.model.noise_fit import with_noise
 from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
-from bayestouch.model.predictive import held_out_density
 from bayestouch.model.significance import at_least_one
 from bayestouch.output.progress import Progress, staged
 
@@ -183,27 +190,19 @@ def one_round(
     refitted = {each.effect.name: each for each in again}
     correction = fit_correction(fitted)
     progress(1.0)
-    correction_gain, correction_se = 0.0, 0.0
-    if correction is not None:
-        after = held_out_density(correction.linear, folds(fitted))
-        correction_gain, correction_se = paired(gained(after - before))
+    correction_gain, correction_se, in_place = gained_in_place(fitted, correction, before)
     possible = max(correction_gain, fitted.excess, least)
     tried = []
     for c in scored:
-        done = refitted.get(c.effect.name)
-        if done is None:
-            done = Tried(c.effect, c.z, c.seen, c.start, signature=c.signature)
-        tried.append(replace(done, share=_share(done, c, possible)))
-    for n in scattered:
-        gain, error = paired(n.difference)
-        one = Tried(n.effect, n.z, 1.0, n.values, gain, error, 0.0, True, 1.0)
-        tried.append(replace(one, difference=n.difference, noise=n))
+        done = refitted.get(c.effect.name) or Tried(c.effect, c.z, c.seen, c.start, signature=c.signature)
+        scored_gain = float("nan") if _passes(c.z, trials) else c.gain - float(np.log(c.trials))
+        tried.append(replace(done, share=_share(done, c, possible), scored_gain=scored_gain))
+    tried += [tried_noise(n, by_chance=not _passes(n.z, trials)) for n in scattered]
     tried.sort(key=lambda each: -(each.gain if np.isfinite(each.gain) else -1e9 + abs(each.z)))
     real = [each for each in tried if _is_real(each, trials, least)]
-    drifts = {each.effect.name: each.fitted.linear for each in real if each.effect.random and each.fitted is not None}
-    faced = place_or_time(fitted, drifts, correction)
-    no_drift = {each.drift for each in faced if not each.is_drift}
-    real = [each for each in real if each.effect.name not in no_drift]
+    drifts = {each.effect.name: each.held_out for each in real if each.effect.random and each.held_out is not None}
+    faced = place_or_time(fitted, drifts, in_place)
+    real = [each for each in real if each.effect.name not in {one.drift for one in faced if not one.is_drift}]
     # Changes during a touch are not noise: effects within touches have priority over effects of the noise.
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
     if within and real[0].noise is not None:
@@ -219,7 +218,8 @@ def one_round(
         tried = [each if each.effect.name in kept or is_near(each) else replace(each, fitted=None) for each in tried]
     others = tuple(each for each in real if each.fitted is not None)
     gains = possible, correction, correction_gain, correction_se
-    return SearchRound(fitted, tuple(tried), *gains, added, real=others, place_or_time=faced)
+    held = held_out_each_way(fitted, fitted.linear, before), in_place
+    return SearchRound(fitted, tuple(tried), *gains, added, (), others, faced, *held)
 
 
 def _smallest_gain(fitted: Fitted) -> float:

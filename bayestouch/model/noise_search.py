@@ -32,6 +32,8 @@ class NoiseCandidate:
         Most probable values.
     z : float
         Normal score of its likelihood ratio.
+    gain : float
+        Approximate increase of the log marginal likelihood if the effect is added.
     difference : (t,) array
         Increase of the log density of each touch by the effect, fitted to the other half of the touches.
     """
@@ -39,6 +41,7 @@ class NoiseCandidate:
     effect: NoiseEffect
     values: Values
     z: float
+    gain: float
     difference: FloatArray
 
 
@@ -130,6 +133,7 @@ def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseC
         effect=effect,
         values=values,
         z=normal_score(max(ratio, 0.0), len(effect.parameters)),
+        gain=0.5 * ratio - 0.5 * len(effect.parameters) * float(np.log(max(n_touches, 2))),
         difference=gain,
     )
 

@@ -42,6 +42,7 @@ def _object(rest: _Schema | bool = True, *null: str, later: Mapping[str, _Schema
 _TEXT = _one_of("text", "string")
 _NUMBER = _one_of("a number", "number", exclusiveMinimum=-_LARGEST, exclusiveMaximum=_LARGEST)
 _PERHAPS = {**_NUMBER, "description": "a number or null", "type": ["number", "null"]}
+_PROBABILITY = _one_of("a probability", "number", minimum=0, maximum=1)
 _ERRORS = _object(_PERHAPS, prediction_error_percent_peak=_PERHAPS)
 _LIMITS = _object(low=_PERHAPS, high=_PERHAPS, expected=_NUMBER)
 _EFFECT = _object(
@@ -70,6 +71,7 @@ SCHEMA = _object(
         "change_against_stated_se": _object(_PERHAPS),
         "lack_of_fit_limits": _object(before=_LIMITS, after=_LIMITS),
         "notes": _list_of(_TEXT),
+        "causes": _list_of(_object(names=_list_of(_TEXT), probability=_PROBABILITY)),
         "calibration_after": _object(effects=_list_of(_TEXT)),
         "not_used": _list_of(_object(effects=_list_of(_TEXT), worse=_object(_object(before=_NUMBER, after=_NUMBER)))),
     },

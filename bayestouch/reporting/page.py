@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bayestouch.diagnosis.outcome import probable_causes
 from bayestouch.output.pictures import Picture
 from bayestouch.output.text import exact, number, percent, plus_minus
 from bayestouch.reporting.bodies import PAGES
@@ -54,6 +55,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
     environment.filters["before_after"] = before_after
+    environment.filters["probable_causes"] = probable_causes
     environment.globals["numbers"] = numbers
     environment.globals["images"] = {picture.file: data_uri(picture) for picture in pictures}
     return environment

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bayestouch.diagnosis import comparison
-from bayestouch.diagnosis.comparison import folds, gained, paired, refit
+from bayestouch.diagnosis import comparison, place_or_time
+from bayestouch.diagnosis.comparison import folds, gained, paired, refit, tried_noise
 from bayestouch.model import joining
 
 
@@ -41,6 +41,27 @@ def test_sums_over_touches() -> None:
     assert paired(np.array([4.0, 4.0])) == (8.0, 0.0)
 
 
+def test_densities_each_way(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By times it is known: means and deviations count, not the squares; by places it is computed."""
+    blocks = {"times": np.arange(3), "places": np.array([0, 8, 17])}
+    monkeypatch.setattr(comparison, "blocks_of", lambda fitted: blocks)
+    made = np.array([[1.0, 2, 9], [3, 4, 9], [5, 6, 9]])
+    monkeypatch.setattr(place_or_time, "held_out_density", lambda model, fold: made * (1 + fold[:, None]))
+    model: Any = None
+    found = comparison.held_out_each_way(model, model, made)
+    np.testing.assert_array_equal(found["times"], [3, 7, 11])
+    np.testing.assert_array_equal(found["places"], [3, 7, 22])
+    assert list(found) == ["times", "places"]
+
+
+def test_a_candidate_of_the_noise() -> None:
+    """By its halves; chance explains its score or does not."""
+    noise: Any = SimpleNamespace(effect="hum", z=2.0, values=(1.0,), gain=-1.5, difference=np.array([1.0, 2, 6]))
+    found, real = (tried_noise(noise, by_chance=each) for each in (True, False))
+    assert (found.gain, found.scored_gain, found.noise) == (9.0, -1.5, noise) and np.isnan(real.scored_gain)
+    assert found.gain_se == pytest.approx(np.sqrt(21)) and found.by_itself and (found.of_means, found.share) == (0, 1)
+
+
 def effect(name: str, count: int) -> Any:
     return SimpleNamespace(name=name, parameters=(None,) * count)
 
@@ -54,15 +75,19 @@ def test_what_a_refit_gains(monkeypatch: pytest.MonkeyPatch, least: float, alone
         model=model, vector=0, noise=0, drifts=(), whitening=0, excess=1000.0, names=(), linear=None
     )
     used: dict[str, float] = {}
-    new = SimpleNamespace(vector=0)
+    new = SimpleNamespace(vector=0, linear="new")
     monkeypatch.setattr(joining, "fit_from_both", lambda *of, whitening, enough: used.update(enough=enough) or new)
     after = np.array([[1.0, 2.0, 5.0], [2.0, 3.0, 6.0], [3.0, 4.0, 7.0]])
     monkeypatch.setattr(comparison, "density", lambda fitted: after + 10)
+    each_way: Any = lambda fitted, linear, density: {"times": density[:, 0], "of": (fitted, linear)}  # noqa: E731
+    monkeypatch.setattr(comparison, "held_out_each_way", each_way)
     candidate: Any = SimpleNamespace(effect=effect("e", 1), z=3.0, seen=0.4, start=(1.0,), signature=None)
     found = refit(fitted, candidate, np.full((3, 3), 10.0), 5.0, least)
     assert (found.gain, found.of_means, found.start) == (15.0, 18.0, (7.0,))
     assert found.gain_se == pytest.approx(np.sqrt(3 * 4)) and found.by_itself == alone
     np.testing.assert_array_equal(found.difference, [3.0, 5.0, 7.0])
+    assert found.held_out is not None and found.held_out["of"] == (fitted, "new")
+    np.testing.assert_array_equal(found.held_out["times"], [11.0, 12.0, 13.0])
     assert not refit(fitted, candidate, np.full((3, 3), 10.0), 5.2, 0.0).by_itself  # 5.2 sqrt(3) = 9.007
     assert used["enough"] == pytest.approx(0.3)
     fitted.excess = 100.0

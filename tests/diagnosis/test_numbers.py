@@ -55,8 +55,8 @@ def test_a_drift_against_functions_of_place() -> None:
 
 @pytest.mark.parametrize("there", [True, False])
 def test_something_in_place_is_said_where_a_misfit_remains(monkeypatch: pytest.MonkeyPatch, there: bool) -> None:
-    monkeypatch.setattr(numbers, "in_place", lambda fitted, places: {"times": (3.0, 1.0)})
-    last = SimpleNamespace(before=None, correction=None)
+    monkeypatch.setattr(numbers, "in_place", lambda fitted, before, after: {after: (3.0, 1.0)})
+    last = SimpleNamespace(before=None, held_out=None, held_out_in_place="times")
     remaining = SimpleNamespace(after=SimpleNamespace(there=there))
     traced: Any = SimpleNamespace(rounds=(last,), remaining=remaining)
     assert _in_place(traced) == ({"times": {"elpd_gain": 3.0, "elpd_gain_se": 1.0}} if there else None)

@@ -83,6 +83,24 @@ def test_one_set_of_errors_where_nothing_was_changed() -> None:
     )
 
 
+def test_the_most_probable_causes() -> None:
+    """Three at most, those of one percent or more, and the rest as others."""
+
+    def said(**probability: float) -> str:
+        causes = [{"names": name.split("_and_"), "probability": each} for name, each in probability.items()]
+        return next(line for line in sentences(numbers(causes=causes)) if line.startswith("Probab"))
+
+    assert said(creep=0.6, creep_and_memory=0.25, nothing=0.1, lag=0.05) == (
+        "Probabilities of causes: creep 60 %, creep and memory 25 %, nothing 10 %, others 5 %."
+    )
+    assert (
+        said(creep=0.98, memory=0.009, lag=0.006, nothing=0.005) == "Probabilities of causes: creep 98 %, others 2 %."
+    )
+    assert said(creep=0.995, memory=0.005) == "Probabilities of causes: creep > 99 %."
+    # Files of version 0.1 have none.
+    assert not any("Probab" in line for line in sentences(numbers()))
+
+
 @pytest.mark.parametrize(
     ("key", "before", "after", "worse"),
     [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -69,13 +68,16 @@ def test_difference_over_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(("gains", "there"), [((5.0, 1.0), True), ((1.0, 1.0), False), ((5.0, -5.0), False)])
 def test_something_in_place(monkeypatch: pytest.MonkeyPatch, gains: tuple[float, float], there: bool) -> None:
     """It gains in one way by two standard errors, and loses as much in none."""
-    answers = iter([(each, 2.0) for each in gains])
-    monkeypatch.setattr(module, "over_blocks", lambda difference, block: next(answers))
-    monkeypatch.setattr(module, "held_out_density", lambda model, fold: np.zeros((3, 3)))
     monkeypatch.setattr(module, "time_blocks", lambda fitted: np.arange(3))
     monkeypatch.setattr(module, "place_blocks", lambda fitted: np.arange(3))
-    fitted: Any = SimpleNamespace(linear=None)
-    places: Any = SimpleNamespace(linear=None)
-    found = module.in_place(fitted, places)
-    assert found == ({"times": (5.0, 2.0), "places": (1.0, 2.0)} if there else None)
-    assert module.in_place(fitted, None) is None
+    fitted: Any = None
+    before = {"times": np.zeros(3), "places": np.ones(3)}
+    # Three touches about their mean by ±2/sqrt(3): a standard error of 2 of the sum.
+    about = np.array([-2, 0, 2]) / np.sqrt(3)
+    after = {name: before[name] + gain / 3 + about for name, gain in zip(before, gains, strict=True)}
+    found = module.in_place(fitted, before, after)
+    assert (found is not None) == there
+    if found is not None:
+        assert list(found) == ["times", "places"]
+        np.testing.assert_allclose(list(found.values()), [(5.0, 2.0), (1.0, 2.0)])
+    assert module.in_place(fitted, before, None) is None

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from bayestouch.diagnosis import search
+from bayestouch.diagnosis import comparison, search
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.noise import NoiseEffect
@@ -328,7 +328,7 @@ def scored_round(
 ) -> tuple[SearchRound, dict[str, Any]]:
     """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
     said: dict[str, Any] = {"progress": []}
-    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0)
+    fitted = SimpleNamespace(names=("hum",), n_readings=1000, excess=40.0, linear=None)
 
     def refit(fitted: Any, leading: Any, before: Any, errors: float, least: float, scheduler: Any, done: Any) -> Any:
         said.update(leading=[each.effect.name for each in leading], before=before, errors=errors, least=least)
@@ -339,10 +339,13 @@ def scored_round(
     monkeypatch.setattr(search, "score_effects", lambda fitted, effects: scored)
     monkeypatch.setattr(search, "score_noise", lambda fitted, effects: said.update(noise=effects) or noise)
     monkeypatch.setattr(search, "density", lambda fitted: np.zeros((3, 3)))
-    monkeypatch.setattr(search, "folds", lambda fitted: None)
+    monkeypatch.setattr(comparison, "folds", lambda fitted: None)
+    monkeypatch.setattr(search, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 0]})
+    monkeypatch.setattr(comparison, "held_out_each_way", lambda fitted, linear, density: {"times": density[:, 1]})
     monkeypatch.setattr(search, "refit_all", refit)
     monkeypatch.setattr(search, "fit_correction", lambda fitted: correction)
-    monkeypatch.setattr(search, "held_out_density", lambda linear, folds: np.outer([30.0, 31, 32], [0.5, 0.5, 9]))
+    after = np.outer([30.0, 31, 32], [0.5, 0.5, 9])
+    monkeypatch.setattr(comparison, "held_out_density", lambda linear, folds: after)
     monkeypatch.setattr(search, "settled_noise", lambda fitted, noise: ("settled", noise))
     monkeypatch.setattr(search, "with_noise", lambda fitted, found: ("with", found))
     known = Hum()
@@ -365,6 +368,11 @@ def test_a_round_without_anything_real(monkeypatch: pytest.MonkeyPatch) -> None:
     assert (found.best_share, found.correction_gain, found.correction_se) == (40.0, 0.0, 0.0)
     np.testing.assert_allclose([each.share for each in found.tried], [0.0, 1.0, 1.0])
     assert all(each.signature == each.effect.name and each.start == (1.0,) for each in found.tried)
+    # The best of three signatures; the score of "none" is no chance, and it was not fitted.
+    scored = [each.scored_gain for each in found.tried]
+    np.testing.assert_allclose(scored, [np.nan, 70 - np.log(3), 70 - np.log(3)])
+    assert found.held_out is not None and found.held_out_in_place is None
+    np.testing.assert_array_equal(found.held_out["times"], np.zeros(3))
 
 
 def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -382,6 +390,8 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     linear = SimpleNamespace(linear=None)
     found, said = scored_round(monkeypatch, [candidate(name) for name in names], refitted, [], linear)
     assert said["leading"] == names[:5] and said["errors"] == 3.0 and said["least"] == pytest.approx(5.0)
+    assert found.held_out_in_place is not None and all(np.isnan(each.scored_gain) for each in found.tried)
+    np.testing.assert_array_equal(found.held_out_in_place["times"], [15.0, 15.5, 16.0])
     np.testing.assert_allclose(said["progress"], [0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 1.0])
     # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
     assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
@@ -395,13 +405,14 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_round_that_adds_an_effect_of_the_noise(monkeypatch: pytest.MonkeyPatch) -> None:
     """Unless an effect within touches is real too."""
-    hum: Any = SimpleNamespace(effect=Hum(), z=9.0, values=(2.0,), difference=np.array([30.0, 31, 32]))
+    hum: Any = SimpleNamespace(effect=Hum(), z=9.0, gain=7.0, values=(2.0,), difference=np.array([30.0, 31, 32]))
     real = {"a": priced("a", 1.0, gain=90.0, of_means=80.0, difference=np.arange(3.0))}
     found, said = scored_round(monkeypatch, [candidate("a")], real, [hum])
     added = found.added
     assert added is not None and added.noise is hum and added.fitted == ("with", ("settled", hum))
     assert (added.gain, added.seen, added.share, added.of_means, added.by_itself) == (93.0, 1.0, 1.0, 0.0, True)
     assert added.gain_se == pytest.approx(np.sqrt(3)) and added.start == (2.0,) and said["progress"][-2] == 0.8
+    assert np.isnan(added.scored_gain)
     real["a"].effect.needs_samples = True
     found, _ = scored_round(monkeypatch, [candidate("a")], real, [hum])
     assert found.added is not None and found.added.effect.name == "a"
@@ -413,20 +424,22 @@ def test_trials_are_all_signatures_and_effects_of_the_noise(
 ) -> None:
     """Two effects of three signatures each, and one of the noise: seven trials."""
     z = -float(ndtri(0.5 * (1 - (1 - chance) ** (1 / 7))))
-    hum: Any = SimpleNamespace(effect=Hum(), z=0.0, values=(), difference=np.zeros(3))
-    _, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
+    hum: Any = SimpleNamespace(effect=Hum(), z=0.0, gain=7.0, values=(), difference=np.zeros(3))
+    found, said = scored_round(monkeypatch, [candidate("a", z=z), candidate("b", z=0.0)], {}, [hum])
     assert said["leading"] == (["a"] if leads else [])
+    assert [each.scored_gain for each in found.tried if each.noise is hum] == [7.0]
 
 
 @pytest.mark.parametrize(("z", "added"), [(2.1, "baseline_drift"), (1.9, None), (-2.1, None)])
 def test_a_drift_faces_functions_of_place(monkeypatch: pytest.MonkeyPatch, z: float, added: str | None) -> None:
     """It is added only if it predicts better; either way the round says how it fared."""
-    drift = priced("a", 9.0, gain=90.0, of_means=80.0, effect=DRIFT, fitted=SimpleNamespace(linear="drifting"))
+    drift = priced("a", 9.0, gain=90.0, of_means=80.0, effect=DRIFT, held_out={"times": "drifting"})
     found = PlaceOrTime("baseline_drift", {"times": (z, 1.0)})
     places = SimpleNamespace(linear="placed")
 
-    def faced(fitted: Any, drifts: Any, correction: Any) -> tuple[PlaceOrTime, ...]:
-        assert drifts == {"baseline_drift": "drifting"} and correction is places
+    def faced(fitted: Any, drifts: Any, in_place: Any) -> tuple[PlaceOrTime, ...]:
+        assert drifts == {"baseline_drift": {"times": "drifting"}}
+        np.testing.assert_array_equal(in_place["times"], [15.0, 15.5, 16.0])
         return (found,)
 
     monkeypatch.setattr(search, "place_or_time", faced)

@@ -102,6 +102,8 @@ def test_score_is_that_of_the_likelihood_ratio() -> None:
     (found,) = score_noise(fitted(deviation, np.repeat(np.arange(16), 2).tolist()), (Other(),))
     ratio = 2 * 32 * (stats.norm.logpdf(1.0) - stats.norm.logpdf(1.0, 0, 2.0))
     assert found.z == pytest.approx(np.sqrt(ratio), rel=1e-4)
+    # Schwarz: one value, 16 touches.
+    assert found.gain == pytest.approx(0.5 * ratio - 0.5 * np.log(16), rel=1e-4)
 
 
 def test_the_largest_gain_comes_first() -> None:
