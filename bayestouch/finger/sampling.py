@@ -180,7 +180,7 @@ class PosteriorMap:
 
 
 @dataclass(frozen=True)
-class Effort:
+class Budget:
     """How many evaluations the draws of a posterior may take.
 
     Attributes
@@ -222,14 +222,14 @@ def draw_points(
     seed: int,
     progress: Progress | None,
     moves: Any,
-    effort: Effort | None = None,
+    budget: Budget | None = None,
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
     The proposals begin with this centre and covariance and are refined where the posterior differs from them, as it
     does with effects.
     """
-    effort = effort or Effort()
+    budget = budget or Budget()
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp] | None = None) -> FloatArray:
         vectors, log_derivative = to_vectors(points)
@@ -238,8 +238,8 @@ def draw_points(
     at, rng = to_vectors.layout, np.random.default_rng([seed, 3])
     # Only values of drifts and noise effects depend on each other beyond what the map knows.
     together = np.arange(at.further.start, at.further.stop)
-    centre, covariance = refined(log_density, centre, covariance, together, rng, effort.rounds, effort.enough)
+    centre, covariance = refined(log_density, centre, covariance, together, rng, budget.rounds, budget.enough)
     proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)
     return draw_until_good(
-        log_density, proposal, to_vectors, draws=draws, seed=seed, thins=effort.thins, progress=progress, moves=moves
+        log_density, proposal, to_vectors, draws=draws, seed=seed, thins=budget.thins, progress=progress, moves=moves
     )

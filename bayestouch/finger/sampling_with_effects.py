@@ -13,7 +13,7 @@ from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterio
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import THIN, Effort, PosteriorMap, draw_points
+from bayestouch.finger.sampling import THIN, Budget, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import WhiteColumns, seen_columns
 from bayestouch.model.fitting import Fitted
@@ -26,10 +26,10 @@ from bayestouch.sampling.rank_one import inverse_root
 STEPS = 3
 # Evaluations take longer than without effects, and two steps a draw are enough where three of four proposals are
 # accepted.
-WITH_EFFECTS = Effort((2, *THIN[1:]))
+WITH_EFFECTS = Budget((2, *THIN[1:]))
 # Drifts or a correction make each evaluation take milliseconds: one more round of refinement saves more steps than it
 # takes. A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 15 ms.
-DEAR, DEAREST, MANY = Effort((4, 16), enough=0.5), Effort((2, 4), 2, 0.5), 1_000_000
+DEAR, DEAREST, MANY = Budget((4, 16), enough=0.5), Budget((2, 4), 2, 0.5), 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,10 +171,10 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    columns, effort = density.posterior.columns, DEAR if density.tied else WITH_EFFECTS
+    columns, budget = density.posterior.columns, DEAR if density.tied else WITH_EFFECTS
     if columns is not None and columns.size > MANY:
-        effort = DEAREST
-    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, effort)
+        budget = DEAREST
+    return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, budget)
 
 
 def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tuple[FloatArray, FloatArray]:
