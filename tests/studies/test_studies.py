@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import trapezoid
 from study_modules import study
 
+import bayestouch
 from bayestouch.paper import published
 from bayestouch.reliability import Beside
 
@@ -69,6 +70,14 @@ def test_many_touches_benchmark_meets_its_demands(capsys: pytest.CaptureFixture[
     lines = [line for line in capsys.readouterr().out.splitlines() if "least ESS" in line]
     assert len(lines) == 4
     assert all(float(line.split("least ESS")[1].split()[0]) >= 400 for line in lines)
+
+
+def test_calibrations_of_fingers_have_enough_draws() -> None:
+    """The row says what the calibration does."""
+    design = bayestouch.FingerDesign(n_elements=4, edge_step_deg=4.0, flat_step_deg=8.0)
+    (row,) = study("benchmarks/finger_calibrations").main(("cross-talk",), design)
+    assert row[0] == "cross-talk" and 0 < float(row[1]) <= 1
+    assert float(row[2]) >= 400 and float(row[3]) <= 1.02
 
 
 def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[str]) -> None:
