@@ -52,11 +52,12 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
         if effect["indistinguishable_from"]:
             line += f" These data cannot tell it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
+    left, structure_left = numbers["unexplained"], numbers["verdict"] in ("partly explained", "unattributed")
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)]
     if causes:
-        out.append(f"Probabilities of causes: {', '.join(causes)}.")
-    left = numbers["unexplained"]
-    if numbers["verdict"] in ("partly explained", "unattributed") and left["where"] != "nowhere":
+        condition = " if nothing else were missing" if structure_left else ""
+        out.append(f"Probabilities of causes{condition}: {', '.join(causes)}.")
+    if structure_left and left["where"] != "nowhere":
         out.append(f"Unexplained: {100 * left['fraction']:.0f} % of the misfit, {left['where']}.")
     out += _place_lines(numbers)
     if numbers["correction"] is not None:

@@ -97,6 +97,10 @@ def test_the_most_probable_causes() -> None:
         said(creep=0.98, memory=0.009, lag=0.006, nothing=0.005) == "Probabilities of causes: creep 98 %, others 2 %."
     )
     assert said(creep=0.995, memory=0.005) == "Probabilities of causes: creep > 99 %."
+    causes = [{"names": ["creep"], "probability": 1.0}]
+    assert "Probabilities of causes if nothing else were missing: creep > 99 %." in sentences(
+        numbers(causes=causes, verdict="partly explained")
+    )
     # Files of version 0.1 have none.
     assert not any("Probab" in line for line in sentences(numbers()))
 

@@ -20,6 +20,7 @@ CAUSES = [
 
 
 def page(**diagnosis: Any) -> str:
+    diagnosis = {"verdict": "explained", **diagnosis}
     return new_environment({"diagnosis": diagnosis}, ()).get_template("causes.html").render()
 
 
@@ -35,6 +36,11 @@ def test_bars_are_the_numbers() -> None:
     ]
     lengths = [float(re.findall(r"width: ([\d.]+)%", str(each["style"]))[0]) for each in parts.all("span")]
     assert lengths == [42.0, 15.0, 3.0]
+
+
+def test_what_is_left_makes_them_conditional() -> None:
+    assert "as if nothing else were missing" in page(causes=CAUSES, verdict="unattributed")
+    assert "as if nothing else were missing" not in page(causes=CAUSES)
 
 
 def test_no_bars_without_probabilities() -> None:
