@@ -46,14 +46,15 @@ def calibrate(
     contact : {"layer", "hertz", "approximate frictionless"}, optional
         Contact model of a finger; the exact contact on the bonded layer by default.
     e_map : {"model", "empirical"}, optional
-        E map of a finger: that of the elastic model (default), or identified directly about it. Effects are first
-        fitted with the elastic model, then the map is identified from the signals before the effects. A correction is
-        then left out, because the map includes it.
+        E map of a finger: that of the elastic model (default), or one that is identified from the readings, with a
+        prior centred on the elastic model. Effects are first fitted with the elastic model; the map is then identified
+        from the signals before the effects. No correction is added to an identified map, because the map includes it.
     discrepancy : {"auto", "none", "touch", "place"}, optional
-        What a finger's readings may miss the model by: nothing, an error of each element's own that is independent from
-        touch to touch, or smooth functions of the place touched beside it (Gaussian processes: each element's E map,
-        each element's readings, the curvature of the surface). By default the last two compete, and what predicts
-        held-out places better is taken; see docs/statistics.md. With effects, or an empirical E map, it is "touch".
+        Discrepancy of a finger. ``"none"``: no discrepancy. ``"touch"``: an error of each element that is independent
+        from touch to touch. ``"place"``: the same error, and smooth functions of the location (Gaussian processes: E
+        map of each element, readings of each element, curvature of the surface). By default ``"touch"`` and ``"place"``
+        are compared, and the one that predicts held-out locations better is used; see docs/statistics.md. With effects,
+        or with an empirical E map, it is ``"touch"``.
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
@@ -66,14 +67,14 @@ def calibrate(
         ``noise_sd`` and ``discrepancy_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors`
         replaces these.
     model : StatedModel, optional
-        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. With effects,
-        their values are unknowns beside the other parameters; a model without is that of a call without `model`.
-        If `contact` is given, it replaces that of the model.
+        Effects of the sensor; `bayestouch.effects.read_model` reads the ``model.toml`` of a diagnosis. The values of
+        the effects are estimated together with the other parameters. A model without effects and correction gives the
+        same calibration as a call without `model`. If `contact` is given, it replaces that of the model.
     moves : emcee.moves.Move or list, optional
         Moves for a finger, as in `emcee.EnsembleSampler`, instead of independence chains. Ensembles of walkers take
         much longer: minutes for sixteen elements.
     draws : int
-        Posterior draws to keep.
+        Number of posterior draws to keep, at least 8.
     groups : str or sequence of str
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
         ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. Pads, and fingers with effects, have the first
@@ -82,7 +83,7 @@ def calibrate(
     seed : int
         Seed of every random number.
     progress : callable, optional
-        Called with the fraction done.
+        Called with the share done, 0 to 1.
 
     Returns
     -------
@@ -91,8 +92,8 @@ def calibrate(
     Raises
     ------
     InputError
-        If an option does not fit the body, a calibration in `like` is of another build, a prior contradicts the
-        possible range or the nominal geometry, or the touches cannot identify the parameters.
+        An option does not fit the body, `draws` is below 8, a calibration in `like` is of another build, a prior
+        contradicts the possible range or the nominal geometry, or the touches cannot identify the parameters.
 
     Examples
     --------

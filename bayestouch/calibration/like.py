@@ -14,7 +14,8 @@ from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
 from bayestouch.results.reading import load_calibration
 
-# Above it the posterior has two parts between which no chain moves: as the touches say, and as the earlier fingers say.
+# Above this R-hat the posterior has two separate modes, and no chain moves between them: one agrees with the touches,
+# the other with the learned priors.
 LARGEST_RHAT = 1.2
 
 
@@ -27,9 +28,9 @@ class LikeEarlier:
     options : dict
         Options of the body, with the learned priors instead of the earlier calibrations.
     names : tuple of str
-        Names of the earlier calibrations: of their files, else of their sensors.
+        Names of the earlier calibrations: the file name of a path, the name of the sensor of a `Calibration`.
     notes : tuple of str
-        What was learned.
+        One note for each learned prior that is used.
     """
 
     options: dict[str, Any]
@@ -59,7 +60,7 @@ class LikeEarlier:
         return cls({**others, "priors": {**learned, **stated}}, tuple(name for name, _ in earlier), kept)
 
     def noted(self, calibration: Calibration) -> Calibration:
-        """The calibration with the names of the earlier ones in its settings, and with the notes."""
+        """The calibration with the notes, and with the names of the earlier calibrations in its settings."""
         if not self.names:
             return calibration
         settings = {**calibration.settings, LIKE: ", ".join(self.names)}

@@ -15,16 +15,16 @@ __all__ = ["LogDensity", "log_density"]
 def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     """Posterior density of the parameters of a calibration, for any sampler.
 
-    It is the density that `bayestouch.calibrate` draws from: the likelihood of the calibration touches, with the true
-    load of each touch integrated out, and drifts and corrections too; times the priors of the calibration.
+    `bayestouch.calibrate` draws from this density: the likelihood of the calibration touches times the priors of the
+    calibration. The true load of each touch, the drifts and the correction are integrated out.
 
     Parameters
     ----------
     calibration : Calibration
-        A calibration of a finger or a pad, with or without effects. On a pad the empirical map is integrated out, and
-        the noise, and the size and length of the map, are those that the calibration found.
+        A calibration of a finger or a pad, with or without effects. On a pad the empirical map is integrated out; the
+        noise, and the size and the length of the map, have the values of the calibration.
     touches : DataSet
-        The data set that it was made from.
+        The data set from which the calibration was made.
 
     Returns
     -------
@@ -34,7 +34,8 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     Raises
     ------
     InputError
-        The E map of a finger is an identified one, or the data set does not fit the calibration.
+        The calibration of a finger has an identified E map or ``discrepancy="none"``, or the data set is of another
+        sensor.
 
     Examples
     --------

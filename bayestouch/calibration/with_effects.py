@@ -38,9 +38,9 @@ class StatedFit:
     fitted : Fitted
         The fit.
     added : tuple of AddedEffect
-        Its effects, in the order in which they are stated.
+        Effects of the fit, in the order in which they are stated.
     correction : Correction or None
-        Its correction.
+        Correction of the fit; None if it has none.
     notes : tuple of str
         Notes for the calibration.
     """
@@ -79,7 +79,7 @@ def calibrate_with_effects(
 def fit_stated(
     dataset: DataSet, model: StatedModel, *, draws: int, seed: int, progress: Progress | None = None, **options: Any
 ) -> StatedFit:
-    """Fit a sensor with the effects of a `StatedModel`; parameters as in `calibrate_with_effects`."""
+    """Fit a sensor with the effects of a `StatedModel`; parameters and errors as in `calibrate_with_effects`."""
     advance = progress or (lambda fraction: None)
     data = SplitData.of_calibration(dataset)
     begun = body_of(dataset.sensor).begin(data, draws=draws, seed=seed, **options)

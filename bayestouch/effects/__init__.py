@@ -1,4 +1,4 @@
-"""The catalogue of effects: each is a class for one thing in a real sensor that the base model leaves out."""
+"""The catalogue of effects: each effect is a class for one property of real sensors that the base model leaves out."""
 
 from __future__ import annotations
 

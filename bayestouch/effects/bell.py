@@ -12,7 +12,7 @@ from bayestouch.priors.parameters import Normal
 TAILS = EffectParameter(
     "tails", "", "-1: a parabola, 0: a normal bell, 1: a Lorentzian", Normal(0.0, 0.5, -1.0, 2.0), (0.0,)
 )
-# Below this |tails| the bell equals a normal one to rounding.
+# If |tails| is below this, the bell equals a normal density (times a constant) to rounding.
 NORMAL = 1e-9
 
 

@@ -94,20 +94,23 @@ class EffectParameter:
 
     @property
     def logarithmic(self) -> bool:
-        """Whether fits use the logarithm of the value: they do where the prior is log-normal."""
+        """Whether fits use the logarithm of the value: True if the prior is log-normal."""
         return isinstance(self.prior, LogNormal)
 
     def to_unconstrained(self, value: float) -> float:
-        """Coordinate used in fits, of a value: the value itself or its logarithm."""
+        """Coordinate of a value in fits: the value itself, or its logarithm if `logarithmic`."""
         return float(np.log(value)) if self.logarithmic else value
 
     def from_unconstrained(self, coordinate: float) -> float:
-        """Value of a coordinate used in fits; inverse of `to_unconstrained`."""
+        """Value that belongs to a coordinate in fits; inverse of `to_unconstrained`."""
         return float(np.exp(coordinate)) if self.logarithmic else coordinate
 
     @property
     def normal_prior(self) -> tuple[float, float, float, float]:
-        """Mean, sd and bounds of the coordinate; for other priors median and half the central 68 % range."""
+        """Mean, sd, lower and upper bound of the coordinate in fits.
+
+        For a prior that is neither normal nor log-normal: median, and half the central 68 % range.
+        """
         prior = self.prior
         if isinstance(prior, LogNormal):
             return float(np.log(prior.median)), prior.spread, -np.inf, np.inf
@@ -169,10 +172,10 @@ class Effect:
         return recording.signal
 
     def by_place(self, recording: Recording) -> FloatArray | None:
-        """Basis (n, q) through which alone the q values act on each row; None where they act in other ways.
+        """Basis (n, q) if row i depends on the q values only through ``basis[i] @ values``; None for other effects.
 
-        A row then depends on the values only by the product of its basis with them, e.g. by a function of the place
-        touched. All derivatives over the values follow from one.
+        The product is, for example, a smooth function of the location. The derivatives over all values then follow
+        from one derivative.
         """
         return None
 
@@ -207,9 +210,10 @@ class Effect:
         )
 
     def drawn(self, which: int, value: float, sd: float, normal: FloatArray) -> FloatArray:
-        """Draws of one of its values about the most probable one, from standard normal numbers of any shape.
+        """Draws of the value with index `which` (most probable `value`, `sd`), from standard normal numbers.
 
-        For effects whose values are no parameters of the chain.
+        For effects whose values are not parameters of the chain. The draws have the shape of `normal` and are inside
+        the support of the prior.
         """
         return np.clip(value + sd * normal, *self.parameters[which].prior.support)
 

@@ -1,7 +1,7 @@
 """Selection of effects by kind: effects of the chain, random functions of time, noise effects.
 
-Fits and files treat the three differently. Where a function of an effect differs too, it is a
-`functools.singledispatch` by the effect's class, as `bayestouch.model.joining` has it.
+Fits and files treat the three kinds differently. A function that differs between the kinds is a
+`functools.singledispatch` on the class of the effect, for example in `bayestouch.model.joining`.
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ class GainNonlinearity(Effect):
 
     def signal(self, recording: Recording, values: Values) -> FloatArray:
         share, power = values
-        # A step of a fit may give extreme values of the signal and the power.
+        # A step of a fit may lead to extreme values of the signal and the power.
         size = np.minimum(np.abs(recording.signal) / recording.peak, FAR)
         return np.asarray(recording.signal * np.maximum(1 + share * size ** min(power, STEEP), 0.05))
 

@@ -15,14 +15,14 @@ from bayestouch.chain.surface import Profile, profile_basis
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import Normal
 
-# Correlation length of the curvature, degree: contacts of flats on soft rubber are 10° to 20° wide, and average over
-# what is shorter. Splines through knots 9° apart follow a smooth function of this length to 4 % of its sd.
+# Correlation length of the curvature, degree: contacts of flats on soft rubber are 10° to 20° wide and average over
+# shorter changes. Splines through knots 9° apart follow a smooth function of this length to 4 % of its sd.
 LENGTH_DEG, KNOT_SPACING_DEG = 10.0, 9.0
 # Standard deviation of the departure of the curvature, over 1/r_b: on a finger of 12.7 mm this is 0.1 to 0.2 mm of
-# radius. Places that were touched with blunt tips tell it themselves.
+# radius. Touches with blunt tips determine the curvature at their locations much better than this prior.
 SPREAD = 0.15
-# The curvature of a closed curve has no part that is constant around it, and no part with a period of one turn: these
-# change the radius and move the centre. Waves above the highest hold less than a thousandth of the variance.
+# f has no constant part and no part with a period of one turn: these would change the radius and move the centre of the
+# closed surface. Waves above the highest one have less than a thousandth of the variance.
 LOWEST_WAVE, HIGHEST_WAVE = 2, 120
 
 
@@ -72,13 +72,13 @@ class SurfaceProfile(Effect):
         return self.departures(recording.place[0])
 
     def departures(self, angle_deg: FloatArray) -> FloatArray:
-        """Departure (..., k) of the curvature at places (...) in degree per unit of each weight."""
+        """Change (..., k) of the curvature per unit of each weight, at angles (...) in degree."""
         return profile_basis(self.knots_deg, np.radians(angle_deg)) @ correlated(self.knots_deg)
 
 
 @lru_cache(maxsize=8)
 def correlated(knots_deg: tuple[float, ...]) -> FloatArray:
-    """Symmetric root (k, k) of the correlation of the process (Matérn 5/2 on the circle) at knots in degree."""
+    """Symmetric square root (k, k) of the correlation matrix of f (Matérn 5/2 on the circle) at knots in degree."""
     waves = np.arange(LOWEST_WAVE, HIGHEST_WAVE + 1)
     power = (1 + (waves * np.radians(LENGTH_DEG)) ** 2 / 5) ** -3.0
     apart = np.radians(np.subtract.outer(knots_deg, knots_deg))

@@ -22,8 +22,8 @@ def moves_reference(effect: Effect, stages: Sequence[str]) -> bool:
 def at_stated_references(fitted: Fitted) -> Fitted:
     """The fitted model without the effects that change references; all other values are those of the fit.
 
-    It is not fitted again: it predicts touches whose stated references are right. If no effect changes a reference,
-    the same object is returned.
+    The model is not fitted again. It predicts touches whose stated references are right. If no effect changes a
+    reference, the same object is returned.
     """
     model = fitted.model
     kept = [not moves_reference(effect, model.reference_stages) for effect in model.effects]

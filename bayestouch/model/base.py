@@ -87,7 +87,7 @@ class SensorModel(ABC):
     #: Whether consecutive touches are neighbours in location, as in a scan: then a random function of time can fit
     #: any error that depends on location.
     time_is_place: ClassVar[bool] = False
-    #: Whether the parameters are fitted again with a correction: not if they could represent all of the correction.
+    #: Whether the parameters are fitted again with a correction. False if they can represent the whole correction.
     refitted_with_correction: ClassVar[bool] = True
     #: Stages in which an effect that changes the pose changes a reference stated in the data set.
     reference_stages: ClassVar[tuple[str, ...]] = STAGES
@@ -120,7 +120,7 @@ class SensorModel(ABC):
 
     @abstractmethod
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
-        """The vector with the body's parameters at their nominal values; None if they are near these already."""
+        """The vector with the parameters of the body at nominal values; None if they are near these values already."""
 
     @abstractmethod
     def derivatives(self, vector: FloatArray) -> tuple[FloatArray, FloatArray | None]:
@@ -149,7 +149,7 @@ class SensorModel(ABC):
 
     @property
     def known(self) -> Observations:
-        """The observations with readings; `observed` of a model that is fitted."""
+        """`observed` as `Observations`, which have readings; for a model that is fitted."""
         assert isinstance(self.observed, Observations)
         return self.observed
 
@@ -227,7 +227,7 @@ class SensorModel(ABC):
         return self.parted(self.through(self.rows(recording), vector))
 
     def about_value(self, vector: FloatArray, place: int) -> tuple[FloatArray, FloatArray, float]:
-        """Vectors one step above and below in the component `place`, a value of an effect, and half the difference."""
+        """Vectors with component `place`, a value of an effect, one step higher and lower; half their difference."""
         _, spread, low, high = (float(each) for each in self.value_priors[place - self.n_base])
         step = VALUE_STEP * min(spread, max(abs(float(vector[place])), 0.1 * spread))
         # The difference is one-sided at a bound.
@@ -253,7 +253,8 @@ class SensorModel(ABC):
     def _of_basis(self, vector: FloatArray, places: range, basis: FloatArray) -> list[Predicted]:
         """Derivative over values (q,) that act through a basis (t, q), see `Effect.by_place`.
 
-        One along the direction in which the number that each touch depends on changes by much the same.
+        Only one derivative is computed: along a direction of the values that changes the product of basis and values
+        by about one at every touch. The derivatives over the single values follow from it.
         """
         step = VALUE_STEP * float(self.value_priors[places.start - self.n_base, 1])
         direction = np.zeros(len(vector))
@@ -286,7 +287,7 @@ class SensorModel(ABC):
 
 
 def evenly(basis: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Values (q,) whose product with a basis (t, q) is closest to `wanted` (t,), and small."""
+    """Values (q,) of least norm whose product with a basis (t, q) is closest to `wanted` (t,) in least squares."""
     return np.asarray(np.linalg.lstsq(basis, wanted, rcond=1e-6)[0], dtype=np.float64)
 
 

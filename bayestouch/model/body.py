@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from bayestouch.priors.parameters import Prior
     from bayestouch.results.objects import Calibration
 
-#: Module with the `BODY` of each kind of sensor. A further body is a folder, and a line here. The names are strings,
-#: since bodies are in a higher layer; a module is imported when it is needed.
+#: Module with the `BODY` of each kind of sensor. A new body needs a folder and a line here. The names are strings,
+#: because bodies are in a higher layer; a module is imported when it is needed.
 BODIES = {"finger": "bayestouch.finger.body", "pad": "bayestouch.pad.body"}
 
 
@@ -73,10 +73,10 @@ class Body:
     live : callable
         ``(calibration, options, arrays)`` to a `bayestouch.reading.live.LiveBody`; `arrays` from its file, or None.
     stated : callable
-        From a calibration to its effects with their values, and the options of its fit, to make the fit again.
+        From a calibration to the effects with their values and the options of the fit, with which the fit is repeated.
     lacking : callable
-        ``(dataset, known)`` to a line of text for each kind of touch that is missing and that a calibration needs or
-        would profit from; `known` has the means of the touches with references.
+        ``(dataset, known)`` to a line of text for each kind of touch that is missing and that would improve or permit
+        a calibration; `known` has the means of the touches with references.
     learned_priors : callable or None
         ``(earlier, dataset, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
         the option ``like``.
@@ -90,7 +90,7 @@ class Body:
     setting: Callable[..., dict[str, Any]]
     calibrate: Callable[..., Calibration]
     begin: Callable[..., Beginning]
-    reader: Callable[..., Any]  # a package beside this one has its type
+    reader: Callable[..., Any]  # the type is in `bayestouch.reading`, which this package does not import
     live: Callable[..., Any]
     stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]

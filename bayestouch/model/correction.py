@@ -110,7 +110,7 @@ def weights_of(fitted: Fitted) -> CorrectionWeights:
     assert functions is not None
     first = len(drift_columns(fitted.model, fitted.vector, fitted.drifts))
     covariance = np.linalg.inv(functions.root @ functions.root.T)
-    # A parameter at its bound counts as free, as it does in the covariance of the parameters.
+    # A parameter at its bound counts as free, as in the covariance of the parameters.
     slope = -functions.weights(linear.free.jacobian)
     return CorrectionWeights(linear.weights()[first:], slope[first:], np.asarray(covariance[first:, first:]))
 
@@ -132,10 +132,10 @@ def _best_sizes(score: Score, part: IntArray, n_parts: int) -> tuple[FloatArray,
 
 
 def _gains(score: Score, mine: NDArray[np.bool_], others: FloatArray) -> FloatArray:
-    """Increase of the log marginal likelihood by random functions, for each of `SIZES` of those that are `mine` (k,).
+    """Increase of the log marginal likelihood by all functions, for each of `SIZES` of the functions in `mine` (k,).
 
-    The other functions have the sizes `others` (k,) and are integrated out first, so that one decomposition serves all
-    sizes.
+    The other functions have the sizes `others` (k,). They are integrated out first, so that one decomposition is enough
+    for all sizes.
     """
     used = others > 0
     scale = others[used]

@@ -21,21 +21,22 @@ LONG = 700.0
 def filtered(
     touches: Iterable[tuple[FloatArray, FloatArray]], gap: FloatArray, time: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Gram matrix of rows whitened by noise and courses, and log determinant of their covariance over that of noise.
+    """Gram matrix of rows whitened by noise and functions, and log determinant of their covariance over that of noise.
 
     Parameters
     ----------
     touches : iterable of ((g or 1, m, r) array, (g, m, c) array)
-        In the order of time: r whitened rows of m readings, and what each of c courses of variance one does to the
-        whitened readings; for g cases.
+        In the order of time: r rows of m readings, whitened by the noise; and the change of these readings per unit of
+        each of c functions of variance one. All for g cases.
     gap : (t,) array
         Time since the previous touch; inf for the first touch of a session.
     time : (g, c) array
-        Correlation time of each course.
+        Correlation time of each function.
 
     Returns
     -------
     (g, r, r) array, (g,) array
+        Gram matrix and log determinant of each case.
     """
     g, c = time.shape
     # Mean of the functions and of their slopes over λ, and their covariance minus the stationary one (the identity).

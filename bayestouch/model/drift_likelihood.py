@@ -1,8 +1,8 @@
 """Likelihood of the size and correlation time of a drift, with the function and the parameters integrated out.
 
-A fit represents a random function by its values at knots. This loses part of its variance between the knots, and the
-part depends on the correlation time, which would bias a likelihood of size and time. Here the process is exact, by a
-Kalman filter over the touches in the order of time, see `bayestouch.model.drift_filter`.
+A fit represents a random function by its values at knots. This loses a part of its variance between the knots. The part
+depends on the correlation time and would bias a likelihood of size and time. Here the process is exact: a Kalman filter
+over the touches in the order of time, see `bayestouch.model.drift_filter`.
 """
 
 from __future__ import annotations

@@ -16,7 +16,8 @@ NODES = np.linspace(-3.6, 3.6, 7)
 # First guess of the standard deviations of the logarithms of size and time: the search tries sizes that differ by a
 # factor of two and times that differ by a factor of three.
 BEGINNING = (0.5, 0.8)
-# Largest number of grids; a grid is accepted if mean and spread differ from its own by NEAR sd and a factor WITHIN.
+# Largest number of grids. A grid is accepted if the mean of the density is less than NEAR sd of the grid from the
+# middle of the grid, and if the sds of density and grid differ by less than a factor WITHIN.
 MOST_GRIDS, NEAR, WITHIN = 12, 0.3, 1.2
 
 

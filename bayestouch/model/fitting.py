@@ -203,7 +203,7 @@ def fit(
         vector, linear = _descended(model, vector, whitening, functions, low, high, margin, enough)
         if functions is None or not drifts:
             break
-        # The functions of a gain drift are proportional to the signal: update them if it has changed much.
+        # The functions of a gain drift are proportional to the signal: update them if the signal has changed much.
         now = functions_of(model, vector, whitening, drifts, further)
         if now is None or _nearly_equal(now.raw, functions.raw):
             break

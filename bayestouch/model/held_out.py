@@ -79,8 +79,8 @@ class HeldOut:
     def touch_error_percent_peak(self) -> float:
         """Rms residual of the mean readings of touches, percent of each element's peak, mean over elements.
 
-        It equals `error_percent_peak` unless that is of samples, which also has the change of readings while a touch
-        is held, and more noise than a mean over samples.
+        It equals `error_percent_peak`, except where `errors` are those of samples. The error of samples also contains
+        the change of readings while a touch is held, and more noise than the error of means.
         """
         return rms_percent(self.residual)
 
@@ -95,7 +95,7 @@ class HeldOut:
     def log_density(self) -> FloatArray:
         """Log predictive density of the mean readings of each touch, (t,), up to a constant for each reading.
 
-        Normal, with the noise and the uncertainty that the fit leaves in the prediction.
+        The density is normal. Its covariance is that of the noise and of the uncertainty of the fit.
         """
         spread = self.design.reshape(*self.whitened.shape, -1)
         return self.log_volume + density_of_touches(self.whitened, spread)

@@ -11,8 +11,9 @@ from bayestouch.model.fitting import Fitted
 def discrepancy(fitted: Fitted) -> FloatArray:
     """Standard deviation of the model error of each element's mean readings, (m,), in the unit of the readings.
 
-    The mean square of an element's whitened residuals is drawn towards that of all elements by as much as its own
-    scatter allows; only what is beyond one, and beyond the scatter of their mean, counts.
+    The mean square of the whitened residuals of each element is shrunk towards that of all elements (empirical Bayes).
+    Its part above one is the discrepancy. The discrepancy of all elements is zero if the mean square over all elements
+    is not more than two standard errors above one.
     """
     plain = fitted.linear.plain
     present = fitted.whitening.present

@@ -19,8 +19,8 @@ from scipy.special import erfcx
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.columns import WhiteColumns
 
-# SURE: relative variance of fixed parameters below which rounding would make the covariance indefinite. FAR: distance
-# beyond a bound, in sd, where the next order of the asymptotic form (5/x² of the first) is below rounding.
+# SURE: relative variance of a parameter at its bound, below which rounding would make the covariance indefinite. FAR:
+# distance beyond a bound, in sd, where the second term of the asymptotic form (5/x² of the first) is below rounding.
 SURE, FAR = 1e-8, 1e3
 
 
@@ -276,7 +276,7 @@ def beyond_bound(beyond: float) -> float:
 
 
 def conditioned(matrix: FloatArray) -> FloatArray:
-    """The matrix with a diagonal increased by 1e-10: its factorisation must not fail for an undetermined parameter."""
+    """The matrix with its diagonal increased by a share of 1e-10, to be factorised with undetermined parameters too."""
     return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
 
 

@@ -24,7 +24,7 @@ class LogDensity(Summarised):
     densities of the coordinates: the log prior includes the derivative of the parameters over the coordinates. They are
     known up to a constant, which is the same at all points.
 
-    The densities take points (n, d), or one point (d,), and return (n,) values, or one.
+    The densities take points (n, d) and return (n,) values, or take one point (d,) and return one value.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class LogDensity(Summarised):
     start : (d,) array
         Mode of the posterior, approximately.
     covariance : (d, d) array
-        Covariance of the normal approximation about it.
+        Covariance of the normal approximation about `start`.
     bounds : pair of (d,) arrays
         Lowest and highest value of each coordinate; the density is zero outside.
     posterior, prior : callable
@@ -127,7 +127,7 @@ class LogDensity(Summarised):
         return found if np.ndim(x) > 1 else {name: value[0] for name, value in found.items()}
 
     def from_parameters(self, values: Mapping[str, ArrayLike]) -> FloatArray:
-        """Points (n, d), or one point (d,), from parameters by name; what follows from others is ignored.
+        """Points (n, d), or one point (d,), from parameters by name; parameters that follow from others are ignored.
 
         Raises
         ------

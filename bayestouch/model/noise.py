@@ -12,7 +12,8 @@ from bayestouch.chain.noise import Noise
 from bayestouch.effects.effect import Values
 from bayestouch.effects.noise import NoiseEffect
 
-# Noise of a reading, over the peak, of a sensor whose noise is not known from repeats: none, but not zero.
+# Smallest sd of one reading, over the peak: negligible, but not zero, because the whitening divides by it. Without
+# repeats the sd of one reading counts as zero.
 LEAST_SD = 1e-6
 
 
@@ -80,7 +81,8 @@ class NoiseModel:
     effects : tuple of (NoiseEffect, values)
         Noise effects of the model.
     lasting : Noise or None
-        Discrepancy and share of the signal of a sensor, which averaging does not reduce; None for a model without.
+        Noise whose discrepancy and share of the signal are included; averaging does not reduce them. None for a model
+        without them.
     """
 
     sd: FloatArray
@@ -115,7 +117,7 @@ class NoiseModel:
         return np.asarray(np.sqrt(self.added.shared_variance(reads))[:, None] * self.added.together(self.peak))
 
     def shared_sd_of_sample(self, weight: FloatArray) -> FloatArray:
-        """Change of the deviation of a row of `weight` samples (n,) from its touch's mean by one sd, (n, m)."""
+        """Change (n, m) of the deviation of a row of `weight` samples (n,) by one sd of the shared error."""
         return np.asarray(self.added.common * self.added.together(self.peak) / np.sqrt(weight)[:, None])
 
     @property

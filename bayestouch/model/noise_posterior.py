@@ -1,7 +1,7 @@
 """Posterior of the values of a noise effect, by the likelihood of the samples of each touch.
 
-A search for effects estimates each element's own noise by the second moments of its samples. That is a poor estimate
-where a few samples have most of the variance. Here the own noise of each element is a further unknown.
+A search for effects estimates the own noise of each element from the second moments of its samples. This estimate is
+poor if a few samples have most of the variance. Here the own noise of each element is a further unknown.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ OWN = (0.003, 3.0)
 # Step of differences, in prior sd or in logarithms: at most a tenth of a posterior sd.
 STEP = 2e-3
 
-# Terms of the log likelihood, of each element (m,) or summed (1,): of values and own variances (m,); of a vector.
+# Log likelihood as terms of each element (m,), or as one sum (1,). `Terms` is a function of the values and of the own
+# variances (m,); `Parts` is a function of one vector.
 Terms = Callable[[Values, FloatArray], FloatArray]
 Parts = Callable[[FloatArray], FloatArray]
 
@@ -71,7 +72,8 @@ def settled_noise(fitted: Fitted, found: NoiseCandidate) -> FoundNoise:
 def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     """Log likelihood of the deviations of samples from the mean of their touch.
 
-    k normal deviations count as k - 1 independent samples. This does not hold for a mean with wrong readings in it.
+    k normal deviations count as k - 1 independent samples. This is not valid if wrong readings are part of the mean;
+    outliers therefore have a likelihood of their own.
     """
     if isinstance(effect, Outliers):
         return OutlierLikelihood.of(scatter)
@@ -113,7 +115,7 @@ def noise_posterior(
     def descent(x: Any) -> tuple[float, FloatArray]:
         return -float(parts(np.asarray(x)).sum()), -gradient_of(parts, np.asarray(x), moves)
 
-    # Central differences need one step to both sides, differences of gradients two.
+    # Central differences need one step on both sides, differences of gradients need two.
     lowest = np.concatenate([low / unit + 2 * STEP, np.full(len(own), np.log(OWN[0]))])
     highest = np.concatenate([high / unit - 2 * STEP, np.full(len(own), np.log(OWN[1]))])
     begin = [p.to_unconstrained(v) for p, v in zip(parameters, start, strict=True)]

@@ -160,7 +160,7 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
     start: Values = max(effect.probes, key=log_likelihood)
     place = np.array([p.to_unconstrained(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
     best = np.inf
-    # A simplex that has collapsed onto a bound remains there: each search is restarted from its result.
+    # A simplex that has collapsed onto a bound cannot leave it: each search is restarted from its result.
     for _ in range(MOST_SEARCHES):
         # The first step of a value at a bound is half the width of its range.
         steps = np.where(place <= low, 0.5 * (high - low), np.where(place >= high, 0.5 * (low - high), 0.3 * place))

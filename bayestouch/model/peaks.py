@@ -16,10 +16,10 @@ SETTLED, MOST_FITS = 2e-4, 6
 
 
 def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel, drifts: tuple[Drift, ...]) -> Fitted:
-    """Fit as `bayestouch.model.fitting.fit`, repeated with the peaks of the last fit until these are constant.
+    """Fit as `bayestouch.model.fitting.fit`, repeated with the peaks of the last fit until the peaks are constant.
 
-    A nonlinear readout also changes the peaks of a fit without it. Limits and curves in shares of those peaks are
-    wrong by 10 % and more, and their form is wrong if each element saturates at its own limit.
+    If the readout is nonlinear, a fit without this effect has wrong peaks. Limits and curves in shares of these peaks
+    are wrong by 10 % and more, and their form is wrong if each element saturates at its own limit.
     """
     for _ in range(MOST_FITS):
         fitted = fit(model, start, noise, drifts)
@@ -34,7 +34,10 @@ def fit_with_own_peaks(model: SensorModel, start: FloatArray, noise: NoiseModel,
 
 
 def settled(fitted: Fitted) -> Fitted:
-    """The model fitted again with its own whitening; the noise is without what effects explain within touches."""
+    """The model fitted again with its own peaks and whitening.
+
+    The noise is estimated again from the scatter within touches, if effects explain a part of this scatter.
+    """
     noise = fitted.noise
     if fitted.linear.deviation_jacobian is not None:
         observed = fitted.model.known

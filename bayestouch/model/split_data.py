@@ -17,7 +17,7 @@ from bayestouch.model.body import body_of
 from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing, one_clock, typical_gap
 
-# Smallest number of touches with references: in touches to be read, to split these; in the calibration, to split it.
+# Smallest number of touches with references for a split of the touches to be read, and for a split of the calibration.
 ENOUGH_READ, ENOUGH_CALIBRATION = 20, 40
 TOO_FEW = "too few touches to hold any out: errors are not estimated"
 NOTHING_KNOWN = (

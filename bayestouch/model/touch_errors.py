@@ -12,7 +12,8 @@ from bayestouch.model.held_out import HeldOut
 from bayestouch.results.objects import TouchPosteriors
 
 COVERAGE = 0.9
-# Draws per touch: error of a few per cent of the width of central intervals, negligible for hundreds of touches.
+# Draws per touch. Ends of central intervals then have an error of a few per cent of their width, which is negligible in
+# means over hundreds of touches.
 DRAWS = 512
 
 
@@ -27,11 +28,11 @@ class TouchErrors:
     theta_rms_deg : float
         Rms error of the location, with the load given.
     P_rms_N_per_m : float
-        Rms error of the load inferred from the elements alone, against the force sensor. (A load that is inferred with
-        the reading of the force sensor only repeats it.)
+        Rms difference between the load inferred from the elements alone and the load of the force sensor. (A load that
+        is inferred with the reading of the force sensor only repeats this reading.)
     coverage_90 : float
-        Share of the touches whose R is in the central 90 % of its posterior, without edges and flats: they are at the
-        ends of the prior, which a central interval does not include.
+        Share of the touches whose R is in the central 90 % of its posterior. Edges and flats are not counted: their R
+        is at an end of the prior, and a central interval never contains an end.
     """
 
     R_bias_mm: float
@@ -43,16 +44,16 @@ class TouchErrors:
 
 @dataclass(frozen=True, eq=False)
 class TouchReading:
-    """Errors of the posteriors of held-out touches, and R of each with its central 90 %.
+    """Errors of the posteriors of held-out touches, and R of each touch with its central 90 % interval.
 
     Attributes
     ----------
     errors, against_stated : TouchErrors
-        Errors against references as corrected by the model, and as stated in the data set.
+        Errors relative to the references as corrected by the model, and as stated in the data set.
     R_mm, low_mm, high_mm : (t,) arrays
         Posterior mean of R and ends of its interval, mm.
     by_touch, by_touch_corrected : mappings of (t,) arrays
-        Error of each touch against the reference as stated and as corrected, by field of `TouchErrors`; NaN unknown.
+        Error of each touch relative to the stated and the corrected reference, by field of `TouchErrors`; NaN unknown.
         For coverage: 1 if the interval contains the reference, else 0.
     """
 
