@@ -1,8 +1,8 @@
 """Posteriors of touches on a pad as sums of normal distributions, from a lattice of locations.
 
-A uniform prior of the location equals a sum of normal priors of width τ on a lattice of step τ/0.6, to 0.2 %. Near
+A uniform prior of the location equals, to 0.2 %, a sum of normal priors of width τ on a lattice of step τ/0.6. Near
 each node the pad is linear in location and load, so that the part of the posterior from this node is normal with a
-closed-form weight. This also holds for posteriors that are far narrower than a step, cover half the pad, or have
+closed-form weight. This is also valid for posteriors that are far narrower than a step, cover half the pad, or have
 several modes. The sum is the proposal of the sampler, which corrects for the remaining nonlinearity.
 
 Source: D. L. Alspach and H. W. Sorenson, IEEE Trans. Automatic Control 17 (1972) 439 (Gaussian sums).
@@ -19,7 +19,8 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 
-# Nodes so far below the best in log weight are left out: in the search, where weights are approximate, and at the end.
+# Nodes whose log weight is so far below the largest one are left out: in the search, with approximate weights, and at
+# the end.
 _FIRST_DEPTH, _DEPTH = 20.0, 12.0
 
 # Touches searched together: 64 x 20,000 nodes are 10 MB per array.
@@ -28,7 +29,8 @@ _TOUCHES = 64
 # Touches whose loads differ by less (relative) use the same variance of readings in the search.
 _LOAD_BIN = 0.1
 
-# Largest number of nodes refined for one touch; with more, the location is hardly determined, and nodes are thinned.
+# Largest number of nodes refined for one touch. If there are more, the location is hardly determined, and only a part
+# of the nodes is used.
 _MOST_PAIRS = 1000
 
 # Pairs of touch and node refined together: 20 MB with 8 elements and 3 coordinates.
@@ -46,7 +48,7 @@ class Components:
     touch : (n,) int array
         Index of the touch, ascending.
     place : (n, D) int array
-        Coordinates on the lattice, or on a lattice that is coarser by an integer, the same for all of a touch.
+        Coordinates on the lattice, or on a lattice that is coarser by an integer factor (one factor for each touch).
     log_weight : (n,) array
         Logarithm of the weight, up to a constant for each touch.
     mean : (n, D + 1) array
@@ -94,12 +96,12 @@ def _thinned(touch: IntArray, node: IntArray, lattice: Lattice, n_touches: int) 
     while (many := count / stride ** lattice.place.shape[1] > _MOST_PAIRS).any():
         stride[many] *= 2
     kept = (lattice.place[node] % stride[touch, None] == 0).all(axis=1)
-    # The coarser lattice could miss all of a few nodes, but not all of the hundreds that are thinned.
+    # A coarser lattice contains some of the hundreds of nodes of such a touch; it may contain none of a few nodes.
     return touch[kept], node[kept], stride[touch[kept]]
 
 
 def _with_same_elements(touches: PadTouches) -> list[IntArray]:
-    """Indices of touches with the same counts and about the same load, in groups of at most `_TOUCHES`."""
+    """Groups of at most `_TOUCHES` touches with the same counts and about the same load, as indices."""
     bins = np.round(np.log(np.maximum(touches.load, 1e-12)) / _LOAD_BIN).astype(np.int64)
     _, group = np.unique(np.column_stack([touches.counts, bins]), axis=0, return_inverse=True)
     order = np.argsort(np.asarray(group).ravel(), kind="stable")
@@ -208,8 +210,10 @@ def _shared(
     residual: FloatArray,
     centre: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """What uncertain values of effects take from the information of pairs (n,): along the coordinates (n, q, d), of the
-    residual (n, q), and the log determinant of the covariance (n,).
+    """Change of the density of pairs (n,) by the uncertainty of the values of effects, see `PadReader.shared`.
+
+    Products of the q directions with the derivatives over the coordinates (n, q, d), and with the residuals (n, q);
+    last, the change of the log determinant of the covariance (n,).
     """
     directions, log_determinant = reader.shared(touches, x[:, None], touch, signal[:, None], variance[:, None])
     full = np.concatenate([design, np.eye(x.shape[1])[:, -1:] * np.ones((len(x), 1, 1))], axis=2)

@@ -22,14 +22,14 @@ _WINDOW = 256
 # Touches drawn together; they have about the same number of parts.
 _TOGETHER = 128
 
-# Draws of each touch used for the level of its reference and for the prediction of its readings.
+# Number of draws of each touch that are used for the level of its reference and for the prediction of its readings.
 _THINNED = 200
 
-# Variance of readings by uncertain effects, over that of their noise, summed over the elements: below it no standard
-# deviation is larger by a thousandth.
+# If the variance of the readings by uncertain effects over the variance of their noise, summed over the elements and
+# the load, is below this, the effects increase no standard deviation by more than a thousandth.
 _NEGLIGIBLE = 2e-3
 
-#: Results about the location, (t,); predicted readings and their standard deviations, (m, t), are in `PREDICTED`.
+#: Names of the results about the location, (t,); those of predicted readings and their sd, (m, t), are in `PREDICTED`.
 PLACES = ("modes", "reference_level")
 PREDICTED = ("predicted", "predicted_sd")
 
@@ -41,7 +41,7 @@ class PadGroup:
     Attributes
     ----------
     rows : (t,) int array
-        Rows of the touches in the block.
+        Indices of the touches in the block.
     reader : PadReader
         The calibrated pad.
     known : PadTouches
@@ -88,13 +88,13 @@ class PadSampler:
     reader : PadReader
         The calibrated pad.
     lattice : Lattice
-        Locations that are tried for every touch.
+        Locations at which the search for every touch starts.
     """
 
     reader: PadReader
     lattice: Lattice
 
-    # The proposal is expensive: a touch with poor draws is drawn again with the same proposal.
+    # A new proposal is expensive: a touch with poor draws is drawn again with the same proposal.
     redraws_together = False
 
     @classmethod
@@ -128,7 +128,7 @@ class PadSampler:
 
 
 def _uncertain(reader: PadReader, known: PadTouches, components: Components) -> BoolArray:
-    """Touches (t,) whose effects are so uncertain that it shows in a posterior."""
+    """Whether the uncertainty of effects changes the posterior of a touch by more than a negligible amount, (t,)."""
     out = np.zeros(known.n_touches, dtype=bool)
     if known.changes is not None:
         x, touch = components.mean, components.touch
@@ -146,13 +146,13 @@ def coordinates(reader: PadReader) -> tuple[str, ...]:
 
 
 def _thinned(draws: FloatArray) -> FloatArray:
-    """Some of the draws (chain, draw, t, d) of all chains together, (t, n, d)."""
+    """Some of the draws (chain, draw, t, d), all chains together, (t, n, d)."""
     joined = np.moveaxis(draws, 2, 0).reshape(draws.shape[2], -1, draws.shape[3])
     return joined[:, :: max(1, joined.shape[1] // _THINNED)]
 
 
 def _levels(parts: ManyParts, draws: FloatArray, reference: FloatArray) -> FloatArray:
-    """Share of draws where the density of the location is higher than at the reference (t, D), shape (t,)."""
+    """Share of draws where the density of the location is higher than at the reference (t, D), (t,); NaN unknown."""
     location = parts.without_last()
     with np.errstate(invalid="ignore"):
         known = location.log_density(reference[:, None])

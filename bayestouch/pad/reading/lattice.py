@@ -12,7 +12,7 @@ from bayestouch.pad.reading.reader import PadReader
 # Width of the prior of a node, in steps: with 0.6 the sum over nodes is constant to 2 exp(-2 π² 0.36) = 0.2 %.
 _WIDTH = 0.6
 
-# Largest deviation of the map from a straight line over half a step, in standard deviations of a reading.
+# Largest deviation of the signal from a straight line over half a step, in standard deviations of a reading.
 _CURVATURE = 0.3
 _MOST_NODES = 20000
 
@@ -52,7 +52,7 @@ def lattice_for(reader: PadReader) -> Lattice:
         np.abs(np.diff(map_.sensitivity, 2, axis=axis)).reshape(-1, map_.n_elements).max(axis=0) / map_.step[axis] ** 2
         for axis in range(map_.dimensions)
     ]
-    # The curvature is largest where the signal is about half of its peak; the noise is evaluated at such locations.
+    # The curvature is largest where the signal is about half of its peak: the noise is computed at such locations.
     largest = np.abs(signal).max(axis=0)
     sd = np.sqrt(
         np.array([np.median(v[np.abs(s) > 0.3 * b]) for v, s, b in zip(variance.T, signal.T, largest, strict=True)])

@@ -30,7 +30,7 @@ class PadTouchModel:
     parameters : tuple of Parameter
         x, y (mm) and P.
     load, load_shown : (t,) arrays
-        Acting loads and loads as read by the force sensor; NaN not measured or not used.
+        Acting loads, and loads as read by the force sensor; NaN if not measured or not used.
     effects : PadEffects or None
         Effects for which loads are corrected.
     """

@@ -21,17 +21,18 @@ from bayestouch.reading.mixtures import mixture_quantiles
 from bayestouch.reading.options import Options
 from bayestouch.results.objects import Calibration
 
-# Number of Gauss-Hermite nodes for the load at a location: if it is measured, and if not.
+# Number of Gauss-Hermite nodes for the load at a location: with and without a measured load.
 MEASURED, UNMEASURED = 3, 7
-# A region is replaced if an end has more than this share of the probability, or if the mean moved by more than this
-# many sd, or an sd changed by more than this factor; number of regions that are tried.
+# A region is replaced if its ends have more than the share AT_END of the probability, if the mean of the posterior is
+# more than MOVED sd from its centre, or if an sd differs by more than a factor RESIZED. TRIES: largest number of
+# regions.
 AT_END, MOVED, RESIZED, TRIES = 1e-4, 0.7, 1.4, 4
-# Largest of the last three Legendre coefficients over the first one, at which the nodes resolve the posterior: for a
-# normal density the variance is then right to 0.4 %.
+# If the largest of the last three Legendre coefficients over the first one is below this, the nodes resolve the
+# posterior: the variance of a normal density then has an error of 0.4 %.
 UNRESOLVED = 1.2
-# Posteriors wider than this (sd over the step of the lattice) have more nodes from the start.
+# Posteriors with an sd above this multiple of the step of the lattice have more nodes from the start.
 WIDE = 0.6
-# Flag: probability of a worse misfit.
+# A touch has the flag of a misfit if the probability of a larger misfit is below this.
 IMPROBABLE = 1e-4
 MISFIT = "the readings fit no touch of this sensor"
 SEVERAL = "several separate locations fit"
@@ -64,7 +65,7 @@ class PadLive:
         return self.reader.sampler.reader.map.n_elements
 
     def arrays(self) -> dict[str, FloatArray]:
-        """Nothing: the tables of a pad are those of its calibration."""
+        """Empty: the tables of a pad are those of its calibration."""
         return {}
 
     def stream(self) -> PadStream:
@@ -77,7 +78,7 @@ class PadLive:
 
     @cached_property
     def _true_loads(self) -> tuple[FloatArray, FloatArray, float, float] | None:
-        """Acting loads and true loads, with mean and sd of the prior of true loads; None without such effects."""
+        """Acting loads and true loads, with mean and sd of the prior of true loads; None without effects."""
         effects = self.reader.effects
         if effects is None:
             return None
@@ -87,7 +88,7 @@ class PadLive:
     def read(
         self, touch: HeldTouch, near: Rough | None = None, stream: PadStream | None = None
     ) -> tuple[LiveTouch, Rough]:
-        """Posterior of a touch and its region; `near` is the region of the sample before."""
+        """Posterior of a touch, and its rough form for the next sample; `near` is that of the sample before."""
         reader = self.reader.sampler.reader
         counts = np.where(reader.usable, touch.counts, 0.0)
         measured = touch.load == touch.load and reader.load_measured
@@ -100,7 +101,7 @@ class PadLive:
         if reader.map.n_causes:
             flags.append(UNCERTAIN)
         few, many = NODES[reader.map.dimensions]
-        # A wide posterior is seldom an ellipse.
+        # The region of a wide posterior is seldom an ellipse.
         wide = float(np.sqrt(rough.covariance.diagonal().max())) > WIDE * self.reader.sampler.lattice.step
         region = Region(reader.map.low, reader.map.high, rough.mean, rough.covariance, many if wide else few)
         for tried in range(TRIES):
@@ -163,7 +164,7 @@ class PadLive:
         measured: bool,
         about: float,
     ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
-        """Locations, probabilities, ends, mean and variance of the load at each, and the least sum of squares."""
+        """Locations, their probabilities, ends, mean and variance of the load at each, and the least sum of squares."""
         reader = self.reader.sampler.reader
         location, weights, ends = region.nodes()
         sensitivity, open_, shared = reader.map.at(location)

@@ -1,4 +1,4 @@
-"""Effects on the samples of a stream on a pad: each sample is corrected as the rows of a table are."""
+"""Effects on the samples of a stream on a pad: each sample is corrected like the rows of a table."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bayestouch.chain.recording import History
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.reading.live import HeldTouch
 
-# Number of earlier touches whose remainders are followed.
+# Number of earlier touches whose remainders are included.
 REMEMBERED = 24
 
 

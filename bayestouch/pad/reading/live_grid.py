@@ -10,15 +10,15 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
-# Nodes of each coordinate, in one and in two dimensions: at first, and where these do not resolve the posterior.
+# Number of nodes of each coordinate, in one and in two dimensions: at first, and if these do not resolve the posterior.
 NODES = {1: (25, 61), 2: (15, 31)}
-# Reach in sd, and points between which a distribution function is interpolated.
+# Half width of the region in sd, and number of points between which a distribution function is interpolated.
 REACH, FINE = 5.0, 41
 
 
 @dataclass(frozen=True, eq=False)
 class Region:
-    """Where the posterior of a location is: a box in one dimension, a sheared box in two; D coordinates.
+    """Region that contains the posterior of a location: an interval, or a sheared box in two dimensions; D coordinates.
 
     The second coordinate is centred on its regression on the first, so that the nodes follow a narrow ridge.
 
@@ -29,9 +29,9 @@ class Region:
     mean : (D,) array
         Centre, mm.
     covariance : (D, D) array
-        Covariance from which the widths follow, mm².
+        Covariance, which determines the widths, mm².
     n : int
-        Nodes of each coordinate.
+        Number of nodes of each coordinate.
     """
 
     low: FloatArray
@@ -60,7 +60,7 @@ class Region:
         return out, both.ravel(), np.stack([low, high], axis=-1)
 
     def at_ends(self, mass: FloatArray, ends: FloatArray) -> float:
-        """Largest share of the masses (n,) in the outermost nodes, except at ends of the calibrated region."""
+        """Largest share of the masses (n,) in the outermost nodes; ends of the calibrated region are not counted."""
         n = self.n
         if len(self.mean) == 1:
             open_ = ends[0, 0] > self.low[0], ends[0, 1] < self.high[0]
@@ -76,7 +76,7 @@ class Region:
         return float(max(*first, *second))
 
     def unresolved(self, mass: FloatArray) -> float:
-        """Size of the last Legendre coefficients of the marginal densities over the first one: small if resolved."""
+        """Largest of the last three Legendre coefficients of marginal densities over the first; small if resolved."""
         _, weight = _legendre(self.n)
         table = mass.reshape(self.n, -1)
         marginals = [table.sum(axis=1) / weight]
@@ -92,7 +92,7 @@ class Region:
         fine, below = _cumulated(n)
         table = mass.reshape(n, -1) if dimensions == 2 else mass[:, None]
         rows = table.sum(axis=1)
-        # Density of the first coordinate over its range; the interval follows from two of its nodes.
+        # Density of the first coordinate over its interval, whose ends follow from two nodes.
         x = location.reshape(n, -1, dimensions)[:, 0, 0]
         width = (x[-1] - x[0]) / (unit[-1] - unit[0])
         begin = x[0] - width * unit[0]
@@ -108,7 +108,7 @@ class Region:
 
 
 def _increasing(values: FloatArray) -> FloatArray:
-    """Distribution function that increases to 1, without the rounding and wiggles of its interpolation."""
+    """The distribution function made increasing, with the end 1: interpolation may have made it decrease somewhere."""
     out = np.maximum.accumulate(np.maximum(values, 0.0))
     return np.asarray(out / out[-1] + 1e-12 * np.arange(len(out)))
 

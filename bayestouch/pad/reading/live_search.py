@@ -10,8 +10,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader
 
-# Nodes so far below the best in log weight are left out; share of the probability at a distance that counts as another
-# location, and this distance in sd.
+# Nodes whose log weight is more than DEPTH below the largest one are left out. There is another location if more than
+# the share ELSEWHERE of the probability is further than APART sd from the best node.
 DEPTH, ELSEWHERE, APART = 10.0, 1e-2, 8.0
 
 
@@ -22,7 +22,7 @@ class Rough:
     Attributes
     ----------
     mean, covariance : (D,), (D, D) arrays
-        Of the location, mm.
+        Mean and covariance of the location, mm and mm².
     load : float
         Load at the best node.
     elsewhere : float
@@ -36,9 +36,9 @@ class Rough:
 
 
 class Search:
-    """Search over the lattice; products that depend on counts and load alone are kept until these change.
+    """Search over the lattice; products that depend only on counts and load are kept until these change.
 
-    As `bayestouch.pad.reading.components` for one touch, where the formulas are.
+    The formulas are those of `bayestouch.pad.reading.components`, for one touch.
     """
 
     def __init__(self, reader: PadReader, lattice: Lattice) -> None:
@@ -72,7 +72,7 @@ class Search:
         near = np.flatnonzero(log > log[k] - DEPTH)
         weight = np.exp(log[near] - log[k])
         weight /= weight.sum()
-        # The expansion about a node is not valid much further than its neighbours.
+        # The expansion about a node is not valid far beyond the neighbouring nodes.
         reach = 2 * self.lattice.width
         places = self.lattice.location[near].T + np.clip(step[:, near], -reach, reach)
         mean = places @ weight

@@ -15,7 +15,8 @@ from bayestouch.pad.reading.reader import PadReader, PadTouches
 from bayestouch.reading.fault_tests import SensorMisfit
 from bayestouch.sampling.laplace import damped_newton_steps
 
-# Smallest share of a reading's information that the fit of its touch leaves (as on a finger), for a test of it.
+# A reading is tested if the fit of its touch leaves more than this share of the information of the reading (as on a
+# finger).
 LEAST_TOLD = 0.01
 _ITERATIONS = 12
 
@@ -46,7 +47,7 @@ class PadMisfit:
 
     @property
     def few(self) -> bool:
-        """True: two or three elements determine the location of a touch."""
+        """True: only two or three elements determine the location of a touch."""
         return True
 
     @property
@@ -80,7 +81,7 @@ class PadMisfit:
             load=np.full(self.readings.n_touches, np.nan) if out[m] else self.readings.load,
         )
         with_effects = reader.touches(touches)
-        # What the values of effects leave open is an error that readings share, as that of the map.
+        # The uncertainty of the values of effects counts as an error that readings share, like that of the map.
         known = replace(with_effects, changes=None)
         read = np.isfinite(touches.load) & reader.load_measured
         x = _modes(reader, known, self.lattice)

@@ -14,7 +14,8 @@ from bayestouch.pad.reading.components import Components
 from bayestouch.sampling import BlockStreams
 from bayestouch.sampling.proposals import standard_t
 
-# (dof + d)/2 of the parts is 2 to this power, which is computed by squaring; 8 gives 13 or 14 degrees of freedom.
+# (dof + d)/2 of the parts is 2 to this power, so that powers are computed by squaring; 2³ = 8 gives 13 or 14 degrees of
+# freedom.
 _SQUARINGS = 3
 _POWER = 2**_SQUARINGS
 
@@ -24,8 +25,8 @@ _WIDER = 1.05
 # Largest number of parts of one touch; more are merged with their neighbours on the lattice.
 _MOST_PARTS = 96
 
-# Two locations are separate if the density between them is below this share of the lower peak; a location counts if
-# it has at least this share of the probability.
+# Two locations are separate if the density between them is below the share _SADDLE of the lower peak. A location counts
+# if it has at least the share _LEAST_MASS of the probability.
 _SADDLE, _LEAST_MASS = 0.5, 0.05
 
 # Nodes with less than this share of the largest weight are neglected.
@@ -154,8 +155,8 @@ def _merged(components: Components, part: slice) -> tuple[FloatArray, FloatArray
 def count_places(components: Components, n_touches: int) -> IntArray:
     """Number of separate locations in the posterior of each touch, (t,).
 
-    Nodes are visited in order of decreasing weight. A location starts at a node without a higher neighbour. It is
-    merged with a higher one if the weight between them does not fall below half of its peak.
+    Nodes are visited in the order of decreasing weight. A node without a higher neighbour is the peak of a new
+    location. A location is merged with a higher one if the weight between them is not below half of its peak.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
     return np.array([_places(components.log_weight[a:b], components.place[a:b]) for a, b in pairwise(bounds)])

@@ -18,7 +18,7 @@ from bayestouch.results.keys import USABLE
 from bayestouch.results.objects import Calibration
 from bayestouch.sampling.rank_one import shared_directions
 
-# Loads up to which, in reference loads, and how many, the change of a load by effects is tabulated.
+# The change of a load by effects is tabulated for LOADS loads up to MOST_LOAD reference loads.
 MOST_LOAD, LOADS = 10.0, 1001
 
 
@@ -35,7 +35,7 @@ class PadTouches:
     load, load_sd : (t,) arrays
         Prior mean and standard deviation of each load: from its measurement, else from the calibration.
     changes : (t, q, m + 1) array, optional
-        Change of readings and load by one standard deviation of each of q independent causes, as of
+        Change of readings and load by one standard deviation of each of q independent causes, as in
         `bayestouch.pad.effect_changes.CorrectedMeans`.
     """
 
@@ -63,7 +63,7 @@ class PadTouches:
 
 @dataclass(frozen=True, eq=False)
 class PadReader:
-    """A calibrated pad in the form that computes posterior densities of touches.
+    """A calibrated pad that computes posterior densities of touches.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class PadReader:
     usable : (m,) bool array
         Elements that responded in the calibration.
     changes_of_load : (1 + q, n) array, optional
-        Loads as they act, and their change by one standard deviation of each cause at the same true load.
+        Acting loads, and their change by one standard deviation of each cause at the same true load.
     """
 
     map: PadMap
@@ -101,7 +101,7 @@ class PadReader:
         calibration : Calibration
             Calibration of a pad.
         plug_in : bool
-            Assume that the calibration is exact.
+            Whether the calibration counts as exact.
 
         Raises
         ------
@@ -178,19 +178,19 @@ class PadReader:
     def shared(
         self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray, variance: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """What the values of effects add to the covariance of readings and load.
+        """Change of the inverse covariance of readings and load by the uncertainty of the values of effects.
 
         Parameters
         ----------
         touches, x, blocks
-            As of `log_density`; the touches have changes.
+            As in `log_density`; the touches have changes.
         signal, variance : (B, n, m) arrays
             Expected signal and variance of each reading alone, from `predict`.
 
         Returns
         -------
         (B, n, q, m + 1) array, (B, n) array
-            As `bayestouch.sampling.rank_one.shared_directions`.
+            Result of `bayestouch.sampling.rank_one.shared_directions`.
         """
         here = np.broadcast_to(touches.present[blocks][:, None], signal.shape)
         load_weight = np.broadcast_to(1 / touches.load_sd[blocks][:, None] ** 2, x.shape[:-1])
@@ -198,7 +198,7 @@ class PadReader:
         return shared_directions(weight, self.changes(touches, x, blocks, signal))
 
     def changes(self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray) -> FloatArray:
-        """Change of what readings and load miss (B, n, q, m + 1), by one sd of each cause; as `shared`."""
+        """Change of the residuals of readings and load by one sd of each cause, (B, n, q, m + 1); see `shared`."""
         assert touches.changes is not None and self.changes_of_load is not None
         assert self.map.offset_by_effect is not None
         load = x[..., -1]
@@ -230,7 +230,7 @@ class PadReader:
 
 
 def _changes_of_load(calibration: Calibration) -> FloatArray:
-    """`PadReader.changes_of_load` over the loads that may act."""
+    """`PadReader.changes_of_load` of a calibration with effects."""
     effects = PadEffects.of(calibration)
     assert effects is not None
     acting = effects.acts(effects.reference_load * np.linspace(0.0, MOST_LOAD, LOADS))

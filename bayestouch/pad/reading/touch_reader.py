@@ -37,8 +37,9 @@ class PadTouchReader:
 
     In its results, ``sample_stats["modes"]`` is the number of separate locations in a posterior.
     ``"reference_level"`` is the probability of the smallest region of highest density that contains the reference
-    location (NaN if unknown); it is uniform over touches if posteriors are right. ``rows.predicted`` is the posterior
-    mean of the readings. Loads that are not measured have the mean and spread of the calibration as their prior.
+    location (NaN if unknown); over many touches it is uniformly distributed if posteriors are right. ``rows.predicted``
+    is the posterior mean of the readings. The prior of a load that is not measured has the mean and the standard
+    deviation of the loads of the calibration.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class PadTouchReader:
 
     @property
     def unchecked(self) -> str:
-        """Reason to skip the check, or ``""``: readings are not corrected for drifts, which look like faults."""
+        """Reason to skip the check, or ``""``: readings are not corrected for drifts, and a drift resembles a fault."""
         drifts = self.effects is not None and bool(self.effects.listed.drifts)
         return "the elements are not checked: a drift looks like a fault" if drifts else ""
 
@@ -107,7 +108,7 @@ class PadTouchReader:
         return {"kernel": self.kernel, "samples": self.sampler.reader.samples}
 
     def average(self, piece: Touches) -> TouchMeans:
-        """Means of the touches in a piece of the table, minus the rest reading, corrected for effects."""
+        """Mean readings of the touches in a piece of the table, minus the rest reading, corrected for effects."""
         reader = self.sampler.reader
         if self.effects is None:
             readings = pad_readings(piece, reader.map.dimensions, reader.samples)
