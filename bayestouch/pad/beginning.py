@@ -40,7 +40,7 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups:
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.pad.start.pad_fit`, or groups are asked for.
+        For the reasons of `bayestouch.pad.start.pad_fit`, or `groups` is not empty.
     """
     if groups:
         raise InputError("groups: they are not written for a calibration of a pad with effects")
@@ -78,9 +78,9 @@ class PadEvaluation:
     data : SplitData
         Training and held-out touches.
     setting : Setting
-        Setting by which the effects chose their priors.
+        Setting from which the effects chose their priors.
     observed : Observations or None
-        Held-out touches.
+        Held-out touches; None if no touch is held out.
     kernel : str or None
         Kernel of the calibrations; that of the fit by default.
     draws, seed : int

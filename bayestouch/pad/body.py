@@ -1,4 +1,4 @@
-"""The `Body` of pads. Modules are imported when they are used."""
+"""The `Body` of pads. Its functions import the modules that they need when they are called."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ if TYPE_CHECKING:
     from bayestouch.reading.touch_reader import TouchReader
     from bayestouch.results.objects import Calibration
 
-# A fit with an empirical map has hundreds of weights: it takes one second for so many touches of eight elements.
+# Largest number of training touches in a search for effects. A fit with an empirical map has hundreds of weights; with
+# this number of touches and eight elements it takes one second.
 MOST_TOUCHES = 1000
-# Smallest range of the loads, over their median, at which an error of the load can be observed.
+# If the range of the loads over their median is above this, an error of the load can be observed.
 LOADS_VARY = 0.2
 
 

@@ -23,7 +23,7 @@ from bayestouch.pad.result import pad_calibration_of
 from bayestouch.pad.start import fit_without_effects
 from bayestouch.results.objects import Calibration
 
-# Share of the time after which the model is chosen.
+# Share of the processing time that the choice of the model takes.
 CHOSEN = 0.7
 
 
@@ -42,8 +42,8 @@ def calibrate_pad(
 
     Three models are compared by the log predictive density of readings that are left out one by one: the best kernel,
     this kernel with an empirical map, and an empirical map about a constant. The simplest one that is not clearly worse
-    is chosen. emcee draws its parameters from the exact posterior, with the map integrated out, and with proposals from
-    the normal approximation at the mode.
+    is chosen. emcee draws its parameters from the exact posterior, with the map integrated out; the proposals are those
+    of `bayestouch.pad.sampling`.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def drawn(
     groups: Sequence[str] = (),
     progress: Progress | None = None,
 ) -> tuple[ChosenPad, PadPosterior]:
-    """The chosen model at its most probable parameters, and draws of these."""
+    """The chosen model at its most probable parameters, and posterior draws of the parameters."""
     fitted = fit_without_effects(chosen.problem, chosen.model, pad_of(dataset.sensor))
     density = PadDensity.of(fitted)
     posterior = PadPosterior.of(density, draws, seed, groups=groups, progress=progress)
@@ -100,7 +100,7 @@ def drawn(
 
 @dataclass(frozen=True, eq=False)
 class ChosenPad:
-    """Known touches of a pad, the model that predicts them best, and all that were tried by name.
+    """Known touches of a pad, the model that was chosen for them, and all models that were compared with it.
 
     Attributes
     ----------
@@ -111,9 +111,9 @@ class ChosenPad:
     model : PadCandidate
         The chosen model.
     rivals : dict of str to PadCandidate
-        All of them.
+        All fitted models by name, the chosen one included.
     notes : list of str
-        What was handled or assumed.
+        Notes on touches that were left out, and on assumptions.
     """
 
     problem: PadProblem
@@ -136,7 +136,7 @@ def choose_pad(
     seed: int = 0,
     progress: Progress | None = None,
 ) -> ChosenPad:
-    """Choose the model of a pad; parameters and errors as of `calibrate_pad`."""
+    """Choose the model of a pad; parameters and errors as in `calibrate_pad`."""
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
         raise InputError(f"expected samples among {', '.join(SAMPLES)}, got {samples!r}")

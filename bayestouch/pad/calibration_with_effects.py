@@ -1,8 +1,9 @@
 """Calibration of a pad with effects.
 
-Readings and loads are corrected for the effects at their most probable values, and a calibration without effects is
-made of the corrected readings. It stores the effects, so that touches to be read are corrected in the same way; and, to
-first order, how the map changes with the values of the effects, so that the uncertainty of these enters every touch.
+Readings and loads are corrected for the effects at their most probable values. A calibration without effects is then
+made from the corrected readings. It stores the effects, so that touches to be read are corrected in the same way. It
+also stores the change of the map with the values of the effects, to first order: with it, the posterior of every touch
+includes the uncertainty of these values.
 """
 
 from __future__ import annotations
@@ -77,7 +78,7 @@ def pad_calibration(
     rest : (m,) array or None
         Rest reading that was subtracted.
     setting : Setting
-        Setting by which the effects chose their priors.
+        Setting from which the effects chose their priors.
     kernel, draws, seed
         As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
@@ -122,7 +123,10 @@ def pad_calibration(
 
 
 def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:
-    """The model with a finer map and its tables, if it predicts readings left out clearly better; else as it is."""
+    """The model with a finer map, and the tables of this map, if it predicts left-out readings clearly better.
+
+    Else the model without a change, except for a note, and None.
+    """
     finer, first = (make(chosen.problem, chosen.model) for make in (FinerMap.of, FinerMap.first))
     if finer.model.score <= first.model.score + WORTH_A_MAP:
         return replace(chosen, notes=[*chosen.notes, NO_FINER]), None
@@ -148,18 +152,18 @@ def pad_effects(fitted: Fitted, added: tuple[AddedEffect, ...], setting: Setting
 
 
 def _following(effects: PadEffects, moved: Callable[[PadEffects], Touches], chosen: ChosenPad, map_: PadMap) -> PadMap:
-    """The map with its changes by the values of the effects.
+    """The map, and its change per standard deviation of each independent cause of the values of the effects.
 
     Parameters
     ----------
     effects : PadEffects
         The effects.
     moved : callable
-        Known touches corrected with other values.
+        From effects with other values to the known touches, corrected with these values.
     chosen : ChosenPad
-        The model whose map it is.
+        The model of the pad.
     map_ : PadMap
-        The map.
+        The map of the model.
     """
     if not len(effects.root):
         return map_

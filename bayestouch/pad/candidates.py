@@ -119,7 +119,7 @@ def fit_kernel(problem: PadProblem, kernel: Kernel) -> PadCandidate:
     for _ in range(_KERNEL_ROUNDS - 1):
         sd2 = model.noise.mean_sd(known.counts, model.left_out.signal) ** 2
         spread = np.where(np.isnan(problem.load_share), model.load_spread, problem.load_share)
-        # Here the error of the load counts as independent between elements: it only sets the weights of the fit.
+        # Here the error of the load counts as independent between elements, because it only determines fit weights.
         variance = np.where(problem.present, sd2 + (spread[:, None] * model.left_out.signal) ** 2, np.inf)
         fit = fit_chain(fit.chain, flat, known, replace(misfit, variance=variance))
         model = _judged(problem, fit, fit.chain)

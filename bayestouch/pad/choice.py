@@ -11,7 +11,7 @@ from bayestouch.pad.candidates import PadCandidate, add_map, fit_kernel
 from bayestouch.pad.priors import check_identifiable
 from bayestouch.pad.problem import PadProblem
 
-# Increase of the log predictive density for which a model is preferred to a simpler one: a factor of twenty.
+# A model is preferred to a simpler one if its log predictive density is higher by more than this (a factor of twenty).
 WORTH_A_MAP = 3.0
 
 

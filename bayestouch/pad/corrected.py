@@ -1,7 +1,7 @@
 """Correction of the readings and loads of a pad for effects; the corrected signal is linear in the acting load.
 
-A reading is a known function of the signal, of time and of earlier touches, independent of location: the equation is
-solved for the signal, touch by touch. Effects that depend on the location are part of the empirical map.
+A reading is a known function of the signal, of time and of earlier touches, and does not depend on the location. The
+function is solved for the signal by Newton steps. Effects that depend on the location are part of the empirical map.
 
 The *acting load* is the load after all effects on it; the *true load* is the one that presses on the pad.
 """
@@ -25,8 +25,8 @@ from bayestouch.model.timing import Timing
 from bayestouch.results.keys import EFFECT_PEAK, EFFECT_ROOT, EFFECT_VALUES, EFFECT_ZERO
 from bayestouch.results.objects import Calibration
 
-# Number of Newton steps for the signal, each of which reduces the error at least by half; and from a signal that is
-# nearly right, for its change to a thousandth.
+# Number of Newton steps for the signal; each step at least halves the error. With the second number, a start from a
+# nearly right signal gives the change of the signal to a thousandth.
 STEPS, STEPS_NEAR = 25, 10
 # Step of the central difference of a reading over its signal, over the peak; smallest slope in a Newton step.
 SLOPE_STEP, LEAST_SLOPE = 1e-4, 0.1
@@ -51,8 +51,9 @@ class PadEffects:
     element_place : tuple of (m,) arrays
         Nominal locations of the elements, mm.
     root : (q, q) array
-        Lower Cholesky factor of the covariance of the values of `corrected_for`, one after the other, in the
-        coordinates that fits move; (0, 0) if the values count as exact.
+        Lower Cholesky factor of the covariance of the values of the effects `corrected_for`, in this order, in the
+        coordinates of fits (`EffectParameter.to_unconstrained`); (0, 0) if the values count as exact. Each column is an
+        independent cause of errors of the values.
     """
 
     listed: EffectList
@@ -87,7 +88,7 @@ class PadEffects:
         return tuple(effect for effect in self.listed.plain if effect.name not in left)
 
     def moved(self, cause: int, share: float) -> PadEffects:
-        """The same with values moved by a share of a standard deviation of one of the independent causes of `root`."""
+        """The effects, their values moved by `share` standard deviations of the cause in column `cause` of `root`."""
         values, first = dict(self.values), 0
         for effect in self.corrected_for:
             there = slice(first, first + len(effect.parameters))
@@ -117,16 +118,16 @@ class PadEffects:
         )
 
     def corrected(self, touches: Touches, clock: Timing | None = None, *, near: Touches | None = None) -> Touches:
-        """The table with signals (plus the zeros of the elements) instead of readings, and acting loads.
+        """The table with signals (plus the zeros of the elements) instead of readings, and with acting loads.
 
         Parameters
         ----------
         touches : Touches
             Table with the rest reading subtracted.
         clock : Timing, optional
-            Times of its rows; by default from the table.
+            Times of the rows; by default from the table.
         near : Touches, optional
-            The table corrected with values that are nearly the same.
+            The same table, corrected with nearly the same values: the start of the Newton steps.
         """
         rows = np.flatnonzero(touches.in_contact)
         clock = clock or Timing.of(touches)
@@ -150,7 +151,7 @@ class PadEffects:
     def corrected_sample(
         self, readings: FloatArray, load: float, time_s: float, held_s: float, history: History | None
     ) -> tuple[FloatArray, float]:
-        """One row as `corrected` changes it: readings (m,), NaN missing, and load; `history` has earlier touches."""
+        """One row, corrected as in `corrected`: readings (m,), NaN missing, and load; `history` has earlier touches."""
         missing = np.isnan(readings)
         place = tuple(np.full(1, np.nan) for _ in self.element_place)
         recording = replace(
@@ -172,7 +173,10 @@ class PadEffects:
     def _signal_behind(
         self, recording: Recording, read: FloatArray, signal: FloatArray, steps: int, close: float = 0.0
     ) -> FloatArray:
-        """Signals (n, m) that give these readings: Newton steps from `signal`, until one is below `close` peaks."""
+        """Signals (n, m) that give the readings `read` (n, m), by Newton steps from `signal`.
+
+        There are at most `steps` steps; they end when a step of all signals is at most `close` times the peak.
+        """
         step = SLOPE_STEP * self.peak
         for _ in range(steps):
             up, down = (self._readings(recording, signal + sign * step) for sign in (1, -1))
@@ -200,7 +204,7 @@ class PadEffects:
         return self._inverse(acting, self._corrected)
 
     def acts(self, pressing: FloatArray) -> FloatArray:
-        """Load (n,) as it acts, of true loads: inverse of `pressing`."""
+        """Acting load (n,) from true loads: inverse of `pressing`."""
         return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing(self, acting: FloatArray) -> FloatArray:
@@ -208,7 +212,7 @@ class PadEffects:
         return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])
 
     def pressing_slope(self, acting: FloatArray) -> FloatArray:
-        """Derivative of `pressing`, any shape; zero for acting loads that no tabulated load gives."""
+        """Derivative of `pressing`, any shape; zero for acting loads that no tabulated true load gives."""
         step = 1e-4 * self.reference_load
         return np.asarray((self.pressing(acting + step) - self.pressing(acting - step)) / (2 * step))
 

@@ -1,7 +1,7 @@
 """Basis of the empirical correction of a pad: smooth functions of the location, proportional to the load.
 
-It has a function of the distance to the element, shared by all elements; a function of the location for each element;
-and the same functions of the location times the square of the load.
+It has three parts: functions of the distance to the element, shared by all elements; functions of the location for each
+element; and, if loads vary, these functions of the location times the square of the load.
 """
 
 from __future__ import annotations

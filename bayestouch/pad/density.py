@@ -1,9 +1,9 @@
 """Exact posterior density of a pad's calibration: kernel, gains, offsets, positions and effects.
 
-The empirical map, the errors of the loads and drifts are random functions that act linearly on the readings: they are
-integrated out. The noise, and the size and the length of the map, are those of the fit: they were chosen by how well
-readings are predicted that are left out, and touches are read with the same. An effect that is not linear is taken
-as linear in the weights of the map, about their most probable values: they are known far better than an effect bends.
+The empirical map, the errors of the loads and the drifts change the readings linearly, so they are integrated out. The
+noise, and the size and the length of the map, are fixed at the values of the fit; touches are read with the same
+values. A nonlinear effect is linearised in the weights of the map, about their most probable values: the weights are
+known so well that the effect is nearly linear over their uncertainty.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from bayestouch.pad.map_basis import HeldMap
 from bayestouch.pad.model import PadModel
 from bayestouch.priors.parameters import LogNormal, Prior
 
-# Numbers of readings that are held together: 8 MB.
+# Largest number of entries of an array that is computed at once: 8 MB.
 NUMBERS_HELD = 1 << 20
 
 
@@ -35,12 +35,13 @@ class PadDensity:
     Attributes
     ----------
     fitted : Fitted
-        Touches, model and noise. Its vector is the mode.
+        Touches, model and noise. The vector of the fit is the mode.
     model : PadModel
-        The model with its map held at its most probable values, and the touches. What the held map does is added to
-        their mean readings, since the prior of a weight is about zero and not about where it is held.
+        The touches, and the model with a map that is fixed at its most probable weights. The contribution of these
+        weights is also added to the mean readings of the touches, so that it cancels in the residuals: the prior of a
+        weight has mean zero.
     functions : Functions or None
-        What is integrated out beside the errors of the loads: map and drifts.
+        Random functions that are integrated out in addition to the errors of the loads: map and drifts.
     """
 
     fitted: Fitted
@@ -71,13 +72,14 @@ class PadDensity:
 
     @property
     def covariance(self) -> FloatArray:
-        """Covariance of the normal approximation about it, (d, d)."""
+        """Covariance of the normal approximation about the mode, (d, d)."""
         return np.asarray(self.fitted.linear.covariance()[np.ix_(self._entries, self._entries)])
 
     def approximation(self, farthest: float) -> tuple[FloatArray, FloatArray]:
-        """Mean (d,) and covariance (d, d) of the normal density that the posterior is near to between its bounds.
+        """Mean (d,) and covariance (d, d) of the normal density that approximates the posterior between its bounds.
 
-        A mode at a bound has the mean of this density beyond it: by `farthest` standard deviations at most.
+        If the mode of an entry is at a bound, the mean is beyond this bound. `farthest` limits the distance, in
+        standard deviations.
         """
         linear = self.fitted.linear
         covariance, slope = linear.free.covariance(), linear.free.gradient()
@@ -89,14 +91,14 @@ class PadDensity:
 
     @property
     def _entries(self) -> IntArray:
-        """Entries of the fit's vector that are not weights of a map."""
+        """Indices of the entries of the fit's vector that are not weights of a map, (d,)."""
         fitted = self.fitted
         weights = fitted.model.n_base - self.model.n_base
         return np.delete(np.arange(len(fitted.vector)), np.arange(weights) + self.model.n_base)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Name of each entry: ``gain[0]``, ``sigma`` …, and ``creep_share`` … of effects."""
+        """Name of each entry: ``gain[0]``, ``sigma`` …, then those of the effects, such as ``creep_share``."""
         own = (each.name for effect in self.model.effects for each in effect.public_parameters())
         return (*self.model.pad.layout, *own)
 
@@ -112,12 +114,12 @@ class PadDensity:
 
     @cached_property
     def bounds(self) -> tuple[FloatArray, FloatArray]:
-        """Lowest and highest value of each entry."""
+        """Lowest and highest value of each entry, two (d,) arrays."""
         low, high = np.array([prior.support for prior in self.priors]).T
         return np.where(self.logarithmic, -np.inf, low), high
 
     def values(self, vectors: FloatArray) -> FloatArray:
-        """Values of the entries of vectors, (..., d)."""
+        """Values of the parameters from vectors, (..., d): the exponential of the logarithmic entries."""
         return np.where(self.logarithmic, np.exp(np.where(self.logarithmic, vectors, 0.0)), vectors)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
@@ -149,18 +151,19 @@ class PadDensity:
         return np.asarray(out + self._log_volume)
 
     def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
-        """Log density of each touch's readings given those of all others, of vectors (n, d) inside the bounds, (n, t).
+        """Log density (n, t) of the readings of each touch given those of all others, at vectors (n, d).
 
-        Without a map touches are independent, and the sum over them is `log_likelihood`. With one this is what
-        leave-one-out cross-validation weighs (P.-C. Bürkner, J. Gabry and A. Vehtari, Computational Statistics 36
-        (2021) 1243).
+        The vectors are inside the bounds. Without a map and drifts the touches are independent, and the sum over the
+        touches is `log_likelihood`. With them, this is the density that leave-one-out cross-validation uses (P.-C.
+        Bürkner, J. Gabry and A. Vehtari, Computational Statistics 36 (2021) 1243).
         """
         t, m = self._readings.shape
         out = np.empty((len(vectors), t))
         for part in self._parts(len(vectors)):
             white, samples = self._whitened(vectors[part])
             if self.functions is not None:
-                # With P the white precision of all readings, P_tt that of a touch: the density needs (P z)_t and P_tt.
+                # z: whitened residuals, P: their precision, P_tt: its block of one touch. The density needs (P z)_t
+                # and P_tt.
                 white = self.functions.without(white)
                 spread = np.linalg.solve(self._left_out, white.reshape(t, m, -1))
             else:
@@ -176,7 +179,7 @@ class PadDensity:
         return self.model.known.means.readings
 
     def linearised(self, vector: FloatArray) -> Linearised:
-        """The model made linear around a vector (d,); a flat prior is taken as a normal one as wide as its support."""
+        """The model linearised at a vector (d,); a flat prior counts as a normal one, its width as the sd."""
         return linearised(self.model, vector, self.fitted.whitening, self.functions)
 
     def _parts(self, n: int) -> list[slice]:
@@ -210,7 +213,7 @@ class PadDensity:
 
     @cached_property
     def _left_out(self) -> FloatArray:
-        """Lower Cholesky factor (t, m, m) of what all other touches leave open of the white precision of a touch."""
+        """Lower Cholesky factor (t, m, m) of each touch's block of the precision of all whitened readings."""
         assert self.functions is not None
         white, root = self.functions.white, self.functions.root
         t, m = white.shape

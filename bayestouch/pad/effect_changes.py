@@ -1,8 +1,9 @@
-"""What the uncertain values of effects change on a pad: its map, and the touches that it reads.
+"""Changes of the map of a pad, and of touches read with it, by the uncertainty of the values of effects.
 
-Readings of the calibration and of touches to be read are corrected for effects with the same values. Where these are
-wrong, both corrections are, and the map has taken most of it up: what is left of a touch is the difference. All changes
-are for one standard deviation of each of the independent causes of `bayestouch.pad.corrected.PadEffects.root`.
+Readings of the calibration and of touches to be read are corrected for effects with the same values. If these values
+are wrong, both corrections are wrong, and the map has absorbed most of the error: the error of a touch is the
+difference of the two. All changes are for one standard deviation of one independent cause, a column of
+`bayestouch.pad.corrected.PadEffects.root`.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from bayestouch.pad.candidates import PadCandidate, kernel_shape
 from bayestouch.pad.corrected import PadEffects
 from bayestouch.pad.known_touches import pad_readings
 
-# Central differences, as a share of the standard deviation of a cause.
+# Step of central differences, as a share of the standard deviation of a cause.
 STEP = 0.1
-# Grid points of a map at a time: with 1,400 touches 16 MB.
+# Grid points of a map that are computed together: 16 MB with 1,400 touches.
 CHUNK = 1500
 
 
@@ -33,14 +34,15 @@ class CorrectedMeans(TouchMeans):
     Attributes
     ----------
     changes : (t, q, m + 1) array
-        Change of the corrected readings, and of the corrected load at the same true load.
+        Change of the corrected readings; last, the change of the corrected load minus that of the acting load at the
+        same true load.
     """
 
     changes: FloatArray | None = None
 
 
 def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> FloatArray:
-    """Change of what a function makes of effects, (q, ...)."""
+    """Change of the result (...) of a function of the effects by one standard deviation of each cause, (q, ...)."""
     if not len(effects.root):
         return np.empty((0, *of(effects).shape))
     moved = ([of(effects.moved(cause, sign * STEP)) for sign in (1, -1)] for cause in range(len(effects.root)))
@@ -48,15 +50,16 @@ def changes_of(effects: PadEffects, of: Callable[[PadEffects], FloatArray]) -> F
 
 
 def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samples: str) -> CorrectedMeans:
-    """Touches of a table, the rest reading subtracted, averaged over the samples that count; with their changes.
+    """Means of the touches of a table, corrected for effects, with the changes of the means.
 
     Parameters
     ----------
     effects : PadEffects
-        Of the calibration.
+        Effects of the calibration.
     touches : Touches
+        Table with the rest reading subtracted.
     dimensions, samples
-        As `bayestouch.pad.known_touches.pad_readings`.
+        As in `bayestouch.pad.known_touches.pad_readings`.
     """
 
     corrected = effects.corrected(touches)
@@ -67,7 +70,7 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
 
     means = pad_readings(corrected, dimensions, samples)
     changes = np.nan_to_num(changes_of(effects, columns))
-    # The load that acts is what the calibration takes it for, and another under other values; true loads are the same.
+    # With other values the same true load gives another acting load: only the rest of the change of a load is an error.
     pressing = effects.pressing(np.nan_to_num(means.load, nan=effects.reference_load))
     changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, changes_of(effects, lambda moved: moved.acts(pressing)))
     of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
@@ -75,15 +78,16 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
 
 
 def changes_of_load(effects: PadEffects, acting: FloatArray) -> FloatArray:
-    """Change of the loads that act, (q, n), where now `acting` (n,) does, at the same true loads."""
+    """Change (q, n) of acting loads (n,) by one standard deviation of each cause, at the same true loads."""
     pressing = effects.pressing(acting)
     return changes_of(effects, lambda moved: moved.acts(pressing))
 
 
 def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: FloatArray) -> PadMap:
-    """The map, and how it follows changes of the touches that it was found from.
+    """The map, with the changes that follow from changes of the touches of the calibration.
 
-    Linear about the mode of the calibration, with kernel, noise, and length and size of the empirical map held.
+    The changes are linear, about the mode of the calibration. The noise, and the length and the size of the empirical
+    map, are fixed.
 
     Parameters
     ----------
@@ -92,7 +96,7 @@ def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: 
     model : PadCandidate
         A calibrated pad; n touches, m elements.
     readings, load : (q, n, m), (q, n) arrays
-        Changes of the touches.
+        Changes of the readings and loads of the touches.
     """
     fit = model.fit
     chain, m = fit.chain, fit.chain.n_elements
@@ -122,7 +126,10 @@ def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: 
 
 
 def _followed(model: PadCandidate, points: FloatArray, flat: FloatArray, weights: list[FloatArray]) -> FloatArray:
-    """Change of the sensitivity at points (k, D), (k, q m), of the changes of chain (d, q) and map, m (n, q) arrays."""
+    """Change of the sensitivity at points (k, D), (k, q m), from the changes of the chain (d, q) and of the map.
+
+    The change of the map is given by m arrays (n, q): inverse covariance times the change of the residuals.
+    """
     fit = model.fit
     derivative, shape = fit.chain.sensitivity_derivatives(points), kernel_shape(model.shape, points)
     out = np.empty((len(points), flat.shape[1], fit.chain.n_elements))

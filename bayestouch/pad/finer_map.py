@@ -1,12 +1,13 @@
 """The map of a pad with a correction: finer in the location, and not in proportion to the load.
 
-The sensitivity of an element is its kernel plus two Gaussian processes. The first is that of the empirical map
-(`bayestouch.pad.residual_map`). The second has a length of its own in the location and, where loads vary, one in the
-logarithm of the load: ``amplitude_e² C² ρ(|x - x'|/l₂) ρ(|ln P/P'|/λ)``. All sizes and lengths are shared by the
-elements and have the largest marginal likelihood; the kernel and the offsets stay at their most probable values.
+The sensitivity of an element is its kernel plus two Gaussian processes. The first process is that of the empirical map
+(`bayestouch.pad.residual_map`). The second process has a correlation length l₂ in the location and, if loads vary, a
+correlation length λ in the logarithm of the load: ``amplitude_e² C² ρ(|x - x'|/l₂) ρ(|ln P/P'|/λ)``. All sizes and
+lengths are shared by the elements and maximise the marginal likelihood; the kernel and the offsets are fixed at their
+most probable values.
 
-A diagnosis that finds a correction reads touches with this map. The weights of its correction are not used here: their
-functions are chosen for the speed of a search, and a calibration can afford the whole covariance.
+If a diagnosis finds a correction, touches are read with this map. It does not use the weights of the correction: the
+functions of a correction are few, so that a search is fast, while a calibration has time for the whole covariance.
 
 Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to 2.26,
 2.30 (marginal likelihood), 5.9 (its gradient), 5.12 (leave-one-out).
@@ -30,16 +31,15 @@ from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
 from bayestouch.pad.table import MapGrid
 
-# Touches by which sizes and lengths are chosen: groups of neighbours, so that both short and long distances are there.
+# Touches from which sizes and lengths are estimated: groups of neighbours, which have both short and long distances.
 GROUPS, NEIGHBOURS = 12, 25
-# Loads vary if their range is this share of their median.
+# Loads vary if their range is above this share of their median.
 LOADS_VARY = 0.2
-# Loads at which the map is tabulated: step in the logarithm, over the length there (linear interpolation then errs by
-# some thousandth of the size of what changes with the load), fewest and most steps, how far beyond the known loads.
+# Loads at which the map is tabulated. Step in the logarithm over λ (the error of linear interpolation is then some
+# thousandths of the part that changes with the load); smallest and largest number of steps; factor beyond known loads.
 LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
-# Number of blocks of touches that follow each other, which are left out together for the estimate of the noise: errors
-# of touches made soon after each other are alike, as those of a zero that wanders, so that one touch left out alone is
-# predicted better than a touch of another time.
+# Number of blocks of consecutive touches that are left out together for the estimate of the noise. Consecutive touches
+# have similar errors, for example if a zero drifts: a single left-out touch would be predicted too well.
 BLOCKS = 40
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
@@ -74,14 +74,14 @@ class FinerMap:
     Attributes
     ----------
     model : PadCandidate
-        Model with the first process, at its most probable parameters, with the noise and the readings left out of this
-        map.
+        Model with the first process, at its most probable parameters. Its noise and its predictions of left-out
+        readings are those of this map.
     sizes : Sizes
         Sizes and lengths.
     loads : (L,) array
-        Loads at which it is tabulated; empty if loads do not vary.
+        Loads at which the map is tabulated; empty if loads do not vary.
     factors : tuple of (n, n) arrays
-        Lower Cholesky factor of the covariance of the readings of each element.
+        Lower Cholesky factor of the covariance of the readings, for each element.
     weights : (n, m) array
         Inverse covariance times residuals about the kernel.
     """
@@ -94,20 +94,20 @@ class FinerMap:
 
     @classmethod
     def of(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
-        """The map with the sizes and lengths of the largest marginal likelihood, and its noise."""
+        """The map with the sizes, lengths and noise that maximise the marginal likelihood."""
         sizes, floor, share = _chosen(problem, model)
         return cls.given(problem, model, sizes, replace(model.noise, discrepancy_sd=floor, signal_share=share))
 
     @classmethod
     def first(cls, problem: PadProblem, model: PadCandidate) -> FinerMap:
-        """The map of `model` in this form, without a second process; readings are left out in the same blocks."""
+        """The map of `model` in this form, without the second process; readings are left out in the same blocks."""
         own = model.fit.misfit
         first = (own.misfit, own.relative, own.length_mm) if model.has_map else (0.0, 0.0, 1.0)
         return cls.given(problem, model, Sizes(*first, 0.0, 1.0, 1.0), model.noise)
 
     @classmethod
     def given(cls, problem: PadProblem, model: PadCandidate, sizes: Sizes, noise: Noise) -> FinerMap:
-        """The map with some sizes and lengths, given the known touches with this noise; and the noise it leaves."""
+        """The map with given sizes, lengths and noise; its model has the noise estimated from left-out blocks."""
         fit, known = model.fit, problem.known
         signal = fit.predicted() - fit.chain.offset
         here = problem.present
@@ -118,14 +118,15 @@ class FinerMap:
         location = _Rows(known.location, known.load, shape)
         blocks = np.array_split(np.arange(known.n_touches), min(BLOCKS, known.n_touches))
         for e in range(here.shape[1]):
-            # A missing reading has a noise that leaves it without weight.
+            # The noise of a missing reading is so large that its weight is negligible.
             blank = np.where(here[:, e], variance[:, e], 1e9 * (variance[:, e] + signal[:, e] ** 2))
             covariance = _covariance(sizes, fit.misfit.amplitude[e], e, location, location)
             factor = np.asarray(np.linalg.cholesky(covariance + np.diag(blank)))
             precision = cho_solve((factor, True), np.eye(len(factor)))
             weights[:, e] = precision @ np.where(here[:, e], fit.residual[:, e], 0.0)
             for block in blocks:
-                # The block's readings given all others: normal, with the inverse of its part of the precision.
+                # Given all other readings, those of a block are normal; the covariance is the inverse of the block's
+                # part of the precision.
                 left = np.linalg.inv(precision[np.ix_(block, block)])
                 residual[block, e] = left @ weights[block, e]
                 open_[block, e] = np.maximum(np.diag(left) - blank[block], 0.0)
@@ -179,7 +180,7 @@ class FinerMap:
 
 
 def loads_vary(load: FloatArray) -> bool:
-    """Whether loads differ enough for a map that is not in proportion to them."""
+    """Whether loads (n,) differ enough for a map that is not in proportion to the load."""
     return bool(np.ptp(load) > LOADS_VARY * np.median(load))
 
 
@@ -206,7 +207,7 @@ def _covariance(sizes: Sizes, amplitude: float, element: int, one: _Rows, two: _
 
 
 def _chosen(problem: PadProblem, model: PadCandidate) -> tuple[Sizes, FloatArray, float]:
-    """Sizes and lengths, noise of each element (m,), and noise over the signal, by the marginal likelihood."""
+    """Sizes and lengths, constant noise of each element (m,), noise over the signal: maximum marginal likelihood."""
     from scipy.optimize import minimize
 
     fit, known = model.fit, problem.known
@@ -283,7 +284,7 @@ def _chosen(problem: PadProblem, model: PadCandidate) -> tuple[Sizes, FloatArray
 
 
 def _some(location: FloatArray, seed: int) -> IntArray:
-    """Touches in groups of neighbours, about centres chosen at random; all, if they are few."""
+    """Indices of touches in groups of neighbours around random centres; all touches if they are few."""
     n = len(location)
     if n <= GROUPS * NEIGHBOURS:
         return np.arange(n)

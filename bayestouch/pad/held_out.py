@@ -23,9 +23,9 @@ def held_out(
 ) -> HeldOut:
     """Residuals of the model of a pad on held-out touches.
 
-    If touches have several samples, the prediction error is that of samples, since the samples of a pad may be at
-    different times of the hold. A load that was not measured is free: its effect on the readings of a touch is not
-    counted as lack of fit.
+    If touches have several samples, the prediction error is that of samples, because the samples of a pad may be from
+    different times of the hold. A load that was not measured is free: a change of the readings of a touch by its load
+    does not count as lack of fit.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.problem import PadProblem
 
-# Largest number of touches; the exponent is only a description, and a part of the touches gives it to 1 %.
+# Largest number of touches. The exponent is only a description; this number of touches determines it to 1 %.
 _MOST_TOUCHES = 400
 
 
@@ -23,7 +23,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
     problem : PadProblem
         The known touches.
     model : PadCandidate
-        The model with the smallest error, whether or not it was chosen: its remaining errors are due to the load.
+        The model with the smallest error, chosen or not: the load causes a larger part of its errors.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""The posterior density of the calibration of a pad as a `LogDensity`, and the model that it is of."""
+"""The posterior density of the calibration of a pad as a `LogDensity`, and the model to which it belongs."""
 
 from __future__ import annotations
 

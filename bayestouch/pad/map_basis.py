@@ -17,9 +17,9 @@ from bayestouch.chain.smooth import PlaceBasis
 from bayestouch.pad.candidates import PadCandidate as CalibratedPad
 from bayestouch.pad.candidates import kernel_shape
 
-# Knots are kept where the sd of the map of an element is at least this share of its largest sd, ...
+# Knots are kept where the sd of the map of an element is at least this share of its largest sd.
 KEPT = 0.15
-# ... but at most so many per element.
+# Largest number of knots of one element.
 MOST_KNOTS = 60
 
 
@@ -89,18 +89,18 @@ class MapBasis:
 
 @dataclass(frozen=True, eq=False)
 class HeldMap:
-    """A map whose weights are held, so that none of them is a parameter of the model.
+    """A map with fixed weights, so that no weight is a parameter of the model.
 
     Attributes
     ----------
     basis : MapBasis
-        Its functions.
+        Functions of the map.
     weights : (k,) array
-        Where they are held.
+        The fixed weights.
     place : (t, D) array
-        Places at which its sensitivity is known already, mm.
+        Locations at which the sensitivity is already computed, mm.
     known : (t, m) array
-        Sensitivity there.
+        Sensitivity that the map adds at these locations.
     """
 
     basis: MapBasis
@@ -111,7 +111,7 @@ class HeldMap:
 
     @classmethod
     def of(cls, basis: MapBasis, weights: FloatArray, place: FloatArray) -> HeldMap:
-        """The map with these weights, worked out at these places."""
+        """The map with fixed weights (k,), and with its sensitivity at locations (t, D) in mm."""
         return cls(basis, weights, place, basis.sensitivity(place, weights))
 
     def columns(self, place: FloatArray) -> FloatArray:
@@ -119,5 +119,5 @@ class HeldMap:
         return np.zeros((0, len(place), len(self.basis.bases)))
 
     def sensitivity(self, place: FloatArray, weights: FloatArray) -> FloatArray:
-        """Sensitivity (t, m) that the map adds at places (t, D); `weights` is empty."""
+        """Sensitivity (t, m) that the map adds at locations (t, D) in mm; `weights` is empty."""
         return self.known if np.array_equal(place, self.place) else self.basis.sensitivity(place, self.weights)

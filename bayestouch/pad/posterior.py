@@ -1,4 +1,4 @@
-"""The posterior of a pad's calibration by name, as files hold it."""
+"""The posterior of the calibration of a pad, by the names of the parameters, as in files."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class PadPosterior:
     mode : dict of () or (m,) arrays
         Most probable values.
     draws : dict of (chain, draw) or (chain, draw, m) arrays
-        Draws with emcee.
+        Posterior draws, made with emcee.
     covariance : (d, d) array
-        Of the normal approximation.
+        Covariance of the normal approximation at the mode.
     layout : tuple of str
-        Name of each of its rows.
+        Name of each row of the covariance.
     grades : dict of str to float
-        ``ess_bulk`` and ``rhat`` of the worst parameter, and ``acceptance``.
+        ``ess_bulk`` and ``rhat`` of the worst parameter, and the ``acceptance`` of the proposals.
     groups : dict of dict of arrays
         As in `bayestouch.Calibration`.
     """
@@ -62,20 +62,20 @@ class PadPosterior:
         density : PadDensity
             Posterior density of pad and effects.
         draws, seed : int
-            How many draws in all, and their seed.
+            Number of draws over all chains, and seed of the random numbers.
         added : sequence of AddedEffect
-            Effects with their posterior: drifts and effects of the noise, which are no entries of the density, are
-            drawn from it. They have a likelihood of their own, the course of the drift or the scatter of the samples,
-            which depends on the other parameters to second order only.
+            Effects with their posterior. The values of drifts and of noise effects are not entries of the density:
+            they are drawn from this posterior, independent of the other parameters. Their likelihood (of the drift as
+            a function of time, or of the scatter of samples) depends on the other parameters to second order only.
         groups : sequence of str
             Groups of the ArviZ schema: ``"log_likelihood"``, ``"log_prior"``.
         progress : callable, optional
-            Called with the fraction done.
+            Called with the share done, 0 to 1.
 
         Raises
         ------
         InputError
-            Another group is asked for.
+            `groups` contains another group.
         """
         if set(groups) - {"log_likelihood", "log_prior"}:
             raise InputError("groups: a calibration of a pad has log_likelihood and log_prior, no others")

@@ -13,35 +13,35 @@ from bayestouch.pad.density import PadDensity
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
 
-# A mode at a bound: its normal approximation has its own mode at most so many standard deviations beyond.
+# If the mode is at a bound, the mean of the normal approximation is at most so many standard deviations beyond it.
 FARTHEST = 8.0
-# Points at which the elements' entries are solved for, for each coefficient of a polynomial through them; how much
-# wider than the normal approximation they are spread.
+# Points at which the entries of elements are solved for: number over that of the coefficients of a polynomial, and
+# spread over that of the normal approximation.
 POINTS, WIDER = 2.0, 1.3
-# Rounds in which these points are moved to where the posterior is, at most; share of them that count when they are
-# there; powers of the weights in between; least spread that stays.
+# Largest number of rounds in which the points are moved to the posterior; effective share of the points at which the
+# rounds end; powers of the weights that are tried before; relative increase of variances, which keeps them above zero.
 MOST_ROUNDS, ENOUGH, POWERS, SLIGHT = 12, 0.25, tuple(0.5 ** np.arange(12)), 1e-6
-# A gain that is so many standard deviations from zero fixes the scale of what a shift of its element does.
+# A shift is solved for as ``gain * shift`` if the gain is more than so many standard deviations from zero.
 FIXED_GAIN = 6.0
 
 
 @dataclass(frozen=True, eq=False)
 class BoundedNormal:
-    """Change of variables from standard normal ones to a normal distribution that is cut off at bounds.
+    """Change of variables from standard normal variables to a normal distribution truncated at bounds.
 
-    The entry that its bounds cut off most comes first, each one within its bounds given those before it. Where only
-    the first comes near its bounds this is the distribution itself.
+    The entries are computed one after the other, each within its bounds given the earlier entries. The first entry is
+    the one that its bounds truncate most. The result is exact if only the first entry is near its bounds.
 
     Attributes
     ----------
     mean : (k,) array
-        Mean of the normal distribution that is cut off.
+        Mean of the normal distribution without truncation.
     order : (k,) int array
-        Entries in the order in which they are made.
+        Entries in the order in which they are computed.
     root : (k, k) array
-        Lower Cholesky factor of its covariance, in this order.
+        Lower Cholesky factor of the covariance without truncation, in this order.
     low, high : (k,) arrays
-        Bounds in this order, infinite where there is none.
+        Bounds in this order, infinite where there is no bound.
     """
 
     mean: FloatArray
@@ -52,7 +52,7 @@ class BoundedNormal:
 
     @classmethod
     def of(cls, mean: FloatArray, covariance: FloatArray, bounds: tuple[FloatArray, FloatArray]) -> BoundedNormal:
-        """The normal distribution of this mean and covariance between bounds."""
+        """The normal distribution with this mean (k,) and covariance (k, k), truncated at bounds, (k,) each."""
         low, high = bounds
         sd = np.sqrt(np.diag(covariance))
         order = np.argsort(ndtr((high - mean) / sd) - ndtr((low - mean) / sd), kind="stable")
@@ -60,7 +60,7 @@ class BoundedNormal:
         return cls(mean, order, root, low[order], high[order])
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Vectors (n, k) from points (n, k), and the log of the derivative (n,)."""
+        """Vectors (n, k) from standard normal points (n, k), and the log determinant of the derivative (n,)."""
         normal, log_derivative = points.copy(), np.full(len(points), float(np.log(np.diag(self.root)).sum()))
         mean = self.mean[self.order]
         for i in np.flatnonzero(np.isfinite(self.low) | np.isfinite(self.high)):
@@ -75,29 +75,30 @@ class BoundedNormal:
 
 @dataclass(frozen=True, eq=False)
 class PadPosteriorMap:
-    """Entries of a pad's vector from standard normal variables, and the log of the derivative.
+    """Change of variables from standard normal variables to the vector of a pad.
 
-    The k shared entries, those of the kernel and of effects, come first, between their bounds. Given these the gains,
-    offsets and positions are normal: readings are linear in gains and offsets, and near linear in ``gain * shift`` of
-    a position. Their mean, and the Cholesky factor of their precision, are polynomials of second order in the shared
-    entries.
+    The k shared entries (kernel and effects) are computed first, within their bounds. Given the shared entries, the
+    entries of the elements (gains, offsets and positions) are nearly normal, because readings are linear in gains and
+    offsets, and nearly linear in ``gain * shift`` of a position. The mean of the entries of the elements, and the
+    Cholesky factor of their precision, are polynomials of second order in the shared entries.
 
     Attributes
     ----------
-    shared, own : int arrays
-        Shared entries of the vector, and those of elements.
+    shared, own : (k,), (q,) int arrays
+        Indices of the shared entries of the vector, and of the entries of the elements.
     bounded : BoundedNormal
-        Of the shared entries.
+        Distribution of the shared entries.
     scale : (k, k) array
-        Inverse of their Cholesky factor: polynomials are in standard units about `bounded.mean`.
+        Inverse Cholesky factor of the covariance of the shared entries: the polynomials are in standard units about
+        `bounded.mean`.
     centre : (d,) array
-        The mode.
+        Mode of the entries of the elements, then `bounded.mean`.
     gain : (d,) int array
-        Entry of the gain that multiplies a shift; -1 where none does.
+        Index of the gain that multiplies a shift; -1 for entries that are not multiplied by a gain.
     step : (c, q) array
-        Coefficients of the mean of the q entries of elements, less the mode.
+        Polynomial coefficients of the mean of the entries of the elements minus the mode.
     root : (c, q, q) array
-        Coefficients of the lower Cholesky factor of their precision.
+        Polynomial coefficients of the lower Cholesky factor of the precision of the entries of the elements.
     """
 
     shared: IntArray
@@ -111,7 +112,7 @@ class PadPosteriorMap:
 
     @classmethod
     def of(cls, density: PadDensity, seed: int) -> PadPosteriorMap:
-        """Solve for the entries of elements at some values of the shared ones, about the mode of the fit."""
+        """Fit the polynomials to solutions for the entries of the elements at several values of the shared entries."""
         mean, covariance = density.approximation(FARTHEST)
         m, dimensions = density.model.pad.position.shape
         mode, d = density.mode, len(mean)
@@ -120,7 +121,7 @@ class PadPosteriorMap:
         fixed = np.flatnonzero(np.abs(mode[:m]) > FIXED_GAIN * np.sqrt(np.diag(covariance)[:m]))
         for axis in range(dimensions):
             gain[(2 + axis) * m + fixed] = fixed
-        # A shift times its gain: what a unit of it does is what a unit of the position does, over the gain.
+        # The entry is ``gain * shift``: one unit of it is a change of the position by 1/gain.
         unit = np.where(gain >= 0, 1 / np.where(gain >= 0, mode[gain], 1.0), 1.0)[own]
         low, high = (ends[shared] for ends in density.bounds)
         centre, spread = mean[shared], covariance[np.ix_(shared, shared)]
@@ -134,7 +135,8 @@ class PadPosteriorMap:
             log_weight += 0.5 * (points**2).sum(axis=1) + log_derivative
             if not len(shared) or effective_number(log_weight) >= ENOUGH * count:
                 break
-            # Far from normal, or from its mode: the moments of the points by weight, which none of them dominates.
+            # The posterior is not normal, or far from the points: the next points follow from weighted moments. A power
+            # of the weights below one prevents that a few points dominate the moments.
             power = next(p for p in POWERS if effective_number(p * log_weight) >= ENOUGH * count or p == POWERS[-1])
             weight = np.exp(power * (log_weight - log_weight.max()))
             centre = weight @ found / weight.sum()
@@ -154,7 +156,10 @@ class PadPosteriorMap:
         )
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Vectors (n, d) from points (n, d), and the log of the derivative (n,); NaN where there is no such vector."""
+        """Vectors (n, d) from standard normal points (n, d), and the log determinant of the derivative (n,).
+
+        Both are NaN for a point so extreme that rounding leaves no number between its bounds.
+        """
         vectors = np.empty_like(points)
         k = len(self.shared)
         vectors[:, self.shared], log_derivative = self.bounded(points[:, :k])
@@ -178,16 +183,16 @@ def _terms(x: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False)
 class _Solved:
-    """Entries of elements at one value of the shared ones; q entries.
+    """Entries of the elements for given shared entries; q entries.
 
     Attributes
     ----------
     step : (q,) array
-        Their most probable values, less the mode.
+        Most probable entries of the elements, minus the mode.
     root : (q, q) array
-        Lower Cholesky factor of their precision.
+        Lower Cholesky factor of the precision of the entries of the elements.
     log_density : float
-        Log density of the shared entries, these integrated out, up to a constant.
+        Log density of the shared entries, up to a constant; the entries of the elements are integrated out.
     """
 
     step: FloatArray
@@ -196,7 +201,7 @@ class _Solved:
 
     @classmethod
     def at(cls, density: PadDensity, vector: FloatArray, own: IntArray, unit: FloatArray) -> _Solved:
-        """Solve in units (q,) of the entries."""
+        """Solve for the entries `own` (q,) by one Newton step from `vector` (d,); results are in units `unit` (q,)."""
         linear = density.linearised(vector)
         root = np.asarray(np.linalg.cholesky(linear.hessian()[np.ix_(own, own)] * np.outer(unit, unit)))
         pull = solve_triangular(root, linear.gradient()[own] * unit, lower=True)
@@ -205,6 +210,6 @@ class _Solved:
 
 
 def effective_number(log_weight: FloatArray) -> float:
-    """Effective number of weights."""
+    """Effective number of weights ``w``, given as logarithms (n,): ``(sum w)² / sum w²``."""
     weight = np.exp(log_weight - log_weight.max())
     return float(weight.sum() ** 2 / (weight**2).sum())

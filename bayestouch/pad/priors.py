@@ -16,7 +16,7 @@ from bayestouch.errors import InputError
 from bayestouch.pad.known_touches import highest_reading_location
 from bayestouch.priors.parameters import Normal, Parameter, Prior
 
-# Prior sd of a position: elements that are moulded in differ from the drawing by a few millimetres.
+# Prior sd of a position: moulded elements differ from the drawing by a few millimetres.
 _POSITION_SD_MM = 3.0
 
 # The prior of a gain is wide: normal about zero, with so many times the apparent signal per load as its sd.
@@ -102,9 +102,9 @@ def pad_priors(
 ) -> tuple[PadPriors, tuple[str, ...]]:
     """Priors of a pad, and their assumptions, one sentence each.
 
-    The origin of the stage is unknown: all elements are shifted by the median distance between the nominal position
-    of an element and the location of its highest readings. The signal of an element is its range of readings per load;
-    if loads are measured it is a scatter, since a constant part of the reading would enter divided by the load.
+    The origin of the stage is unknown: all elements are shifted by the median difference between the location of the
+    highest readings of an element and its nominal position. The signal of an element is the 99.5 % quantile of the
+    deviations of its readings from their median; if loads vary, it is the standard deviation of the readings.
 
     Raises
     ------

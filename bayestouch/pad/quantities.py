@@ -17,7 +17,7 @@ def quantities(
     share: FloatArray,
     peak: FloatArray,
 ) -> tuple[Quantity, ...]:
-    """Quantities of touches on a pad, without those that are equal in all touches.
+    """Quantities of touches on a pad, without those that have one value only.
 
     Parameters
     ----------

@@ -3,9 +3,9 @@
 The correction of the sensitivity of an element is a Gaussian process with the covariance
 ``amplitude_e² [A² + B² K_e(x) K_e(x')] ρ(|x - x'|/l)`` between locations x and x': an error of size A everywhere and
 one of size B in proportion to the kernel K, both with the correlation length l. A, B and l are shared by the elements
-and chosen by `bayestouch.pad.misfit_fit.fit_misfit`; amplitude_e is the absolute signal of the element. With the kernel
-as mean, this identifies an E map directly with a prior centred on the elastic model; with a constant as mean, without a
-model of location.
+and estimated by `bayestouch.pad.misfit_fit.fit_misfit`; amplitude_e is the absolute signal of the element. If the mean
+is the kernel, an E map is identified with a prior that is centred on the elastic model; if the mean is a constant, the
+prior has no model of location.
 
 Source: C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning (2006), equations 2.23 to
 2.26, 2.30 (marginal likelihood), 5.12 (leave-one-out).
@@ -22,7 +22,7 @@ from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray
 
-# Variance of the correction that functions may leave out, over the noise of the reading where it is most.
+# Largest variance of the correction that `functions` leaves out, over the noise variance of the same reading.
 _LEFT_OUT = 0.03
 
 
@@ -150,21 +150,22 @@ class MapDiscrepancy:
         return np.asarray(self.amplitude[element] ** 2 * (self.misfit**2 + (self.relative * shape) ** 2))
 
     def functions(self, variance: FloatArray, most: int) -> tuple[tuple[FloatArray, ...], FloatArray]:
-        """The correction as a sum of functions with standard normal weights, element by element, and what is left out.
+        """The correction of each element as a sum of functions with standard normal weights, and the variance left out.
 
-        A Cholesky factor with pivots, which ends where what is left is far below the noise of every reading.
+        The functions are the columns of a pivoted Cholesky factor. It ends when the variance of the rest of the
+        correction is far below the noise of every reading, or at `most` functions.
 
         Parameters
         ----------
         variance : (n, m) array
-            Noise of the readings.
+            Noise variance of the readings.
         most : int
             Largest number of functions of one element.
 
         Returns
         -------
         tuple of (k_e, n) arrays, (n, m) array
-            What each function adds to the readings, and the variance of the rest of the correction.
+            Change of the readings per unit of each weight, and the variance of the rest of the correction.
         """
         from scipy.linalg.lapack import dpstrf
 

@@ -1,4 +1,4 @@
-"""Draws of a pad's calibration with emcee."""
+"""Posterior draws of the calibration of a pad with emcee."""
 
 from __future__ import annotations
 
@@ -18,28 +18,28 @@ from bayestouch.sampling.streams import BlockStreams
 
 # Degrees of freedom of the Student-t proposal: in forty dimensions, heavier tails would have few acceptances.
 PROPOSAL_DOF = 300.0
-# Those of the few shared parameters, whose posterior may have tails that are heavier than normal.
+# Degrees of freedom for the few shared parameters, whose posterior may have heavier tails than a normal density.
 SHARED_DOF = 8.0
 # Steps per draw that is kept, by attempt: about half of the proposals are accepted.
 THIN = (6, 18)
-# Points at which the proposal of the shared parameters is tried, and the share of them that must count.
+# Number of points at which the proposal of the shared parameters is tried, and their smallest effective share.
 TRIED, GOOD = 128, 0.2
 # Purpose number of the random streams, see `BlockStreams`.
 PURPOSE = 12
 
 
 def sample_density(density: PadDensity, draws: int, seed: int, progress: Progress | None = None) -> BlockDraws:
-    """Draw vectors from the exact posterior: one block, proposals in the variables of `PadPosteriorMap`.
+    """Draws of vectors from the exact posterior, in one block; proposals are in the variables of `PadPosteriorMap`.
 
-    Where the shared parameters are far from normal, as the half-width of a contact near zero is, their proposal is a
-    mixture that is fitted to their posterior first. Where the chains are too short they are made longer.
+    If the posterior of the shared parameters is far from normal (e.g. a half-width of the contact near zero), their
+    proposal is a mixture that is first fitted to this posterior. If the chains are too short, longer ones are run.
     """
     to_vectors, d = PadPosteriorMap.of(density, seed), len(density.priors)
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp]) -> FloatArray:
         vectors, log_derivative = to_vectors(points.reshape(-1, d))
         out = np.full(len(vectors), -np.inf)
-        # A point may be so far out that no number is left between its bounds.
+        # NaN: a point so extreme that rounding leaves no number between its bounds.
         found = np.isfinite(vectors).all(axis=1) & np.isfinite(log_derivative)
         out[found] = density(vectors[found]) + log_derivative[found]
         return out.reshape(points.shape[:-1])
@@ -62,7 +62,7 @@ def _standard(dimension: int, dof: float) -> StudentTProposal:
 def _with_shared(
     log_density: LogDensity, shared: StudentTProposal, own: StudentTProposal, seed: int
 ) -> RenewableProposal:
-    """Proposal with the shared parameters: standard normal where that is good, else a mixture that is fitted."""
+    """Proposal of all parameters: `shared` for the shared ones if it is good enough, else a fitted mixture."""
     which, numbers = np.arange(shared.dimension), np.zeros(1, dtype=np.intp)
     x, log_q = shared.draw(BlockStreams(seed, numbers, purpose=PURPOSE), TRIED)
     points = np.concatenate([x, np.zeros((*x.shape[:-1], own.dimension))], axis=-1)

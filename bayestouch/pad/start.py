@@ -24,15 +24,16 @@ from bayestouch.pad.model import PadModel
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.sampling.rank_one import inverse_root
 
-# Readings predicted below this share of the peak count as far from the touch, ...
+# A reading is far from the touch if the predicted signal is below this share of the peak.
 FAR = 0.03
-# ... if there are at least so many of them.
+# The noise is estimated from readings far from the touch only if there are at least so many of them.
 ENOUGH_FAR = 30
 # Median absolute deviation of a normal variable over its standard deviation.
 MAD = 0.6745
-# Functions of the empirical map of all elements together, and of each at least: their covariance takes 50 MB.
+# Largest number of functions of the empirical map for all elements together (their covariance takes 50 MB). Each
+# element may have the second number of functions in any case.
 MOST_FUNCTIONS, LEAST_FUNCTIONS = 2500, 40
-# Gain of a step, in half sums of squares, after which no other is taken: a hundredth of a standard deviation.
+# The fit ends when the gain of a step (half sum of squares) is below this: a hundredth of a standard deviation.
 SETTLED = 1e-4
 
 
@@ -79,7 +80,7 @@ def pad_fit(
 def pad_model(
     problem: PadProblem, chosen: PadCandidate, observed: Observations, pad: Pad, map_: MapBasis | None
 ) -> PadModel:
-    """A pad without effects, with the kernel that was chosen and a map or none, for some touches."""
+    """A pad without effects for the touches `observed`, with the chosen kernel, and with a map or none."""
     chain, load = chosen.fit.chain, problem.known.load
     sensitivity = np.abs(chosen.fit.predicted() - chain.offset) / load[:, None]
     reference = float(np.median(load))
@@ -95,9 +96,9 @@ def pad_model(
 
 
 def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> Fitted:
-    """Fit a pad without effects, its kernel and its noise chosen, with its map and the loads' errors integrated out.
+    """Fit of a pad without effects, with the chosen kernel; the map and the errors of the loads are integrated out.
 
-    The noise, and the size and the length of the map, stay as they were found when the model was chosen.
+    The noise, and the size and the length of the map, are fixed at the values of the chosen model.
     """
     known, observed = problem.known, problem.observed
     model = pad_model(problem, chosen, observed, pad, None)
@@ -120,9 +121,10 @@ def fit_without_effects(problem: PadProblem, chosen: PadCandidate, pad: Pad) -> 
 def pad_noise(model: PadModel, vector: FloatArray) -> FloatArray:
     """Standard deviation of one reading, (m,): from repeats if there are any, else from consecutive touches.
 
-    The model error varies slowly between consecutive touches of a scan, noise does not: with residuals r, the second
-    difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. The median of its absolute value
-    is used, which the ends of the lines of a scan do not affect; only readings far from the touch, if enough.
+    The model error varies slowly between consecutive touches of a scan, the noise does not: with residuals r, the
+    second difference ``r_{i-1} - 2 r_i + r_{i+1}`` has six times the variance of the noise. The median of its absolute
+    value is used, because the ends of the lines of a scan hardly change a median. If enough readings are far from the
+    touch, only these are used.
     """
     observed = model.known
     means = observed.means

@@ -16,7 +16,7 @@ from bayestouch.pad.known_touches import location_spacing
 # Grid points per width of the kernel: cubic splines then have errors of a few millionths of its peak.
 _STEPS_PER_WIDTH = 6.0
 
-# Smallest number of grid points over the extent of the pad, for wide kernels and corrections.
+# Smallest number of grid steps over the extent of the region, for wide kernels and corrections.
 _STEPS_ACROSS = 60
 
 # Grid points beyond the calibrated region: the error at the ends of a spline decreases by 0.27 per step.
@@ -32,10 +32,10 @@ _CHUNK = 1500
 def tabulate(model: PadCandidate) -> PadMap:
     """Tables of sensitivity and its variance over the calibrated region.
 
-    The region extends one typical spacing beyond the box around the calibration touches. The variance is that of chain
-    (linear at its mode) and correction together: ``h C hᵀ`` plus the variance of the correction, where h is the
-    derivative of the sensitivity over the parameters of the chain minus the part that the correction compensates
-    (C. E. Rasmussen and C. K. I. Williams 2006, equation 2.42).
+    The region extends one typical spacing beyond the box around the calibration touches. The variance is that of the
+    chain (linear at its mode) and of the correction together: ``h C hᵀ`` plus the variance of the correction. C is the
+    covariance of the parameters of the chain, and h is the derivative of the sensitivity over these parameters minus
+    the part that the correction compensates (C. E. Rasmussen and C. K. I. Williams 2006, equation 2.42).
     """
     grid = MapGrid.of(model, model.fit.misfit.length_mm if model.has_map else np.inf)
     return grid.map_of(model, *grid.tables(lambda points: _sensitivity(model, points)))
@@ -50,9 +50,9 @@ class MapGrid:
     low, high : (D,) arrays
         Ends of the region, mm.
     step : float
-        Distance of grid points, mm.
+        Distance between grid points, mm.
     axes : tuple of D arrays
-        Grid points along each coordinate, mm; they go beyond the region by a margin.
+        Grid points along each coordinate, mm; they extend beyond the region by a margin.
     """
 
     low: FloatArray
@@ -62,7 +62,7 @@ class MapGrid:
 
     @classmethod
     def of(cls, model: PadCandidate, length_mm: float, tables: int = 1) -> MapGrid:
-        """The grid for a number of tables of a map whose shortest correlation length is `length_mm`, mm."""
+        """Grid for `tables` tables of a map whose shortest correlation length is `length_mm`, mm."""
         location = model.fit.known.location
         spacing = location_spacing(location)
         low, high = location.min(axis=0) - spacing, location.max(axis=0) + spacing
@@ -77,7 +77,7 @@ class MapGrid:
         return cls(low, high, step, axes)
 
     def tables(self, at: Callable[[FloatArray], tuple[FloatArray, ...]]) -> tuple[FloatArray, ...]:
-        """Arrays (..., m) over the grid, of a function of points (k, D) that returns arrays (k, m)."""
+        """Values (..., m) over the grid of a function that returns arrays (k, m) for points (k, D)."""
         grid = np.stack(np.meshgrid(*self.axes, indexing="ij"), axis=-1)
         points = grid.reshape(-1, grid.shape[-1])
         parts = [at(points[i : i + _CHUNK]) for i in range(0, len(points), _CHUNK)]

@@ -32,9 +32,10 @@ class PadTouchErrors(TouchErrors):
     Attributes
     ----------
     location_rms_mm : float
-        Rms distance of the location, with the load of the force sensor given if there is one.
+        Rms distance between inferred and reference location, with the load of the force sensor given if there is one.
     P_rms_N : float
-        Rms error of the load inferred from the elements alone, against the force sensor corrected for its effects.
+        Rms difference between the load inferred from the elements alone and the load of the force sensor, which is
+        corrected for its effects.
     coverage_90 : float
         Share of the touches whose location is in the smallest region with 90 % of the posterior.
     P_coverage_90 : float
@@ -50,7 +51,7 @@ def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held:
     """Errors of the posteriors that `infer` gives for the held-out touches with a calibration.
 
     No effect of a pad changes a location. The reference of a load is the reading of the force sensor, corrected for the
-    effects of this sensor. If effects depend on earlier touches, the touches in between are read too.
+    effects of the force sensor. If effects depend on earlier touches, the touches in between are read too.
     """
     # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)
