@@ -1,4 +1,4 @@
-"""Bell-shaped function for effects that are largest at one place."""
+"""Bell-shaped function for effects that are largest at one location."""
 
 from __future__ import annotations
 

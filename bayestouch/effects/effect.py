@@ -21,7 +21,7 @@ STAGES: tuple[Stage, ...] = ("rig", "contact", "body", "element", "readout", "no
 
 @dataclass(frozen=True)
 class Setting:
-    """What an effect may use to choose its priors and probes before any fit: the sensor and how it was touched.
+    """Properties of the sensor and of its touches, from which effects choose their priors and probes before any fit.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ class EffectParameter:
 
 
 class Effect:
-    """One addition to one stage of the chain. Subclasses are frozen dataclasses that override what they change.
+    """One addition to one stage of the chain. Subclasses are frozen dataclasses that override one or more methods.
 
     An effect changes the pose and load of touches (`pose`: stages rig and contact), the finger (`finger`: terms of the
     series over modes) or the readings (`signal`: stages body, element and readout). An unknown function of time is a
@@ -137,9 +137,9 @@ class Effect:
     summary : str
         What the effect does, in half a sentence.
     needs_samples : bool
-        Whether it differs between the samples of one touch, so that means of touches do not show all of it.
+        Whether it differs between the samples of one touch, so that means of touches show only a part of it.
     random : bool
-        Whether it is a random function of time, which can also fit part of what other effects cause.
+        Whether it is a random function of time, which can also fit a part of the errors that other effects cause.
     mixes : bool
         Whether the reading of an element depends on the signals of other elements.
     parameters : tuple of EffectParameter

@@ -86,7 +86,13 @@ class NoiseEffect(Effect):
         raise NotImplementedError
 
     def errors(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
-        """Errors (n, m) that a simulation adds to the signal, drawn from the density of `log_density`."""
+        """Errors (n, m) that a simulation adds to the signal, drawn from the density of `log_density`.
+
+        Raises
+        ------
+        InputError
+            The effect does not override this method: it cannot be simulated.
+        """
         raise InputError(f"effect {self.name} cannot be simulated: it has no method `errors`")
 
     def simulate(self, recording: Recording, values: Values, rng: np.random.Generator) -> FloatArray:
@@ -99,14 +105,14 @@ class NoiseEffect(Effect):
     def added(self, values: Values) -> Mapping[str, float]:
         """Fields of `bayestouch.model.noise.AddedNoise` that the effect sets, with their values.
 
-        If it is empty, the effect is reported, but the uncertainty of predictions does not change.
+        If the mapping is empty, the effect is reported, but the uncertainty of predictions does not change.
         """
         return {}
 
     def wrong(
         self, deviation: FloatArray, sd: FloatArray, peak: FloatArray, values: Values
     ) -> NDArray[np.bool_] | None:
-        """Which readings (n, m) are probably wrong (above 50 %) and are left out; None if the effect has no wrong ones.
+        """Whether each reading is probably wrong (above 50 %), (n, m); None for an effect without wrong readings.
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ from bayestouch.chain.recording import Recording
 from bayestouch.effects.effect import Effect, EffectParameter, Setting, Stage, Values
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
-# Bound of readings over the peak (or over the limit of a saturation), against overflow.
+# Largest reading over the peak (or over the limit of a saturation): it prevents overflow.
 FAR = 5.0
 # Largest power of a gain curve; higher powers overflow.
 STEEP = 50.0

@@ -64,7 +64,7 @@ class StatedModel:
         Raises
         ------
         InputError
-            The text is not TOML, names an unknown effect, or a value is not a number.
+            The text is not TOML, has an unknown key, names an unknown effect, or has a value of a wrong kind.
         """
         content = tables_from_toml(text)
         unknown = sorted(set(content) - {"body", "contact", "correction", "effect"})

@@ -21,7 +21,7 @@ class AddedEffect:
     effect : Effect
         The effect.
     values, sd : tuple of float
-        Most probable values, and their standard deviations; NaN for a value that is held fixed.
+        Most probable values, and their standard deviations; NaN for a value that is fixed.
     """
 
     effect: Effect
@@ -34,7 +34,7 @@ class AddedEffect:
 
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
-    """The effects of a fit with values and sd: those of the chain, then drifts, then the given noise effects."""
+    """Effects of a fit with values and sd: effects of the chain, then drifts, then the given noise effects."""
     model, covariance = fitted.model, fitted.linear.covariance()
     out, place = [], model.n_base
     for effect, values in zip(model.effects, model.values(fitted.vector), strict=True):

@@ -44,13 +44,13 @@ class Beginning:
     fitted : Fitted
         The model without effects.
     setting : Setting
-        How the sensor was touched; effects choose their priors and probes by it.
+        Properties of the sensor and of its touches, from which effects choose their priors and probes.
     effects : tuple of Effect
-        Effects of the catalogue that can occur and that the model does not have already.
+        Effects of the catalogue that can occur and that are not part of the model already.
     evaluation : Evaluation
         Computes the calibration of a fit, and its errors on the held-out touches.
     corrects : bool
-        Whether a correction can be added; not if the calibration has a map that includes it.
+        Whether a correction can be added. False if the calibration has a map that includes it.
     """
 
     fitted: Fitted

@@ -130,7 +130,7 @@ class Body:
 
 @cache
 def body_of_kind(kind: str) -> Body:
-    """The `Body` of a kind of sensor: ``"finger"`` or ``"pad"``."""
+    """The `Body` of a kind of sensor: ``"finger"`` or ``"pad"``; KeyError for another kind."""
     body: Body = import_module(BODIES[kind]).BODY
     return body
 

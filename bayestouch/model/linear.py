@@ -153,7 +153,7 @@ class Linearised:
         Parameters
         ----------
         leaving : callable
-            From a step (d,) to the parameters that it would take beyond their bounds, (d,) bool.
+            From a step (d,) to a mask (d,) of the parameters that the step would move beyond their bounds.
         """
         matrix, slope = self.hessian(), self.gradient()
         scale = np.sqrt(np.diag(matrix))
@@ -200,8 +200,8 @@ class Score:
     slope : (q,) array
         Gradient: scalar products of the whitened columns with the residual of the fit.
     information : (q, q) array
-        Covariance of `slope` if the model is complete: scalar products of the columns after projection onto what the
-        parameters do not absorb. Near zero if they absorb the columns.
+        Covariance of `slope` if the model is complete: scalar products of those parts of the columns that the
+        parameters do not absorb. Near zero if the parameters absorb the columns.
     raw : (q,) array
         Sums of squares of the columns before the projection.
     """

@@ -24,7 +24,8 @@ class LogDensity(Summarised):
     densities of the coordinates: the log prior includes the derivative of the parameters over the coordinates. They are
     known up to a constant, which is the same at all points.
 
-    The densities take points (n, d) and return (n,) values, or take one point (d,) and return one value.
+    The densities take points (n, d) and return (n,) values, or take one point (d,) and return one value. Points of
+    another shape raise `InputError`.
 
     Attributes
     ----------
@@ -41,8 +42,8 @@ class LogDensity(Summarised):
     posterior, prior : callable
         Log densities (n,) of points (n, d).
     touches : callable or None
-        Log likelihood (n, t) of the mean readings of each touch; None if the touches are not independent given the
-        parameters (drifts, corrections).
+        Log likelihood (n, t) of the mean readings of each touch at points (n, d); None if the touches are not
+        independent given the parameters (drifts, corrections).
     values, coordinates : callable
         From points (n, d) to values by the names of `Calibration.posterior`, each (n,) or (n, m), and back.
 

@@ -68,7 +68,7 @@ class TouchScatter(Scatter):
     def log_density(self, effect: NoiseEffect, values: Values, part: TouchScatter | None = None) -> FloatArray:
         """Log density of each sample under an effect, times its weight, (n,), or of the samples of a `part`.
 
-        The own noise of the elements is always that of all samples.
+        The own noise of the elements is always estimated from all samples.
         """
         part = self if part is None else part
         return np.asarray(effect.terms(part, values, effect.own(self, values)).sum(axis=1) * part.weight)
@@ -139,7 +139,7 @@ def _score(scatter: TouchScatter, effect: NoiseEffect, n_touches: int) -> NoiseC
 
 
 def _log_likelihood(scatter: TouchScatter, effect: NoiseEffect, part: TouchScatter, values: Values) -> float:
-    """Log likelihood of a part of the samples, with the own noise of all samples."""
+    """Log likelihood of a part of the samples; the own noise is estimated from all samples."""
     return float(scatter.log_density(effect, values, part).sum())
 
 

@@ -49,7 +49,7 @@ class SplitData:
     training, held_out : (n,) bool arrays
         Rows of the touches used in fits and choices of effects, and of the touches used in neither.
     notes : tuple of str
-        How the data set was split, and what was assumed.
+        Notes on how the data set was split, and on assumptions.
     """
 
     dataset: DataSet
@@ -210,7 +210,7 @@ class SplitData:
         return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
 
     def setting(self, contact: str, reference_load: float) -> Setting:
-        """Setting by which effects choose their priors and probes."""
+        """Setting from which effects choose their priors and probes."""
         sensor, table = self.dataset.sensor, self.table.select(self.training)
         places = [axis for axis in (getattr(table, name) for name in sensor.body.location_columns) if axis is not None]
         contact_rows = self.table.in_contact

@@ -25,7 +25,7 @@ class Timing:
     unit : str
         ``"s"``, or ``"touch"`` if the order of the rows is used instead of times.
     note : str
-        What was assumed; empty if the times of the table are used.
+        Assumption on the times; empty if the times of the table are used.
     """
 
     time_s: FloatArray

@@ -83,6 +83,11 @@ def pad_calibration(
         As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
         Notes for the calibration.
+
+    Raises
+    ------
+    InputError
+        For the reasons of `bayestouch.pad.calibration.calibrate_pad`.
     """
     effects = pad_effects(fitted, added, setting)
     sensor = as_built = dataset.sensor

@@ -244,7 +244,13 @@ class PadEffects:
 
     @classmethod
     def of(cls, calibration: Calibration) -> PadEffects | None:
-        """Effects of a calibration; None if it has no effects."""
+        """Effects of a calibration; None if it has no effects.
+
+        Raises
+        ------
+        InputError
+            For the reasons of `bayestouch.model.effect_list.EffectList.of`.
+        """
         listed = EffectList.of(calibration)
         if listed is None:
             return None

@@ -60,6 +60,11 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
         Table with the rest reading subtracted.
     dimensions, samples
         As in `bayestouch.pad.known_touches.pad_readings`.
+
+    Raises
+    ------
+    InputError
+        No touch is in contact.
     """
 
     corrected = effects.corrected(touches)

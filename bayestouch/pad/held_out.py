@@ -32,7 +32,7 @@ def held_out(
     fitted, correction, observed, stated
         As in `bayestouch.finger.held_out.held_out`.
     peak : (m,) array
-        Peak readings, the unit of errors; those of the model with effects may differ.
+        Peak readings of the fit without effects, the unit of errors. (Those of a model with effects may differ.)
     """
     shown = at_stated_references(fitted) if stated else fitted
     observed = without_wrong_readings(fitted, observed)

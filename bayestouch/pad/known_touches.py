@@ -33,7 +33,7 @@ def pad_readings(touches: Touches, dimensions: int, samples: str) -> TouchMeans:
     dimensions : int
         Number of coordinates of the location, 1 or 2.
     samples : {"mean", "first", "last"}
-        As of `counted_samples`.
+        As in `counted_samples`.
 
     Raises
     ------

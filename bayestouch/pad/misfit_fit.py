@@ -10,8 +10,8 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.pad.residual_map import MapDiscrepancy, distances, matern_5_2, matern_5_2_by_length
 
-# Largest number of touches for the hyper-parameters: they are shared by all elements, and a part of the touches
-# determines a length of several spacings.
+# Largest number of touches from which the hyper-parameters are estimated: they are shared by all elements, and this
+# number of touches determines a length of several spacings.
 _MOST_TOUCHES = 250
 
 # Upper bound of the noise as a share of the signal; with a larger share the noise could replace the map.

@@ -55,7 +55,7 @@ class PadModel(SensorModel):
 
     # Pads are scanned.
     time_is_place: ClassVar[bool] = True
-    # The map can represent any correction, so that a fit of both together is not determined.
+    # The map can represent any correction: the touches do not determine both together.
     refitted_with_correction: ClassVar[bool] = False
     # The response to a stated load includes everything between force sensor and elements (e.g. the threshold of
     # `load_nonlinearity`): only effects of the rig change references.
@@ -202,7 +202,7 @@ def _normal(prior: Prior) -> tuple[float, float, float, float]:
     low, high = prior.support
     if isinstance(prior, LogNormal):
         middle = float(np.log(prior.median))
-        # The bounds keep a step of a fit from a length of the kernel that is zero in double precision.
+        # Without these bounds, a step of a fit could make the length of a kernel zero in double precision.
         return middle, prior.spread, middle - FARTHEST * prior.spread, middle + FARTHEST * prior.spread
     if isinstance(prior, Normal):
         return prior.mean, prior.sd, low, high

@@ -30,7 +30,7 @@ class LeftOut:
     counts : (n, m) int array
         Number of raw readings in each mean.
     load_share : (n,) array
-        Standard deviation of each load, over the load; NaN where it was not measured (then it is fitted).
+        Standard deviation of each load, over the load; NaN where the load was not measured (then it is estimated).
     """
 
     residual: FloatArray
@@ -60,8 +60,9 @@ def left_out_density(left_out: LeftOut, noise: Noise, load_spread: float) -> Flo
 def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: float) -> tuple[Noise, float]:
     """Noise of the elements, with the share in proportion to the signal, and the spread of unmeasured loads.
 
-    Repeated samples within touches give the noise of one raw reading; the rest at zero signal is discrepancy. Without
-    repeats the two cannot be distinguished, and all is discrepancy, which averaging does not reduce.
+    The noise of one raw reading is that of repeated samples within touches; the rest of the noise at zero signal is the
+    discrepancy. Without repeats the two cannot be distinguished: all noise counts as discrepancy, which averaging does
+    not reduce.
 
     Parameters
     ----------

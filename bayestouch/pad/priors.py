@@ -19,7 +19,7 @@ from bayestouch.priors.parameters import Normal, Parameter, Prior
 # Prior sd of a position: moulded elements differ from the drawing by a few millimetres.
 _POSITION_SD_MM = 3.0
 
-# The prior of a gain is wide: normal about zero, with so many times the apparent signal per load as its sd.
+# The prior of a gain is wide: it is normal about zero, and its sd is this multiple of the apparent signal per load.
 _GAIN_FACTOR = 10.0
 
 

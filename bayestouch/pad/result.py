@@ -28,7 +28,7 @@ def pad_calibration_of(
     notes: list[str],
     map_: PadMap | None = None,
 ) -> Calibration:
-    """Calibration from the chosen model (and its name) and its posterior; `rivals` are all fitted models by name.
+    """Calibration of a pad from the chosen model, its name and its posterior; `rivals` are all fitted models by name.
 
     Touches are read with `map_`, by default with the tables of the model.
     """

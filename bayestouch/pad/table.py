@@ -22,7 +22,7 @@ _STEPS_ACROSS = 60
 # Grid points beyond the calibrated region: the error at the ends of a spline decreases by 0.27 per step.
 _MARGIN_STEPS = 6
 
-# Largest number of grid points; the variance of the correction costs (touches)² for each.
+# Largest number of grid points: at each, the time for the variance of the correction increases with (touches)².
 _MOST_POINTS = 12000
 
 # Grid points for which the variance is computed together: 16 MB with 1,400 touches.

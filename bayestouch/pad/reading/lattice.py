@@ -42,7 +42,7 @@ class Lattice:
 
 
 def lattice_for(reader: PadReader) -> Lattice:
-    """Lattice on which the curvature of the map over half a step stays below the noise."""
+    """Lattice with a step over which the signal deviates from a straight line by less than its noise."""
     map_ = reader.map
     counts = np.ones(map_.n_elements, dtype=np.int64)
     signal, variance = reader.predict(

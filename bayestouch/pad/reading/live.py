@@ -54,7 +54,13 @@ class PadLive:
 
     @classmethod
     def of(cls, calibration: Calibration, options: Options, arrays: Mapping[str, FloatArray] | None = None) -> PadLive:
-        """Live reader from a calibration of a pad."""
+        """Live reader from a calibration of a pad; `arrays` are not used.
+
+        Raises
+        ------
+        InputError
+            The calibration is not that of a pad.
+        """
         live = cls(PadTouchReader.from_calibration(calibration, options))
         _ = live._search
         return live

@@ -33,7 +33,7 @@ class PadStream:
         self._raw: HeldTouch | None = None
 
     def begin(self, time_s: float) -> None:
-        """A touch begins at this time."""
+        """Start a touch at this time (s)."""
         self._began, self._raw = time_s, None
         if self._earlier:
             start, end, readings = (np.array(each) for each in zip(*self._earlier, strict=True))
@@ -52,6 +52,6 @@ class PadStream:
         return held.after(values, load, reads)
 
     def end(self) -> None:
-        """The touch has ended: its remainder acts on later ones."""
+        """End the touch: its remainder changes the readings of later touches."""
         if self.needs_time and self._raw is not None:
             self._earlier = [*self._earlier, (self._began, self._last, self._raw.readings)][-REMEMBERED:]

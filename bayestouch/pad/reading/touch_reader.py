@@ -70,7 +70,13 @@ class PadTouchReader:
 
     @classmethod
     def from_calibration(cls, calibration: Calibration, options: Options) -> PadTouchReader:
-        """Reader from a calibration of a pad."""
+        """Reader from a calibration of a pad.
+
+        Raises
+        ------
+        InputError
+            The calibration is not that of a pad.
+        """
         settings = calibration.settings
         sampler = PadSampler.of(PadReader.from_calibration(calibration, plug_in=options.plug_in))
         kernel, load_unit = str(settings["kernel"]), str(settings["load_unit"])
