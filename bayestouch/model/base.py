@@ -155,7 +155,7 @@ class SensorModel(ABC):
 
     @cached_property
     def load(self) -> FloatArray:
-        """Load as read, (t,), N/m or N; where it was not measured, the mean of the measured ones."""
+        """Load as read, (t,), N/m or N; where it was not measured, the mean of the measured loads."""
         load = self.observed.load
         return np.where(np.isfinite(load), load, np.nanmean(load))
 

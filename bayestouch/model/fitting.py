@@ -256,7 +256,7 @@ def fit_from_both(
     whitening: Whitening | None = None,
     enough: float = SETTLED,
 ) -> Fitted:
-    """The better of two fits: from `start` and, if this ends far from the nominal body, from the nominal body."""
+    """The better of two fits: one from `start` and, if it ends far from the nominal body, one from the nominal body."""
     one = fit(model, start, noise, drifts, whitening=whitening, enough=enough)
     home = model.reset_to_nominal(one.vector)
     if home is None:

@@ -169,7 +169,7 @@ class Linearised:
             held |= more
 
     def covariance(self) -> FloatArray:
-        """Covariance of the parameters, (d, d); for those fixed at a bound, mean squares about the bound."""
+        """Covariance of the parameters, (d, d); parameters fixed at a bound have their mean square about the bound."""
         matrix = self.free.hessian()
         scale = np.sqrt(np.diag(matrix))
         total = np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))

@@ -19,7 +19,7 @@ DRAWS = 512
 
 @dataclass(frozen=True)
 class TouchErrors:
-    """Posterior mean minus reference over held-out touches; NaN for a quantity that data or body do not have.
+    """Posterior mean minus reference over held-out touches; NaN for a quantity that the data or the body do not have.
 
     Attributes
     ----------

@@ -53,7 +53,7 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups:
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
-    """Effects of the catalogue that the empirical map cannot represent: those that do not depend on location only."""
+    """Effects of the catalogue that do not depend on the location; the empirical map includes the others."""
     m = setting.n_elements
     nowhere = Recording(
         indenter_radius_mm=np.full(1, np.nan),

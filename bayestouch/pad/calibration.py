@@ -100,7 +100,7 @@ def drawn(
 
 @dataclass(frozen=True, eq=False)
 class ChosenPad:
-    """Known touches of a pad, the model that was chosen for them, and all models that were compared with it.
+    """Known touches of a pad, the model that was chosen for them, and all models that were fitted to them.
 
     Attributes
     ----------

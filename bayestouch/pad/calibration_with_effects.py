@@ -64,7 +64,7 @@ def pad_calibration(
     fitted : Fitted
         The fit.
     added : tuple of AddedEffect
-        Its effects, in the order in which they were added.
+        Effects of the fit, in the order in which they were added.
     corrected : bool
         Whether the fit has a correction: touches are then read with a `FinerMap`.
     dataset : DataSet
@@ -128,9 +128,9 @@ def pad_calibration(
 
 
 def finer_if_better(chosen: ChosenPad) -> tuple[ChosenPad, PadMap | None]:
-    """The model with a finer map, and the tables of this map, if it predicts left-out readings clearly better.
+    """The model with a finer map, and the tables of this map, if this map predicts left-out readings clearly better.
 
-    Else the model without a change, except for a note, and None.
+    Else the same model with a note, and None.
     """
     finer, first = (make(chosen.problem, chosen.model) for make in (FinerMap.of, FinerMap.first))
     if finer.model.score <= first.model.score + WORTH_A_MAP:

@@ -188,11 +188,11 @@ class PadEffects:
         return np.asarray(signal)
 
     def acting(self, read: FloatArray) -> FloatArray:
-        """Acting load (n,) from loads as read by the force sensor; NaN where NaN."""
+        """Acting load (n,) from loads as read by the force sensor; NaN where `read` is NaN."""
         return self._posed(read, self._corrected)
 
     def pressed(self, read: FloatArray) -> FloatArray:
-        """True load (n,) from loads as read by the force sensor; NaN where NaN."""
+        """True load (n,) from loads as read by the force sensor; NaN where `read` is NaN."""
         return self._posed(read, [pair for pair in self._corrected if pair[0].stage == "rig"])
 
     def acting_of_pressed(self, load: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
     problem : PadProblem
         The known touches.
     model : PadCandidate
-        The model with the smallest error, chosen or not: the load causes a larger part of its errors.
+        The model with the smallest error, chosen or not: its remaining errors are mainly due to the load.
 
     Returns
     -------

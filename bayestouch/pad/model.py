@@ -73,7 +73,7 @@ class PadModel(SensorModel):
 
     @cached_property
     def load(self) -> FloatArray:
-        """Load as read, (t,), N; the mean of the measured ones where not measured, 1 if none was measured."""
+        """Load as read, (t,), N; the mean of measured loads where it was not measured, 1 if none was measured."""
         load = self.observed.load
         return np.where(np.isfinite(load), load, np.nanmean(load) if np.isfinite(load).any() else 1.0)
 

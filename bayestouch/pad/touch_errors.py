@@ -95,7 +95,7 @@ def _loads(
 
 
 def _inside(values: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
-    """1 where a value is between the ends, 0 where it is not, NaN where one is not known."""
+    """1 where a value is between the ends, 0 where it is not, NaN where the value or an end is not known."""
     known = np.isfinite(values) & np.isfinite(low)
     return np.where(known, (values >= low) & (values <= high), np.nan)
 

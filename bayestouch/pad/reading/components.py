@@ -19,8 +19,8 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.pad.reading.lattice import Lattice
 from bayestouch.pad.reading.reader import PadReader, PadTouches
 
-# Nodes whose log weight is so far below the largest one are left out: in the search, with approximate weights, and at
-# the end.
+# Nodes are left out if their log weight is so far below the largest one: in the search, where weights are approximate,
+# and at the end.
 _FIRST_DEPTH, _DEPTH = 20.0, 12.0
 
 # Touches searched together: 64 x 20,000 nodes are 10 MB per array.

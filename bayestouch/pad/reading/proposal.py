@@ -115,7 +115,8 @@ def many_parts(components: Components, n_touches: int) -> ManyParts:
     """Proposal from the components of the posteriors; the parts of a touch are in order of weight.
 
     If a touch has more than `_MOST_PARTS` components, neighbours on the lattice are merged in pairs along each
-    coordinate, with the same mean and covariance. The location of these touches is hardly determined.
+    coordinate; the new part has the mean and the covariance of the merged components. The location of such a touch is
+    hardly determined.
     """
     bounds = np.searchsorted(components.touch, np.arange(n_touches + 1))
     parts = [_merged(components, slice(a, b)) for a, b in pairwise(bounds)]
