@@ -233,15 +233,18 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
         spent = _spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
         weights = functions.weights(row.reshape(-1, 1))[:, 0]
         left = left - np.tensordot(weights, raw, axes=1)
+        row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
+    # With functions: of the residuals that they leave, so that the parts of the elements are small, and not only their
+    # sum is. The map takes each part in proportion to the precision of its element.
+    gradient = np.einsum("itm,tm->mi", white, row)
     if functions is None:
         precision = np.einsum("itm,jtm->mij", white, white, optimize=True)
-        gradient, constant = np.einsum("itm,tm->mi", white, row), None
+        constant = None
     else:
         flat = white.reshape(n, -1).T
         inside = functions.without(flat)
         white = inside.T.reshape(white.shape)
         constant, precision = flat.T @ inside, np.zeros((m, n, n))
-        gradient = np.einsum("tmi,tm->mi", inside.reshape(*row.shape, n), row)
     if samples is not None:
         assert predicted.samples is not None
         observed = model.known

@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayestouch.finger.sampling_with_effects import _spent
+import bayestouch
+from bayestouch.calibration.with_effects import fit_stated
+from bayestouch.effects.stated import StatedModel
+from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.sampling_with_effects import _spent, effect_fit
 from bayestouch.sampling.rank_one import inverse_root
 
 
@@ -29,3 +33,29 @@ def test_degrees_of_freedom_are_those_of_each_reading_as_it_is() -> None:
     assert _spent(half, root, own) == pytest.approx(expected, rel=1e-9)
     # All together they are fewer than the columns, which the errors of the loads partly hide.
     assert expected.sum() < c
+
+
+@pytest.mark.parametrize("name", ["gain_drift", "baseline_drift"])
+def test_the_map_of_a_posterior_with_a_drift_follows_the_noise(name: str) -> None:
+    """Log ratios of the exact posterior to the normal one scatter little where the noise and what is missed vary.
+
+    A part of each element in the gradient that held what the drift explains would move the response of the elements
+    by hundreds of standard deviations.
+    """
+    design = bayestouch.FingerDesign(n_elements=6, touch_step_deg=20.0)
+    made = bayestouch.simulate(design, effects={name: 0.05}, seed=5)
+    stated = fit_stated(made.dataset, StatedModel("finger", "layer", ((name, {}),)), draws=8, seed=0, contact="layer")
+    fitted, start = stated.fitted, stated.evaluation.start
+    fit = effect_fit(fitted, stated.added, EffectPosterior.of(fitted, start.priors, start.fitted.model.known))
+    at, density = fit.posterior.layout, fit.density()
+    noise = slice(at.noise.start, at.missed.stop)
+    z = np.zeros((100, at.size))
+    k = noise.stop - noise.start
+    root = np.linalg.cholesky(fit.shape.covariance[:k, :k])
+    normal = np.random.default_rng(2).standard_normal((100, k))
+    z[:, noise] = fit.shape.centre[:k] + normal @ root.T
+    vectors, log_derivative = fit.to_vectors(z)
+    ratio = density(vectors) + log_derivative + 0.5 * (normal**2).sum(axis=1)
+    assert np.isfinite(ratio).all()
+    # Twelve coordinates: a proposal off by a third of a standard deviation in each has ratios that scatter by 1.2.
+    assert ratio.std() < 1.0
