@@ -149,7 +149,7 @@ def _run(
         log_prob=density(start).T.reshape(-1),
         random_state=random.get_state(),
     )
-    state = sampler.run_mcmc(state, kept * plan.thin // 2, store=False, skip_initial_state_check=True)
+    state = sampler.run_mcmc(state, max(1, kept * plan.thin // 2), store=False, skip_initial_state_check=True)
     sampler.run_mcmc(state, kept, thin_by=plan.thin, skip_initial_state_check=True)
 
     def by_chain(values: FloatArray) -> FloatArray:

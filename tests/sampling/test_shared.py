@@ -90,6 +90,14 @@ def test_renewal_draws_from_a_target_that_the_proposal_misses() -> None:
     np.testing.assert_allclose(found.log_density[:, :, 0], log_density(draws, ONE))
 
 
+def test_few_draws_can_be_renewed() -> None:
+    """Two a chain, of 16 walkers that make one step."""
+    proposal = StudentTProposal.from_covariance(np.zeros((1, 3)), np.eye(3)[None], 300.0)
+    run = Run(lambda x, blocks: -0.5 * (x**2).sum(axis=-1), 4, 2, 3, Demands())
+    found = renewal_round(run, proposal, ONE, thin=1)
+    assert found.draws.shape == (4, 2, 1, 3) and np.isfinite(found.draws).all()
+
+
 def test_a_mixture_is_fitted_to_the_shared_coordinate() -> None:
     """Two peaks of the first coordinate, the second normal."""
 
