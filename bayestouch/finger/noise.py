@@ -148,11 +148,12 @@ class NoiseShape:
     Attributes
     ----------
     mean : (k,) array
-        Means of the coordinates, in the order of the flat vector from its first noise on.
+        Means of the coordinates, in the order of the flat vector, beginning with the first noise.
     centre, covariance : (k,) array, (k, k) array
         Mean and covariance after each log discrepancy is replaced by the normal variable of its quantile.
     quantiles : QuantileMaps or None
-        Log discrepancies as functions of these variables; their density is skewed, since data bound them from above.
+        Log discrepancies as functions of these variables. Their density is skewed, since readings limit only large
+        discrepancies; None without discrepancies.
     """
 
     mean: FloatArray
