@@ -41,7 +41,7 @@ class EarlierFingers:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """How the coordinates of a finger vary within a build.
+    """Distribution of the coordinates of the fingers of a build.
 
     Attributes
     ----------

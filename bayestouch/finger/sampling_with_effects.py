@@ -263,10 +263,10 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
 
 
 def _spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:
-    """Degrees of freedom (m,) that fitted functions take from the readings of each element.
+    """Degrees of freedom (m,) of fitted functions in the readings of each element.
 
-    The share of each reading's own variance by which the functions reduce the precision of the reading: ``D (S⁻¹ -
-    (S + C Cᵀ)⁻¹)`` on the diagonal, where S has the noise D and the errors of the loads, and C the functions.
+    They are the sum over touches of the diagonal of ``D (S⁻¹ - (S + C Cᵀ)⁻¹)``. D is the noise of each reading, S is D
+    plus the errors of the loads, and C are the functions.
 
     Parameters
     ----------

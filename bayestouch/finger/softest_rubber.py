@@ -16,7 +16,7 @@ SHORT_OF_THE_END = 0.95
 def softest(finger: Finger, largest_load: float, lowest_poisson_ratio: float) -> float:
     """Lower bound of log μ (MPa), at which a flat under the largest load has the widest contact with a solution.
 
-    This contact is a quarter of the circumference wide, or ends at the end of the table of contacts if that is less.
+    κ of this contact is 95 % of the smaller of two values: ``10 r_b²``, and κ at the end of the table of contacts.
 
     Parameters
     ----------

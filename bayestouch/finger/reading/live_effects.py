@@ -116,7 +116,7 @@ class FingerStream:
         return held.after(values, load, reads)
 
     def end(self) -> None:
-        """End the touch; its information on the drifts is used for later touches."""
+        """End the touch; its mean readings and its information on the drifts are used for later touches."""
         if len(self.rows):
             mean = self._total / np.maximum(self._counts, 1e-300)
             self._earlier = [*self._earlier, (self._began, self._last, mean)][-REMEMBERED:]
