@@ -94,7 +94,7 @@ def calibrate_finger(
     if discrepancy == NO_DISCREPANCY:
         calibration = replace(calibration, settings={**calibration.settings, DISCREPANCY_SETTING: NO_DISCREPANCY})
     if places is not None:
-        # The lack of fit of the elastic model is stored too: functions of place reduce it for any cause.
+        # The lack of fit of the elastic model is stored too: functions of place reduce it, and a cause would be hidden.
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
         calibration = replace(calibration, statistics={**calibration.statistics, **both})
     return calibration if e_map == "model" else with_identified_map(calibration, fit)

@@ -194,7 +194,7 @@ def errs_by_element(chosen: Correction) -> bool:
 
 
 def pressure_nodes(chosen: Correction) -> FloatArray:
-    """Values of P R (N), (q,), at which the table needs coefficients; none without errors of the E map."""
+    """Values (q,) of P R in N at which the table needs coefficients; none without errors of the E map."""
     if not chosen.sizes.get("map"):
         return np.zeros(0)
     assert isinstance(chosen.basis, FingerCorrectionBasis)

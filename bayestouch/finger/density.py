@@ -16,7 +16,7 @@ from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.finger.place.touches import PlacedErrors
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
-# Largest number of elements of an array (vectors, touches, elements): half a megabyte, which fits into the cache.
+# Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
 
 

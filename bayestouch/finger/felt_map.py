@@ -23,7 +23,7 @@ NODES = 5
 
 @dataclass(frozen=True, eq=False)
 class FeltMap:
-    """Smooth functions of the angle from element to touch, smoothed by the pressure of the touch; k weights, q nodes.
+    """Functions of the angle from element to touch, smoothed by the pressure of the touch; k weights, q nodes.
 
     Attributes
     ----------

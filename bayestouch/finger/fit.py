@@ -120,9 +120,9 @@ def fit_finger(
 
 
 def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
-    """Fit chain and noise in turn, starting from a flat vector, until the errors change by less than 2 %.
+    """Fit chain and noise in turn, starting from a flat vector, until the standard errors are constant.
 
-    At most `MOST_FITS` fits of the chain are made.
+    They count as constant if they change by less than 2 %. At most `MOST_FITS` fits of the chain are made.
     """
     prior = likelihood.prior
     unmeasured = likelihood.known.load_reads == 0

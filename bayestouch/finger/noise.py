@@ -246,10 +246,10 @@ def _element_log_density(
         share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
     if not len(left):
         return np.asarray(out)
-    # The variance is exp(2 log s) times the share, so that sums over touches need only the grid of the shares ...
+    # The variance is exp(2 log s) times the share: most sums over touches need only the grid of the shares.
     log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
     total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
-    # ... except for the error of the load, which is shared by the elements.
+    # The error of the load, which the elements share, needs the whole grid.
     weight = np.exp(-2 * log_noise)[..., None]
     a = (1 + by_load) + weight * (push**2 / share)
     b = by_both + weight * (push * left / share)

@@ -8,7 +8,7 @@ on the elastic model, and its strength is inferred. Row e, including the gain, i
 
 for the sine and cosine of each Fourier mode k. The departure has the bandwidth of the sensor, since rubber does not
 transmit finer detail, and is equally likely at all angles. (At low modes the elastic response is small because the
-rubber is nearly incompressible. The departure is not small there: therefore S is the maximum over higher modes.)
+rubber is nearly incompressible. The departure is not small there: therefore S is a maximum over modes.)
 
 λ → 0 is the model calibration, λ → ∞ equation (6). Coefficients that the touches do not determine keep their prior, and
 their uncertainty is in the covariance.
