@@ -19,8 +19,8 @@ from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
-# Largest number of readings of samples for outliers whose values are drawn with all parameters: the likelihood of so
-# many readings takes about two milliseconds.
+# Up to this number of readings of samples, values of outliers are drawn together with all parameters: their likelihood
+# then takes at most about two milliseconds.
 MOST_READINGS = 4000
 
 
@@ -216,9 +216,9 @@ def noise_with_effects(
 def joint_effects(effects: tuple[NoiseEffect, ...], readings: int) -> tuple[NoiseEffect, ...]:
     """Those of the noise effects of a fit whose values are drawn together with all parameters.
 
-    These are the effects that add noise. If there are none, it is the first effect, if the samples have at most
-    `MOST_READINGS` readings. If it is known which readings are wrong, the values of the other effects are independent
-    of all other parameters; their draws are those of `AddedEffect.draws`.
+    These are the effects that add noise. If no effect does, it is the first one, provided that the samples have at most
+    `MOST_READINGS` readings. Given which readings are wrong, the values of the other effects are independent of all
+    other parameters; their draws are those of `AddedEffect.draws`.
     """
     adding = tuple(effect for effect in effects if effect.added(effect.probes[0]))
     return adding or (effects[:1] if readings <= MOST_READINGS else ())

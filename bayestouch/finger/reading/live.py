@@ -24,7 +24,7 @@ from bayestouch.results.objects import Calibration
 # Radii of the templates over the largest one, and spacing of their locations.
 TEMPLATE_SHARES = np.array([0.03, 0.15, 0.35, 0.55, 0.75, 0.9, 0.98])
 TEMPLATE_STEP = np.radians(1.0)
-# Newton steps from a template: largest number, and length (sd) at which the search ends, before and after the
+# Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
 # covariance of the calibration is known.
 STEPS, NEAR, SETTLED = 30, 0.3, 0.2
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
