@@ -1,4 +1,4 @@
-"""Start of fits of a finger with effects, and the results that are computed from a fit."""
+"""Start of the fits of a finger with effects, and the results of a fit."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def begin(
 ) -> Beginning:
     """Fit of a finger without effects, with default or stated priors.
 
-    With `functions` of place the fit without effects has these, and no effect may be added to it.
+    With `functions` of place, the fit includes them, and no effect can be added to it.
 
     Raises
     ------
@@ -99,8 +99,8 @@ class FingerEvaluation:
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of a fit; without effects and correction that of `bayestouch.calibrate`, discrepancy "touch".
 
-        Without effects, a correction by elements' own functions alone is the discrepancy "place" of
-        `bayestouch.calibrate`: its errors of E maps, with a length that is chosen too.
+        Without effects, a correction with errors of the E maps (see `errs_by_element`) becomes the discrepancy "place"
+        of `bayestouch.calibrate`, whose functions and lengths are chosen again.
         """
         data, in_place = self.data, correction is not None and self.e_map == MODEL_MAP and errs_by_element(correction)
         if not added and (correction is None or in_place):

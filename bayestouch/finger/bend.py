@@ -1,4 +1,4 @@
-"""Second-order shift of the coordinates of a finger by the values of its effects."""
+"""Second-order shift of the coordinates of a finger, as a function of the values of its effects."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
-# Points for each coefficient, and how much wider than the normal approximation they are spread. Beyond FARTHEST
-# standard deviations the shift stays what it is there.
+# Number of points for each coefficient; their spread over that of the normal approximation; number of standard
+# deviations beyond which the shift is constant.
 POINTS, WIDER, FARTHEST = 2.0, 1.3, 4.0
-# Shift, in standard deviations of the other coordinates, below which chains need none.
+# Length of a shift, in standard deviations of the other coordinates, below which it is not needed.
 SLIGHT = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """Shift of n coordinates of the chain by k values of effects: a polynomial of second order.
+    """Shift of n coordinates of the chain as a function of k values of effects: a polynomial of second order.
 
-    The mode of the other coordinates given the values is linear in these where effects are: the change of the responses
-    by a creep of unknown size and time is a product of both.
+    If the effects are linear in their values, the mode of the other coordinates is linear in them too, and no shift is
+    needed. A creep of unknown size and time is not linear: it changes the responses by a product of both.
 
     Attributes
     ----------
     centre : (k,) array
-        Values of which the others are at their mode.
+        Values at the centre of the normal approximation.
     scale : (k, k) array
         Inverse Cholesky factor of the covariance of the values.
     coefficients : (c, n) array
-        Of one, each standard variable of the values, and each product of two.
+        Coefficients of the `terms` of the standardised values.
     """
 
     centre: FloatArray
@@ -38,7 +38,7 @@ class Bend:
     coefficients: FloatArray
 
     def __call__(self, values: FloatArray) -> FloatArray:
-        """Shifts (p, n) at values (p, k)."""
+        """Shifts (p, n) for values (p, k)."""
         z = np.clip((values - self.centre) @ self.scale.T, -FARTHEST, FARTHEST)
         return np.asarray(terms(z) @ self.coefficients)
 
@@ -51,13 +51,13 @@ class Bend:
         ends: tuple[FloatArray, FloatArray],
         rng: np.random.Generator,
     ) -> Bend | None:
-        """The shift that the steps at random values show; None if all of them are slight.
+        """Shift fitted to the steps at random values; None if all steps are short.
 
         Parameters
         ----------
         step : callable
-            From values (k,) to the step (n,) from the linear prediction to the mode of the others, and its length in
-            standard deviations.
+            Function of values (k,). It returns the step (n,) from the linear prediction of the other coordinates to
+            their mode, and the length of this step in standard deviations.
         centre, covariance : (k,), (k, k) arrays
             Mean and covariance of the values.
         ends : pair of (k,) arrays
@@ -79,6 +79,6 @@ class Bend:
 
 
 def terms(x: FloatArray) -> FloatArray:
-    """Terms of a polynomial of second order in x (n, k): one, each x, and each product of two; (n, c)."""
+    """Terms (n, c) of a polynomial of second order in x (n, k): one, each x, and each product of two."""
     first, second = np.triu_indices(x.shape[1])
     return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second]], axis=1)

@@ -94,7 +94,7 @@ def calibrate_finger(
     if discrepancy == NO_DISCREPANCY:
         calibration = replace(calibration, settings={**calibration.settings, DISCREPANCY_SETTING: NO_DISCREPANCY})
     if places is not None:
-        # That of the model says what to look for: functions of place hide it.
+        # The lack of fit of the elastic model is stored too: functions of place reduce it, and a cause would be hidden.
         both = {"lack_of_fit": elastic.lack_of_fit, "lack_of_fit_of_place": fit.lack_of_fit}
         calibration = replace(calibration, statistics={**calibration.statistics, **both})
     return calibration if e_map == "model" else with_identified_map(calibration, fit)
@@ -137,7 +137,7 @@ def finger_calibration(
     notes : tuple of str
         Notes; those on the noise and on touches that are left out are added.
     places : PlacePosterior, optional
-        Functions of place that were fitted with it.
+        Functions of place that were fitted with the finger.
     """
     drawn = sample_fit(fit, draws, seed, progress, moves)
     vectors = drawn.draws[:, :, 0]
@@ -192,7 +192,7 @@ def finger_calibration(
 
 
 def with_identified_map(calibration: Calibration, fit: FingerFit | Fitted) -> Calibration:
-    """The calibration of a fit with its E map identified by a regression about the elastic one."""
+    """The calibration with an E map that is identified by regression, with the elastic E map as prior mean."""
     from bayestouch.finger.empirical.calibration import fit_empirical
     from bayestouch.finger.empirical.with_effects import identify_beside_effects
 

@@ -46,20 +46,20 @@ def calibration_with_effects(
     groups: Sequence[str] = (),
     moves: Any = None,
 ) -> Calibration:
-    """The calibration: draws by emcee from the exact posterior of all parameters and effects.
+    """Calibration of a fitted finger with effects: draws by emcee from the exact posterior of all parameters.
 
     Parameters
     ----------
     fitted : Fitted
         The fit.
     added : list of AddedEffect
-        Its effects, in the order in which they were added.
+        Effects of the fit, in the order in which they were added.
     sensor : Sensor
         The finger, with its nominal dimensions.
     priors : FingerPriors
         Priors of the finger without effects.
     raw : Observations
-        The touches with all readings, also those that an effect found wrong.
+        The touches with all readings, including those that an effect classified as wrong.
     setting : Setting
         Setting by which the effects chose their priors.
     rest : (m,) array or None
@@ -119,7 +119,7 @@ def calibration_with_effects(
 
 
 def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
-    """Readings of the touches beside their prediction, with the standard deviations of this noise."""
+    """Readings of the touches and their predictions, with the standard deviations from the noise `spread`."""
     means = fitted.model.known.means
     assert means.angle_deg is not None
     predicted = fitted.model.predict(fitted.vector).touches + fitted.drifted
@@ -137,7 +137,7 @@ def touch_rows(fitted: Fitted, spread: Noise) -> TouchRows:
 
 
 def fit_statistics(fitted: Fitted, rows: TouchRows, spread: Noise) -> dict[str, float]:
-    """Lack of fit, and error and noise in percent of the peak, means over the elements that were read."""
+    """Lack of fit, and error and noise in percent of the peak: means over the elements with readings."""
     model = finger_model(fitted.model)
     peak = np.exp(fitted.vector[model.layout.response]) * model.reference_load
     counts = np.nan_to_num(rows.counts)
@@ -160,8 +160,8 @@ def _rows_of(effect: Effect) -> list[str]:
 def _mode(fit: EffectFit, fitted: FloatArray, added: Sequence[AddedEffect]) -> dict[str, FloatArray]:
     """Most probable value of every parameter, () or (m,).
 
-    Those of the chain are the values of the fit: corrections and identified maps were made about them, and another
-    centre, a fraction of a standard deviation away, would not go with these.
+    Parameters of the chain have the values of the fit, not those of the centre of the normal approximation, which
+    differ by a fraction of a standard deviation: corrections and identified maps are relative to the fit.
     """
     posterior, at = fit.posterior, fit.posterior.layout
     vector = np.concatenate([fitted, fit.vector[at.n_chain :]])
@@ -200,7 +200,7 @@ def _effect_draws(
     out = {}
     for each in added:
         for i, public in enumerate(each.effect.public_parameters()):
-            # Kinds of drifts are held; a noise effect that is not in the vector has draws of its own.
+            # The kind of a drift is not in the vector. A noise effect that is not in the vector has its own draws.
             values = drawn.get(public.name)
             out[public.name] = each.draws(i, rng.standard_normal(vectors.shape[:2])) if values is None else values
     return out

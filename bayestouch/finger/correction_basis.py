@@ -1,9 +1,9 @@
 """Basis of the empirical correction of a finger: smooth functions of the angle from element to touch, and of the load.
 
-It has five parts: a function of the angle shared by all elements; an error of each element's E map, which touches feel
-through their pressure; and a function for each element that is the same for all indenters, all three proportional to
-the load P; a shared function proportional to P² R, since contacts widen with P R; and one for each element for errors
-that are not proportional to the load.
+It has five parts. Three are proportional to the load P: a function shared by all elements; an error of the E map of
+each element, which the pressure of a touch smooths; and a function for each element that is the same for all indenters.
+The fourth is a shared function proportional to P² R, since contacts widen with P R. The fifth is a function for each
+element for errors that are not proportional to the load.
 """
 
 from __future__ import annotations
@@ -90,9 +90,10 @@ class FingerCorrectionBasis:
         )
 
     def columns(self, *where: FloatArray) -> dict[str, FloatArray]:
-        """Readings per unit weight for touches of composite radius (mm), location (degree) and load (N/m), all (t,).
+        """Change of the readings per unit weight, by name of the part.
 
-        The arrays of the parts are (k, t, m), for size 1.
+        `where` is composite radius (mm), location (degree) and load (N/m) of the touches, all (t,). The arrays are
+        (k, t, m), for size 1.
         """
         radius, angle, load = where
         away, share = angle[:, None] - self.element_deg, load / self.reference_load

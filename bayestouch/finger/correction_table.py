@@ -93,7 +93,7 @@ class CorrectionTable:
         return np.asarray(load * factors[self.terms])
 
     def _of_node(self, pressed: FloatArray) -> FloatArray:
-        """Share of the value at each node for touches with P R (n,) in N, (q, n)."""
+        """Interpolation weight of the value at each node, (q, n), for touches with P R (n,) in N."""
         return shares_of_nodes(self.nodes, pressed).T if len(self.nodes) else np.zeros((0, len(pressed)))
 
     def _at(self, angle_deg: FloatArray, *tables: FloatArray) -> list[FloatArray]:
@@ -123,7 +123,7 @@ class CorrectionTable:
         Raises
         ------
         InputError
-            The correction is incomplete.
+            If the correction is incomplete.
         """
         spread = (SD,) if PREFIX + SD in arrays else SPREAD
         names = ("angle_deg", *MEAN, *spread, *(FELT if any(PREFIX + name in arrays for name in FELT) else ()))
@@ -156,7 +156,7 @@ def _of_each_element(sd: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray
 
 
 def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
-    """The correction of a corrected fit, over the range of its touches."""
+    """Table of the correction of a fit, over the range of its touches."""
     model = finger_model(fitted.model)
     angle = model.correction_inputs(fitted.vector)[1]
     low, high = np.floor(angle.min()) - 5, np.ceil(angle.max()) + 5
@@ -189,12 +189,12 @@ def table_of(fitted: Fitted, chosen: Correction) -> CorrectionTable:
 
 
 def errs_by_element(chosen: Correction) -> bool:
-    """Whether a correction has errors of the elements' E maps, and nothing but functions of each element's own."""
+    """Whether a correction has errors of the elements' E maps, and no shared, wide or loaded functions."""
     return chosen.sizes.get("map", 0.0) > 0 and not any(chosen.sizes.get(name) for name in ("shared", "wide", "loaded"))
 
 
 def pressure_nodes(chosen: Correction) -> FloatArray:
-    """Values of P R (N) at which a table of the correction needs coefficients; none without errors of the E map."""
+    """Values (q,) of P R in N at which the table needs coefficients; none without errors of the E map."""
     if not chosen.sizes.get("map"):
         return np.zeros(0)
     assert isinstance(chosen.basis, FingerCorrectionBasis)

@@ -16,7 +16,7 @@ from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
 from bayestouch.finger.place.touches import PlacedErrors
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
-# Largest size of an array of readings (touches, elements, vectors): half a megabyte, which fits into the cache.
+# Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
 NUMBERS_HELD = 1 << 16
 
 
@@ -33,8 +33,8 @@ class FingerDensity:
     within : callable
         From n vectors to a mask (n,) of those for which `predict` is valid.
     errors : PlacedErrors or None
-        Errors of readings at the fit, where functions of place are among them. What these and errors of the loads are
-        in units of the independent errors is held at the fit; the independent errors are those of each vector.
+        Errors of the readings at the fit; None without functions of place. The independent errors are those of each
+        vector. Functions of place and errors of the loads are scaled with them: their ratio is that at the fit.
     """
 
     likelihood: FingerLikelihood
@@ -79,8 +79,8 @@ class FingerDensity:
     def touch_log_likelihood(self, vectors: FloatArray) -> FloatArray:
         """Log density (n, t) of the mean readings of each touch, given flat vectors (n, d) and the measured load.
 
-        The error of the load is integrated out. The scatter of repeats about their means is not in it. Functions of
-        place are drawn given all readings, one for each vector: given these, touches are independent.
+        The error of the load is integrated out. The scatter of repeats about their means is not included. Functions of
+        place are drawn given all readings, once for each vector; given these functions, touches are independent.
         """
         rng = np.random.default_rng(0)
         known, missing = self.likelihood.known, self.likelihood.missing
@@ -101,7 +101,7 @@ class FingerDensity:
         return out
 
     def replicated(self, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
-        """Mean readings (n, t, m) as they would be read again, given flat vectors (n, d); NaN where missing."""
+        """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing."""
         likelihood = self.likelihood
         predicted, slope = self.predict(vectors)
         spread = likelihood.standard_errors(vectors)
@@ -114,7 +114,7 @@ class FingerDensity:
         return np.where(likelihood.missing, np.nan, again)
 
     def _drawn_functions(self, left: FloatArray, weight: FloatArray, rng: np.random.Generator) -> FloatArray | float:
-        """Readings (n, t, m) that functions of place add, drawn given what is left of the readings."""
+        """Random change of the readings (n, t, m) by functions of place, given the residuals `left` (n, t, m)."""
         placed = self.likelihood.placed
         if self.errors is None or placed is None:
             return 0.0

@@ -24,7 +24,7 @@ from bayestouch.model.observations import Observations
 from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
-# Vectors at once where drifts or a correction tie the touches together.
+# Number of vectors per evaluation if drifts or a correction make the touches dependent.
 TOGETHER = 32
 
 
@@ -37,13 +37,13 @@ class EffectPosterior:
     model : FingerModel
         The finger with its effects.
     known : KnownTouches
-        Touches.
+        The known touches.
     prior : FlatPrior
         Priors of all coordinates (see `FlatLayout`).
     noise : EffectNoise
         Noise of the samples.
     drifts : tuple of (RandomEffect, values)
-        Drifts; their sd and correlation time are unknown, further values are held.
+        Drifts; their sd and correlation time are unknown, further values are constant.
     columns : (k, t, m) array or None
         Change of the mean readings by each of k further weights with standard normal priors, which are integrated out:
         a correction, or any other discrepancy with a normal prior.
@@ -67,7 +67,7 @@ class EffectPosterior:
         priors : FingerPriors
             Priors of the finger without effects.
         raw : Observations
-            Its touches with all readings, also those that an effect found wrong.
+            Its touches with all readings, including those that an effect classified as wrong.
         """
         model = finger_model(fitted.model)
         known, used = KnownTouches.of(model.known.means, model.finger)
@@ -185,7 +185,7 @@ class EffectDensity:
     def _with_added(
         self, vectors: FloatArray, readings: EffectReadings, weight: FloatArray, slopes: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Inverse variances and shared errors with what noise effects add."""
+        """Inverse variances (n, t, m) and shared errors (k, n, t, m), including those of noise effects."""
         known, noise = self.posterior.known, self.posterior.noise
         counts = np.maximum(known.counts, 1)
         reads = np.maximum(known.counts.max(axis=1), 1)
@@ -219,7 +219,10 @@ class EffectDensity:
 
     @cached_property
     def _columns(self) -> WhiteColumns | None:
-        """The further weights' columns before whitening: most move one element, and products of these are cheap."""
+        """Columns of the further weights before whitening.
+
+        Most columns change the readings of one element only, which makes their products fast.
+        """
         columns = self.posterior.columns
         if columns is None:
             return None
@@ -229,7 +232,7 @@ class EffectDensity:
     def _by_element(self, root: FloatArray, white: FloatArray) -> FloatArray:
         """`_without_weights` (1,) of one vector without drifts, from its whitening (t, m, m) and errors (t, m, 1).
 
-        A column of one element has numbers at this element alone, so that products are made element by element.
+        A column that changes one element is zero for all others: products are computed element by element.
         """
         assert self._columns is not None
         columns, flat = self._columns.whitened(root), white.reshape(-1, 1)
@@ -262,7 +265,7 @@ class EffectDensity:
 
 
 def _without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> FloatArray:
-    """Sum of squares (n,) of the errors that standard normal weights leave, plus the log determinant they bring.
+    """Sum of squares (n,) of the errors with standard normal weights integrated out, plus the log determinant.
 
     Parameters
     ----------
@@ -276,7 +279,7 @@ def _without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> 
 
 
 def _scale(model: FingerModel, drift: RandomEffect, vector: FloatArray, touches: FloatArray) -> FloatArray:
-    """What a drift is multiplied by in each mean reading, (t, m)."""
+    """Factor of a drift in each mean reading, (t, m)."""
     return drift.scale(replace(model.poses(vector), signal=touches - model.zero(vector)))
 
 

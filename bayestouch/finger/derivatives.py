@@ -73,7 +73,7 @@ def _along(
 
 
 def _of_element(whole: Predicted, element: int) -> Predicted:
-    """The derivative with zeros for all other elements."""
+    """The derivative for one element; zero for all others."""
     only = np.arange(whole.touches.shape[1]) == element
     samples = None if whole.samples is None else np.where(only, whole.samples, 0.0)
     return Predicted(np.where(only, whole.touches, 0.0), samples)

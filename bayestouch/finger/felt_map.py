@@ -1,8 +1,8 @@
-"""Errors of each element's E map as touches feel them: smoothed by the pressure under the indenter.
+"""Errors of the E map of each element, smoothed by the pressure under the indenter.
 
-An edge feels the error as it is, a blunt indenter on soft rubber hardly any of its short waves. How much of each wave
-is felt depends on P R alone. It is interpolated by a polynomial in P R, so that a table of the readings over the
-location at a few values of P R holds these functions exactly.
+Under an edge the error changes the readings without smoothing. A blunt indenter on soft rubber removes nearly all of
+its short waves. The share of each wave that remains depends only on P R. It is interpolated by a polynomial in P R, so
+that a table of the readings over the location, at a few values of P R, represents these functions exactly.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.finger.interpolation import lagrange
 from bayestouch.finger.place.functions import Process, fourier, per_weight
 
-# Number of values of P R. On the softest finger known (0.054 MPa, P R/μ up to 47 mm²) waves shorter than 18° err by
-# less than 3 % of their size under an edge, longer ones by less than 0.4 %.
+# Number of values of P R. On the softest finger known (0.054 MPa, P R/μ up to 47 mm²) the interpolation error of waves
+# shorter than 18° is less than 3 % of their size under an edge, that of longer waves less than 0.4 %.
 NODES = 5
 
 
 @dataclass(frozen=True, eq=False)
 class FeltMap:
-    """A smooth function of the angle from element to touch for each element, as touches feel it; k weights, q nodes.
+    """Functions of the angle from element to touch, smoothed by the pressure of the touch; k weights, q nodes.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class FeltMap:
     nodes : (q,) array
         Values of P R, N.
     felt : (q, n + 1) array
-        Share of each Fourier mode that touches with these P R feel.
+        Share of each Fourier mode that remains for touches with these P R.
     """
 
     process: Process
@@ -41,7 +41,7 @@ class FeltMap:
 
     @classmethod
     def of(cls, chain: FingerChain, length_deg: float, largest_load: float) -> FeltMap:
-        """Functions of a correlation length, felt by touches up to a flat under the largest load (N/m)."""
+        """Functions with a correlation length (degree), for touches up to a flat under the largest load (N/m)."""
         process = Process(length_deg, 1.0)
         nodes = chebyshev(chain.outer_radius_mm * largest_load / 1000)
         return cls(process, nodes, chain.spectra.at(nodes / chain.shear_modulus_MPa, process.n_modes))
@@ -53,11 +53,11 @@ class FeltMap:
 
 
 def chebyshev(highest: float) -> FloatArray:
-    """Nodes from zero to `highest`, between which a polynomial is well determined."""
+    """Chebyshev nodes from zero to `highest`, both included; (`NODES`,)."""
     return np.asarray(0.5 * highest * (1 - np.cos(np.pi * np.arange(NODES) / (NODES - 1))))
 
 
 def shares_of_nodes(nodes: FloatArray, at: FloatArray) -> FloatArray:
-    """Shares (t, q) of the nodes' values in the polynomial through them, at P R (t,); constant beyond the last node."""
+    """Weights (t, q) of polynomial interpolation between the nodes (q,), at P R (t,); constant beyond the nodes."""
     within = np.clip(at, nodes[0], nodes[-1])
     return lagrange(nodes, within)

@@ -50,7 +50,7 @@ class FingerFit:
     likelihood : FingerLikelihood
         Touches and priors that were fitted.
     placed_errors : PlacedErrors or None
-        Errors of the readings at the centre, where functions of place are among them.
+        Errors of the readings at the centre, including functions of place; None without these functions.
     """
 
     chain: FingerChain
@@ -120,7 +120,10 @@ def fit_finger(
 
 
 def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
-    """Fit chain and noise in turn from a flat vector on, until neither moves."""
+    """Fit chain and noise in turn, starting from a flat vector, until the standard errors are constant.
+
+    They count as constant if they change by less than 2 %. At most `MOST_FITS` fits of the chain are made.
+    """
     prior = likelihood.prior
     unmeasured = likelihood.known.load_reads == 0
     spread = likelihood.standard_errors(vector)
@@ -188,7 +191,8 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
     errors = _placed_errors(likelihood, vector)
     if errors is not None and likelihood.placed is not None:
-        # As large as the readings' distance is with functions of place and their weights, which the noise scales too.
+        # The residuals are scaled so that their squares have the sum of the whitened readings, which includes that of
+        # the weights of functions of place: the noise scales these too.
         distance = (errors.whiten(left) ** 2).sum(axis=0)
         left = left - likelihood.placed.added(errors.weights(left))
         left = left * np.sqrt(distance / np.maximum(((left * errors.weight) ** 2).sum(axis=0), 1e-300))
@@ -196,13 +200,13 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
 
 
 def _left(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
-    """Readings beside the prediction of the chain (t, m); zero where missing."""
+    """Reading minus prediction of the chain, (t, m); zero where missing."""
     predicted, _ = likelihood.predicted(vector[: likelihood.layout.n_chain])
     return np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
 
 
 def _placed_errors(likelihood: FingerLikelihood, vector: FloatArray) -> PlacedErrors | None:
-    """Errors of the readings at a flat vector; None where they have no functions of place."""
+    """Errors of the readings at a flat vector; None without functions of place."""
     _, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
     errors = likelihood.covariance(slope, likelihood.standard_errors(vector))
     return errors if isinstance(errors, PlacedErrors) else None

@@ -56,7 +56,7 @@ class KnownTouches:
 
     @classmethod
     def of(cls, means: TouchMeans, finger: Finger) -> tuple[KnownTouches, NDArray[np.bool_]]:
-        """Known touches among `means`, and a mask of them.
+        """Known touches among `means`, and the mask of their rows.
 
         The readings of an element that are equal in all touches count as missing. Touches whose mean load is not above
         zero are left out.

@@ -15,7 +15,7 @@ from bayestouch.finger.known_touches import KnownTouches
 
 
 def lacking_to_calibrate(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
-    """A line of text for each kind of touch that is missing and that the calibration needs or would profit from.
+    """A line of text for each kind of touch that is missing and that is needed or useful for the calibration.
 
     Parameters
     ----------

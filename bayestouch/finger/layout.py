@@ -134,7 +134,7 @@ class FlatPrior:
         return cls._of(layout, priors, logarithmic)
 
     def with_values(self, values: Sequence[tuple[Prior, bool]], further: Sequence[tuple[Prior, bool]]) -> FlatPrior:
-        """The same with values of effects: a prior for each, and whether the coordinate is a logarithm."""
+        """The priors with values of effects added: for each its prior, and whether its coordinate is a logarithm."""
         at = self.layout
         layout = replace(at, n_values=len(values), n_further=len(further))
         own = list(zip(self.priors, self.logarithmic.tolist(), strict=True))
@@ -158,8 +158,8 @@ class FlatPrior:
     def about(self, vector: FloatArray) -> FlatPrior:
         """The same priors with the normal approximation of each Student-t prior about a coordinate of `vector` (d,).
 
-        It has the slope of the log density there, as in iteratively reweighted least squares: far from the centre the
-        prior pulls less. Priors that are normal stay as they are.
+        The approximation has the slope of the log density at this coordinate, as in iteratively reweighted least
+        squares: far from the centre of the prior it is wider. Normal priors are not changed.
         """
         at, centre, scale, dof = self._student
         mean, spread = self.mean.copy(), self.spread.copy()
@@ -170,8 +170,8 @@ class FlatPrior:
     def for_proposals(self) -> FlatPrior:
         """The same priors, with at least its standard deviation as the spread of each Student-t prior.
 
-        Chains with narrower normal proposals stick in its tails. The spread is at most twice the scale, since the
-        standard deviation is infinite with few degrees of freedom.
+        With narrower normal proposals, chains accept few steps in the tails of the prior. The spread is at most twice
+        the scale, since the standard deviation is infinite with few degrees of freedom.
         """
         at, _, scale, dof = self._student
         spread = self.spread.copy()

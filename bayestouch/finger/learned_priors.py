@@ -21,7 +21,8 @@ from bayestouch.results.objects import Calibration
 
 # Half-normal scales of the sds of log responses and log noise; the default priors of one finger have these sds.
 RESPONSE_SPREAD, NOISE_SPREAD = float(np.log(3.0)), float(np.log(10.0))
-# Chains with normal proposals stick in heavier tails than those of 4 degrees of freedom; with 200 the prior is normal.
+# Smallest and largest number of degrees of freedom. Chains with normal proposals accept few steps in heavier tails than
+# those of 4 degrees; with 200 the prior is practically normal.
 DOF = 4.0, 200.0
 SEED = 0
 
@@ -31,9 +32,9 @@ def learned_priors(
 ) -> tuple[dict[str, Prior], tuple[str, ...]]:
     """Priors of the next finger by name, and notes on what was learned.
 
-    Learned are σ, log μ and the depths of the elements together, log responses, the log noise of the readings, and
-    the log discrepancies, if every earlier calibration has draws of them. Angles are well known from few touches, and
-    the noise of the force sensor belongs to the rig: they keep their default priors.
+    Priors are learned for σ, log μ and the depths of the elements together, for log responses, for the log noise of the
+    readings, and for the log discrepancies if every earlier calibration has draws of them. The other parameters keep
+    their default priors: few touches determine the angles, and the noise of the force sensor is that of the rig.
 
     Parameters
     ----------
@@ -44,13 +45,13 @@ def learned_priors(
     contact : str
         Its contact model.
     samples : float
-        Number of readings in the mean of a typical touch, in units of whose noise discrepancies are.
+        Number of readings in the mean of a typical touch; discrepancies are multiples of the noise of this mean.
 
     Raises
     ------
     InputError
-        A calibration is of another body, geometry, unit or contact model, was itself made with `like`, or is given
-        twice.
+        If a calibration is of another body, geometry, unit or contact model, has too few draws, was itself made with
+        `like`, or is given twice.
     """
     check_same_build(earlier, sensor, contact)
     calibrations = [calibration for _, calibration in earlier]
@@ -103,7 +104,7 @@ class LearnedPrior:
         return float(self.centre[coordinate]) + unit * centre, unit * scale, dof
 
     def sd(self, component: int) -> float:
-        """Median of an sd of the population; those of elements are last."""
+        """Median of the draws of one sd of the population; the sd of elements within a finger is last."""
         unit = self.scale[min(component, len(self.scale) - 1)]
         return float(unit * np.median(self.following.sd[:, component]))
 
@@ -111,7 +112,7 @@ class LearnedPrior:
 def student_of(samples: FloatArray) -> tuple[float, float, float]:
     """Centre, scale and degrees of freedom of the Student-t distribution with the central 50 % and 95 % of samples.
 
-    If it needed fewer degrees of freedom than the least of `DOF`, it has the central 95 % alone, and is wider inside.
+    The degrees of freedom are limited to `DOF`. At a limit only the central 95 % is that of the samples.
     """
     low, quarter, centre, three, high = np.quantile(samples, [0.025, 0.25, 0.5, 0.75, 0.975])
     ratio = (high - low) / (three - quarter)
@@ -131,13 +132,13 @@ def student_of(samples: FloatArray) -> tuple[float, float, float]:
 
 
 def evidence_of(draws: FloatArray, ess: float, prior_mean: FloatArray, prior_precision: FloatArray) -> EarlierFingers:
-    """Normal likelihood of one finger from draws (n, d) of its posterior; its own independent priors are divided out.
+    """Normal likelihood of one finger: draws (n, d) of its posterior, divided by its own independent priors.
 
-    Directions in which the posterior is not narrower than the prior have no information.
+    The information is zero in directions in which the posterior is not narrower than the prior.
     """
     n, d = draws.shape
     mean, covariance = draws.mean(axis=0), np.cov(draws.T).reshape(d, d)
-    # The mean of the inverse of the covariance of few draws is larger than the inverse of the covariance.
+    # The inverse of the covariance of few draws is on average too large: it is multiplied by a factor below one.
     posterior = np.linalg.inv(covariance) * max(1 - (d + 1) / min(n, max(ess, d + 2.0)), 0.0)
     values, axes = np.linalg.eigh(posterior - np.diag(prior_precision))
     informed = values > 0
@@ -172,10 +173,10 @@ def _elastic(calibrations: Sequence[Calibration], sensor: Sensor) -> LearnedPrio
 
 
 def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) -> LearnedPrior:
-    """Logarithms of responses or noise.
+    """Population of the logarithms of responses or noise.
 
-    Their default priors are relative to the readings, and files do not have the centre; they are a hundred times as
-    wide as the posterior. The mean is taken as this centre, so that for a dead element nothing is left.
+    The default priors are relative to the readings, and files do not contain their centres. They are a hundred times as
+    wide as the posteriors, so that the posterior mean is used as the centre. A dead element then adds no information.
     """
     draws = [np.log(np.abs(_flat(calibration.posterior[name]))) for calibration in calibrations]
     middle = float(np.median([each.mean(axis=0) for each in draws]))
@@ -184,7 +185,7 @@ def _of_elements(calibrations: Sequence[Calibration], name: str, spread: float) 
 
 
 def _discrepancies(calibrations: Sequence[Calibration], samples: float) -> LearnedPrior:
-    """Logarithms of discrepancies in units of the noise of a mean of so many readings."""
+    """Population of the log discrepancies, as multiples of the noise of a mean of `samples` readings."""
     draws, centres = [], []
     for calibration in calibrations:
         own, _ = _precision(_priors_of(calibration.parameters)["discrepancy_sd"], True)
@@ -199,7 +200,7 @@ def _discrepancies(calibrations: Sequence[Calibration], samples: float) -> Learn
 
 
 def _has_discrepancies(calibration: Calibration) -> bool:
-    """Whether discrepancies were drawn; a normal approximation holds them at one value."""
+    """Whether the calibration has draws of discrepancies; in a normal approximation they are constant."""
     draws = calibration.posterior.get("discrepancy_sd")
     known = "discrepancy_sd" in _priors_of(calibration.parameters)
     return known and draws is not None and bool((_flat(draws).std(axis=0) > 0).all() and (draws > 0).all())
@@ -225,7 +226,7 @@ def _logarithms(
 
 
 def _precision(prior: Prior, logarithmic: bool) -> tuple[float, float]:
-    """Mean and precision of the normal approximation of a prior; a uniform prior has no precision to divide out."""
+    """Mean and precision of the normal approximation of a prior; the precision of a uniform prior is zero."""
     mean, sd = normal_approximation(prior, logarithmic)
     return mean, 0.0 if isinstance(prior, Uniform) else sd**-2.0
 
@@ -235,7 +236,7 @@ def _priors_of(parameters: Sequence[Parameter]) -> dict[str, Prior]:
 
 
 def _flat(draws: FloatArray) -> FloatArray:
-    """Draws (n, ...) of all chains."""
+    """Draws (n, ...) of all chains together, from (chain, draw, ...)."""
     return np.asarray(draws.reshape(-1, *draws.shape[2:]), dtype=np.float64)
 
 

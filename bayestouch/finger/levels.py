@@ -1,4 +1,4 @@
-"""Interpolation of signals in the one number by which a touch depends on an effect with a basis."""
+"""Interpolation of signals for an effect with a basis: each touch depends on its values through one number."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from bayestouch.model.base import evenly
 
 @dataclass(frozen=True, eq=False)
 class Levels:
-    """Interpolation in the one number by which each touch depends on q values of an effect; l levels, t touches.
+    """Interpolation in the number through which each touch depends on q values of an effect; l levels, t touches.
 
     Attributes
     ----------
     places : (q,) int array
         Positions of the values in the vector.
     basis : (t, q) array
-        See `Effect.by_place`.
+        Derivative of the number of each touch over the values, see `Effect.by_place`.
     centre, sd : (q,) arrays
         Middle and standard deviation of the values.
     half_width : (q,) array
@@ -62,7 +62,7 @@ class Levels:
         return out
 
     def place(self, vectors: FloatArray) -> FloatArray:
-        """Where touches are between the levels at vectors (n, d), (n, t); -1 to 1 within their range."""
+        """Coordinate (n, t) of the touches between the levels, for vectors (n, d); -1 to 1 within their range."""
         half = self.basis @ self.half_width
         return np.asarray(((vectors[:, self.places] - self.centre) @ self.basis.T) / np.where(half == 0, 1.0, half))
 

@@ -42,7 +42,7 @@ class FingerLikelihood:
     start : (3 m + 2,) array
         Starting vector of fits.
     placed : PlacedTouches, optional
-        Functions of place that the readings may miss the model by.
+        Functions of place, as a discrepancy of the readings; by default none.
     """
 
     def __init__(
@@ -119,7 +119,7 @@ class FingerLikelihood:
     def whiten(self, rows: FloatArray, slope: FloatArray, spread: StandardErrors) -> FloatArray:
         """Rows (..., t, m) whitened with the errors of the readings and the shared error of the load.
 
-        With functions of place more rows follow, see `bayestouch.sampling.low_rank.LowRank.whiten`.
+        With functions of place the result has more rows, see `bayestouch.sampling.low_rank.LowRank.whiten`.
         """
         return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
@@ -137,7 +137,7 @@ class FingerLikelihood:
         """
         fit = self._maximum(spread)
         reach = self._reach(fit.mode, fit.sd, POSTERIOR_REACH)
-        # Where touches and a narrow prior contradict each other, modes of two ranges may alternate without end.
+        # If the touches contradict a narrow prior, the modes of two ranges may alternate without end.
         for _ in range(MOST_RANGES):
             if self.series.reach.covers(reach):
                 break
@@ -150,7 +150,7 @@ class FingerLikelihood:
     def _maximum(self, spread: StandardErrors) -> LaplaceFit:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
-        # What functions of place and errors of the loads have in common hardly changes within a fit, and is dear.
+        # With functions of place the covariance takes long to compute and hardly changes within a fit.
         held = None if self.placed is None else self.covariance(self.predicted(self.start)[1], spread)
 
         def whiten(rows: FloatArray, slope: FloatArray) -> FloatArray:
@@ -186,5 +186,5 @@ class FingerLikelihood:
         return FingerLikelihood(model, known, self.start, self.placed)
 
     def with_places(self, known: KnownTouches, placed: PlacedTouches) -> FingerLikelihood:
-        """The same with functions of place, for touches that differ in radius and readings."""
+        """The likelihood with functions of place, for the same touches with other radii and readings."""
         return FingerLikelihood(replace(self.model, evaluator=None), known, self.start, placed)

@@ -26,8 +26,8 @@ DEGREE, SLOPE_DEGREE = 4, 2
 NODES, COMPARED = 1.6, 8
 # Number of vectors per evaluation of the series; the arrays for more do not fit into the cache.
 TOGETHER = 6
-# Largest root sum of squares of the errors of the polynomials over the noise (about the error of a log density); the
-# same for terms of high degree that are left out.
+# Largest root sum of squares of the errors of the polynomials over the noise (about the error of a log density), and
+# its largest value for terms of high degree that are left out.
 LARGEST_ERROR, LEFT_OUT = 0.02, 3e-4
 
 

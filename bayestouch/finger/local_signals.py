@@ -3,8 +3,9 @@
 Effects that move the touches or change the finger need a new table of contacts for each vector. Near the fit the signal
 of an element over its response is a polynomial in its depth and angle, in σ and log μ, and in the values of these
 effects. Effects on the signal are not part of it; they are evaluated as they are. Values of an effect that act through
-a basis (`Effect.by_place`, such as the profile of the surface) are no variables of the polynomials: there are too many.
-Each touch depends on them by one number, in which the signals are interpolated between polynomials at a few levels.
+a basis (`Effect.by_place`, such as the profile of the surface) are too many to be variables of the polynomials. Each
+touch depends on them through one number; the signals are interpolated in this number, between polynomials at a few
+levels.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from bayestouch.finger.model import FingerModel
 
 # Range of the polynomials in standard deviations, and their total degree for slopes over the load.
 REACH, SLOPE_DEGREE = 4.0, 2
-# Total degrees for signals that are tried, and the error at which no higher one is: about that of a log density.
+# Total degrees that are tried for the signals, and the largest error (about that of a log density) of the one used.
 DEGREES, LARGEST_ERROR = (3, 4, 5), 0.1
 # Relative step of the derivative over the load.
 STEP_LOAD = 1e-3
@@ -80,7 +81,7 @@ class LocalSignals:
 
 @dataclass(frozen=True, eq=False)
 class ExactSignals:
-    """Signals without polynomials, one vector after the other: for posteriors that are too wide for them."""
+    """Signals of the exact model, one vector after the other, for posteriors that are too wide for polynomials."""
 
     model: FingerModel
     error: float = 0.0
@@ -95,7 +96,7 @@ class ExactSignals:
 def local_signals(
     model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray
 ) -> LocalSignals | ExactSignals:
-    """Polynomials about a vector, of the lowest degree that is accurate enough; none if no degree is.
+    """Polynomials about a vector, of the lowest degree that is accurate enough; else the exact signals.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def _of_degree(
 def _exact_at(model: FingerModel, at_levels: list[FloatArray]) -> tuple[FloatArray, FloatArray]:
     """Exact signals and slopes of vectors (n, d) at each of l levels, (l, n, t, m) each.
 
-    Level by level for each vector, since the chain keeps what its tables need.
+    For each vector all levels are evaluated in turn, since the chain keeps tables that they share.
     """
     found = [[exact_signal(model, vector) for vector in each] for each in zip(*at_levels, strict=True)]
     signals, slopes = (np.array([[pair[i] for pair in each] for each in found]) for i in (0, 1))

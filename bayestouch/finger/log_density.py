@@ -116,7 +116,7 @@ class _Transform:
 def _covariance(
     at: FlatLayout, chain: FloatArray, shape: NoiseShape, further_sd: FloatArray | None = None
 ) -> FloatArray:
-    """Covariance (d, d) of the normal approximation, the chain and the noise taken as independent."""
+    """Covariance (d, d) of the normal approximation, in which chain and noise are independent."""
     out = np.zeros((at.size, at.size))
     n = at.n_chain
     out[:n, :n] = chain

@@ -102,7 +102,7 @@ class FingerModel(SensorModel):
     def reset_to_nominal(self, vector: FloatArray) -> FloatArray | None:
         """The vector with nominal depths, angles, σ and μ; None if they are near these already.
 
-        A missing effect can shift parameters far from their nominal values, which is a bad start for a fit with it.
+        Without an effect, a fit can shift parameters far from their nominal values: a bad start for a fit with it.
         """
         assert self.flat_prior is not None
         mean, spread, _, _ = self.prior()

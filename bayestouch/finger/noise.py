@@ -148,11 +148,12 @@ class NoiseShape:
     Attributes
     ----------
     mean : (k,) array
-        Means of the coordinates, in the order of the flat vector from its first noise on.
+        Means of the coordinates, in the order of the flat vector, beginning with the first noise.
     centre, covariance : (k,) array, (k, k) array
         Mean and covariance after each log discrepancy is replaced by the normal variable of its quantile.
     quantiles : QuantileMaps or None
-        Log discrepancies as functions of these variables; their density is skewed, since data bound them from above.
+        Log discrepancies as functions of these variables. Their density is skewed, since readings limit only large
+        discrepancies; None without discrepancies.
     """
 
     mean: FloatArray
@@ -245,10 +246,10 @@ def _element_log_density(
         share = share + np.exp(2 * axes[1])[:, None] / known.typical_reads
     if not len(left):
         return np.asarray(out)
-    # The variance is exp(2 log s) times the share, so that sums over touches need only the grid of the shares ...
+    # The variance is exp(2 log s) times the share: most sums over touches need only the grid of the shares.
     log_variance = 2 * log_noise * len(left) + np.log(share).sum(axis=-1)
     total = log_variance + np.exp(-2 * log_noise) * (left**2 / share).sum(axis=-1)
-    # ... except for the error of the load, which is shared by the elements.
+    # The error of the load, which the elements share, needs the whole grid.
     weight = np.exp(-2 * log_noise)[..., None]
     a = (1 + by_load) + weight * (push**2 / share)
     b = by_both + weight * (push * left / share)

@@ -8,8 +8,8 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 
-# Steps are below 1.5 standard deviations if no point has more than this mass: sums of a normal density are then those
-# of the integral to 2e-4. Rounds of refinement at most.
+# Largest mass of a point: the step is then below 1.5 standard deviations, and the sum of a normal density differs from
+# its integral by 2e-4. Largest number of grids that are tried.
 MOST_ON_A_POINT, FINER = 0.6, 12
 
 
@@ -33,6 +33,6 @@ def masses_on_grid(
 
 
 def _around(axis: FloatArray, mass: FloatArray) -> FloatArray:
-    """As many equal steps over the points with mass and one step to either side."""
+    """Axis with the same number of points, over the points with mass and one step on either side."""
     some, step = np.flatnonzero(mass > 1e-9), axis[1] - axis[0]
     return np.linspace(axis[some[0]] - step, axis[some[-1]] + step, len(axis))

@@ -19,7 +19,8 @@ from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
 from bayestouch.model.whitening import Whitening
 
-# Readings of samples up to which the likelihood of outliers takes about two milliseconds.
+# Up to this number of readings of samples, values of outliers are drawn together with all parameters: their likelihood
+# then takes at most about two milliseconds.
 MOST_READINGS = 4000
 
 
@@ -34,11 +35,11 @@ class TouchSquares:
     first : (t,) int array
         First sample of each touch in this order.
     deviation, weight : (N, m), (N, 1) arrays
-        Deviations in this order, NaN where missing; raw readings of each sample.
+        Deviations in this order, NaN where missing; number of raw readings in each sample.
     products : (t, m, m) array
-        Sums over samples of the products of the deviations of two elements.
+        Sums over samples of `weight` times the product of the deviations of two elements.
     freedom : (t, m) array
-        Number of samples less one.
+        Number of samples less one; zero without samples.
     """
 
     order: IntArray
@@ -50,7 +51,7 @@ class TouchSquares:
 
     @classmethod
     def of(cls, observed: Observations) -> TouchSquares:
-        """Samples of touches."""
+        """Deviations of the samples of observed touches."""
         order = np.argsort(observed.row_touch, kind="stable")
         first = np.searchsorted(observed.row_touch[order], np.arange(observed.n_touches))
         deviation, weight = observed.deviation[order], observed.weight[order, None]
@@ -60,17 +61,20 @@ class TouchSquares:
         return cls(order, first, deviation, weight, products, np.maximum(count - 1, 0))
 
     def about(self, predicted: FloatArray) -> FloatArray:
-        """Deviations (N, m) from predicted ones (N, m), in the order of the touches, each over its standard share."""
+        """Deviations less predicted ones, times the root of `weight`, (N, m), in the order of the touches.
+
+        `predicted` (N, m) is in the order of the observations. The result is zero where missing.
+        """
         return np.asarray(np.nan_to_num(self.deviation - predicted[self.order]) * np.sqrt(self.weight))
 
 
 @dataclass(frozen=True, eq=False)
 class EffectNoise:
-    """Likelihood of the samples about the mean of their touch, and what noise effects add to the means.
+    """Likelihood of the samples about the mean of their touch, and noise of the means by noise effects.
 
-    Deviations of k samples from their mean, and the mean, are independent if the noise is normal. So the deviations
-    contribute a factor of their own: with noise effects that add to the noise, the normal density of k - 1 independent
-    samples of each touch; with outliers, that of `bayestouch.model.outlier_likelihood`.
+    If the noise is normal, the deviations of k samples from their mean are independent of the mean. The deviations
+    contribute a separate factor: with effects that add noise, the normal density of k - 1 independent samples of each
+    touch; with outliers, the likelihood of `bayestouch.model.outlier_likelihood`.
 
     Attributes
     ----------
@@ -83,7 +87,7 @@ class EffectNoise:
     peak : (m,) array
         Peak readings, the unit of shares.
     held : AddedNoise
-        Added noise that is not in the vector.
+        Added noise with constant values, which are not in the vector.
     squares : TouchSquares
         Sums over samples.
     scale : (m,) array or None
@@ -114,7 +118,7 @@ class EffectNoise:
         ]
 
     def added(self, vector: FloatArray) -> AddedNoise:
-        """What the effects add, at a vector (d,)."""
+        """Added noise of the effects, at a vector (d,)."""
         out = self.held
         for (effect, _), values in zip(self.effects, self.values(vector), strict=True):
             out = replace(out, **effect.added(values))
@@ -126,16 +130,17 @@ class EffectNoise:
         Parameters
         ----------
         vectors : (n, d) array
+            Flat vectors.
         touches : (n, t, m) array
             Predicted mean readings.
         samples : (n, N, m) array or None
-            Predicted deviations of the samples from them.
+            Predicted deviations of the samples from these means; None if they are zero.
         """
         at, known = self.layout, self.known
         total = log_likelihood_of_scatter(known, at, vectors)
         if not self.effects and samples is None:
             return total
-        # The part of the tactile noise is replaced.
+        # The term of the tactile noise is subtracted here; the terms below replace it.
         log_noise = vectors[:, at.noise]
         total = total + log_noise @ known.scatter_dof + 0.5 * (np.exp(-2 * log_noise) @ known.scatter)
         for i, vector in enumerate(vectors):
@@ -209,10 +214,11 @@ def noise_with_effects(
 
 
 def joint_effects(effects: tuple[NoiseEffect, ...], readings: int) -> tuple[NoiseEffect, ...]:
-    """Noise effects whose values are drawn with all parameters, among those of a fit to so many readings of samples.
+    """Those of the noise effects of a fit whose values are drawn together with all parameters.
 
-    Those that add noise, else the first one if there are few enough readings. Values of others are independent of the
-    other parameters, given which readings are wrong; they have draws of their own (`AddedEffect.draws`).
+    These are the effects that add noise. If no effect does, it is the first one, provided that the samples have at most
+    `MOST_READINGS` readings. Given which readings are wrong, the values of the other effects are independent of all
+    other parameters; their draws are those of `AddedEffect.draws`.
     """
     adding = tuple(effect for effect in effects if effect.added(effect.probes[0]))
     return adding or (effects[:1] if readings <= MOST_READINGS else ())

@@ -1,4 +1,4 @@
-"""Strain directly under a knife edge: gain is response over this strain."""
+"""Strain directly under a knife edge. The gain of an element is its response over this strain."""
 
 from __future__ import annotations
 

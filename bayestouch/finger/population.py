@@ -1,10 +1,11 @@
-"""Hierarchical model of one build of fingers: what earlier fingers say of the next one.
+"""Hierarchical model of one build of fingers, to predict the next finger from earlier ones.
 
-The vector x_k of finger k is normal about ``A M`` with covariance ``Q = Σ_j τ_j² B_j``: M is the mean of the build, the
-sds τ say how much fingers, and elements of a finger, differ. The data of each earlier finger have the likelihood
-``exp(-½ x' Λ_k x + η_k' x)``; Λ_k is singular in directions of which they say nothing. M and all x_k are integrated out
-in closed form, and emcee draws the few log τ. Coordinates are in units of the default prior of one finger about its
-mean, so that M is normal with mean 0 and sd 1, and each τ is half-normal with scale 1.
+The vector x_k of finger k is normal about ``A M`` with covariance ``Q = Σ_j τ_j² B_j``. M is the mean of the build; the
+sds τ are those between fingers, and between elements of a finger. The data of each earlier finger have the likelihood
+``exp(-½ x' Λ_k x + η_k' x)``; Λ_k is singular in directions on which the data have no information. M and all x_k are
+integrated out in closed form, and emcee draws the few log τ. Each coordinate is its difference from the mean of the
+default prior of one finger, in units of the sd of this prior: M is normal with mean 0 and sd 1, and each τ is
+half-normal with scale 1.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 from bayestouch.array_types import FloatArray
 
 WALKERS, BURN_IN, STEPS, THIN = 32, 200, 400, 5
-# Walkers start at sds between a hundredth of the default prior's and this prior's.
+# Range of log τ in which walkers start: between a hundredth of the sd of the default prior and this sd.
 START = np.log(0.01), 0.0
 
 
@@ -40,7 +41,7 @@ class EarlierFingers:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """How the coordinates of a finger vary within a build.
+    """Distribution of the coordinates of the fingers of a build.
 
     Attributes
     ----------
@@ -72,10 +73,10 @@ class Population:
         return np.tensordot(np.exp(2 * log_sd), self.components, axes=1)
 
     def posterior(self, log_sd: FloatArray, evidence: EarlierFingers) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """For log sds (n, c): log posterior density (n,), and mean (n, q) and covariance (n, q, q) of the means M."""
+        """Log posterior density (n,) of log sds (n, c); mean (n, q) and covariance (n, q, q) of M given these sds."""
         cov = self.covariance(log_sd)[:, None]
         precision, shift = evidence.precision, evidence.shift[..., None]
-        # Woodbury: with Q singular or Λ singular, I + ΛQ has an inverse.
+        # Woodbury identity: I + ΛQ has an inverse even if Q or Λ is singular.
         inverse = np.linalg.inv(np.eye(cov.shape[-1]) + precision @ cov)
         of_mean = (self.design.T @ inverse @ precision @ self.design).sum(axis=1) + np.eye(self.design.shape[1])
         of_shift = (self.design.T @ inverse @ shift).sum(axis=1)
@@ -99,7 +100,7 @@ class Population:
 
 @dataclass(frozen=True, eq=False)
 class NextFinger:
-    """Predictive distribution of a finger that was not yet touched; n draws.
+    """Predictive distribution of a finger without touches; n draws.
 
     Attributes
     ----------
@@ -108,7 +109,7 @@ class NextFinger:
     mean : (n, d) array
         Mean of the coordinates, given these sds.
     variance : (n, d) array
-        Variance of independent coordinates that are nowhere more certain than the population, see `predict`.
+        Variance of the coordinates as independent priors, see `predict`.
     """
 
     sd: FloatArray
@@ -116,19 +117,19 @@ class NextFinger:
     variance: FloatArray
 
     def samples(self, coordinate: int, rng: np.random.Generator, each: int = 20) -> FloatArray:
-        """Values of one coordinate, `each` from each draw."""
+        """Random values of one coordinate, `each` from each of the n draws, (each n,)."""
         noise = rng.standard_normal((each, len(self.mean)))
         return np.asarray(self.mean[:, coordinate] + np.sqrt(self.variance[:, coordinate]) * noise).ravel()
 
 
 def predict(population: Population, evidence: EarlierFingers, seed: int) -> NextFinger:
-    """What the earlier fingers say of the next one.
+    """Predictive distribution of the next finger, from earlier fingers.
 
-    The coordinates of the next finger are correlated: its elements share what its batch has in common, and the means of
-    the build were learned together. The priors of a calibration are independent. They get the smallest variances with
-    which no combination of coordinates is more certain than in the population: a value of an element gets its variance
+    The coordinates of the next finger are correlated: all its elements depend on the mean of the finger, and the means
+    of the build were learned together. The priors of a calibration are independent. Their variances are the smallest
+    with which no combination of coordinates is more certain than in the population. The variance of an element is that
     within the finger plus m times that of the mean of the m elements, so that the mean of the elements has its own
-    variance; and the variances of the means are multiplied by the largest eigenvalue of their correlation matrix.
+    variance. The variances of the means are multiplied by the largest eigenvalue of their correlation matrix.
     """
     log_sd = population.sample(evidence, seed)
     sd = np.exp(log_sd)

@@ -39,7 +39,7 @@ class EffectReadings:
 
 @dataclass(frozen=True, eq=False)
 class EffectPrediction:
-    """Signals by polynomials near the fit, and effects on them as they are.
+    """Readings of many vectors: signals by polynomials near the fit, then the exact effects on the signals.
 
     Attributes
     ----------
@@ -60,7 +60,10 @@ class EffectPrediction:
 
     @classmethod
     def of(cls, model: FingerModel, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray) -> EffectPrediction:
-        """About a vector (d,) with standard deviations (d,), for means of this noise (t, m), inf where missing."""
+        """Prediction near a vector (d,) with standard deviations (d,).
+
+        `noise_sd` (t, m) is the standard deviation of the mean readings; inf where missing.
+        """
         base = slice(0, model.n_base)
         series = model.evaluator
         moved = any(e.changes_finger or e.changes_pose for e in model.effects)

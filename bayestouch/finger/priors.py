@@ -15,9 +15,10 @@ from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, mo
 
 # Range of Poisson's ratio of a rubber; at 0.5 a bonded layer does not deform.
 POISSON_BOUNDS = 0.0, 0.4999
-# A prior contradicts the nominal geometry if that is more than so many of its standard deviations from its mean.
+# A prior contradicts the nominal geometry if the nominal value is more than so many standard deviations from its mean.
 FARTHEST = 6.0
-# The model error is less than the noise of a touch's mean, about equal, or (probability 1 %) more than four times it.
+# The model error is smaller than the noise of the mean of a touch, about equal, or (probability 1 %) more than four
+# times as large.
 DISCREPANCY = LogNormal(0.3, float(np.log(3.0)))
 
 

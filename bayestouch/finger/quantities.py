@@ -18,7 +18,7 @@ def quantities(
     share: FloatArray,
     peak: FloatArray,
 ) -> tuple[Quantity, ...]:
-    """Quantities of touches on a finger, without those that are equal in all touches.
+    """Quantities of touches on a finger on which residuals may depend; those equal in all touches are left out.
 
     Parameters
     ----------

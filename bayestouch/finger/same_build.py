@@ -1,4 +1,4 @@
-"""Whether calibrations of earlier fingers say anything of the next one: the same build, touched in other touches."""
+"""Check of the calibrations from which priors are learned: the same build as the next finger, and different touches."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from bayestouch.errors import InputError
 from bayestouch.results.keys import LIKE
 from bayestouch.results.objects import Calibration
 
-# Draws of an earlier calibration for each of the m + 2 coordinates whose covariance is needed.
+# Smallest number of draws of an earlier calibration, for each of the m + 2 coordinates whose covariance is needed.
 LEAST_DRAWS = 5
 
 
 def check_same_build(earlier: Sequence[tuple[str, Calibration]], sensor: Sensor, contact: str) -> None:
-    """Raise an error if a calibration cannot be learned from.
+    """Raise an error if priors cannot be learned from one of the calibrations.
 
     Raises
     ------
     InputError
-        As `bayestouch.finger.learned_priors.learned_priors` says.
+        For the reasons that `bayestouch.finger.learned_priors.learned_priors` gives.
     """
     for i, (name, calibration) in enumerate(earlier):
         _check(name, calibration, sensor, contact)
@@ -31,7 +31,7 @@ def check_same_build(earlier: Sequence[tuple[str, Calibration]], sensor: Sensor,
 
 
 def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) -> None:
-    """Raise `InputError` if a calibration says nothing of this sensor."""
+    """Raise `InputError` if priors of this sensor cannot be learned from a calibration."""
     if calibration.sensor.body.kind != sensor.body.kind:
         raise InputError(f"like: {name} is of a {calibration.sensor.body.kind}, this sensor is a {sensor.body.kind}")
     theirs, ours = finger_of(calibration.sensor), finger_of(sensor)
@@ -62,7 +62,7 @@ def _check(name: str, calibration: Calibration, sensor: Sensor, contact: str) ->
 
 
 def _same(one: Calibration, other: Calibration) -> bool:
-    """Whether two calibrations are of the same touches."""
+    """Whether two calibrations have the same readings."""
     return bool(
         one.rows.observed.shape == other.rows.observed.shape
         and np.array_equal(one.rows.observed, other.rows.observed, equal_nan=True)

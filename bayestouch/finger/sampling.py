@@ -24,12 +24,12 @@ from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.refine import ENOUGH, ROUNDS, refined
 
-# Degrees of freedom of the Student-t proposal: in about eighty dimensions, heavier tails would have few acceptances.
+# Degrees of freedom of the Student-t proposal: with heavier tails, few proposals are accepted in eighty dimensions.
 PROPOSAL_DOF = 300.0
 # Steps per draw that is kept, by attempt: 75 % of proposals are accepted on a finger of 16 elements (83 unknowns). With
 # few touches the posterior is less normal, fewer are accepted, and the chains must be longer.
 THIN = (4, 16, 48)
-# Number of points whose matrices are in memory together.
+# Number of points that are evaluated together; it limits the memory for their matrices.
 POINTS_HELD = 256
 
 
@@ -61,8 +61,8 @@ class PosteriorMap:
     precision, gradient : (m, n, n), (m, n) arrays
         Contribution of the readings of each element, with the noise of `vector`.
     constant : (n, n) array or None
-        Contribution to the precision of readings that drifts or a correction tie together. Rows and columns of an
-        element follow its noise, those of what all elements share the mean over these.
+        Contribution to the precision of readings that drifts or a correction make dependent. Its rows and columns are
+        scaled with the noise of the element; for shared parameters, with the mean over elements.
     pull : (n,) array or None
         Gradient of the log posterior at `vector`; None for zero.
     ends : pair of (d,) arrays or None
@@ -106,7 +106,7 @@ class PosteriorMap:
 
     @cached_property
     def _element(self) -> IntArray:
-        """Column of the weights in `_map` that goes with each coordinate of the chain: its element's, or the mean."""
+        """Column of the weights in `_map` for each coordinate of the chain: that of its element, or the mean."""
         at = self.layout
         own = np.tile(np.arange(at.n_elements), 3)
         return np.concatenate([own, np.full(at.n_chain - len(own), at.n_elements)])
@@ -160,7 +160,7 @@ class PosteriorMap:
         return out, total
 
     def _place_further(self, points: FloatArray, vectors: FloatArray) -> FloatArray:
-        """Put values of drifts and noise effects into the vectors; the log of the derivative."""
+        """Write the values of drifts and noise effects into `vectors`, and return the log of the derivative (n,)."""
         assert self.ends is not None and self.further_sd is not None
         at, total = self.layout, np.zeros(len(points))
         for k, sd in zip(range(at.further.start, at.size), self.further_sd, strict=True):
@@ -171,7 +171,7 @@ class PosteriorMap:
         return total
 
     def _variance(self, vectors: FloatArray) -> FloatArray:
-        """Variance (n, m) of the mean reading of each element, of a typical number of readings."""
+        """Variance (n, m) of the mean of a typical number of readings of each element."""
         known, at = self.known, self.layout
         share = np.full(at.n_elements, 1 / known.typical_reads)
         if at.discrepancy:
@@ -181,14 +181,14 @@ class PosteriorMap:
 
 @dataclass(frozen=True)
 class Budget:
-    """How many evaluations the draws of a posterior may take.
+    """Limits of the number of evaluations for the draws of a posterior.
 
     Attributes
     ----------
     thins : tuple of int
         Steps per draw of each attempt.
     rounds, enough : int, float
-        As of `bayestouch.sampling.refine.refined`.
+        As in `bayestouch.sampling.refine.refined`.
     """
 
     thins: tuple[int, ...] = THIN
@@ -201,8 +201,8 @@ def sample_fit(
 ) -> BlockDraws:
     """Draws of flat vectors (see `FlatLayout`) from the exact posterior, as one block.
 
-    With `moves` of emcee, see `bayestouch.sampling.sample_blocks`, ensembles of walkers use the same map. The log
-    density of the result is that of the flat vectors.
+    With `moves` of emcee (see `bayestouch.sampling.sample_blocks`), ensembles of walkers use the same change of
+    variables. The log density of the result is that of the flat vectors.
     """
     density, to_vectors = FingerDensity.of(fit), PosteriorMap.of(fit)
     layout, shape, n = fit.likelihood.layout, fit.noise_shape, fit.likelihood.layout.n_chain
@@ -226,8 +226,8 @@ def draw_points(
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
-    The proposals begin with this centre and covariance and are refined where the posterior differs from them, as it
-    does with effects.
+    The proposals begin with this centre and covariance. They are refined if the posterior differs from them, as is
+    usual with effects.
     """
     budget = budget or Budget()
 
@@ -236,7 +236,7 @@ def draw_points(
         return density(vectors) + log_derivative
 
     at, rng = to_vectors.layout, np.random.default_rng([seed, 3])
-    # Only values of drifts and noise effects depend on each other beyond what the map knows.
+    # Of the dependences between coordinates, the map leaves out only those between values of drifts and noise effects.
     together = np.arange(at.further.start, at.further.stop)
     centre, covariance = refined(log_density, centre, covariance, together, rng, budget.rounds, budget.enough)
     proposal = StudentTProposal.from_covariance(centre[None], covariance[None], PROPOSAL_DOF)

@@ -22,13 +22,13 @@ from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
 from bayestouch.sampling.rank_one import inverse_root
 
-# Steps of the chain's parameters with the noise that the step before left.
+# Number of Newton steps of the chain's parameters, each with the noise after the previous step.
 STEPS = 3
-# Evaluations take longer than without effects, and two steps a draw are enough where three of four proposals are
-# accepted.
+# Evaluations take longer than without effects. Two steps per draw are enough if three of four proposals are accepted.
 WITH_EFFECTS = Budget((2, *THIN[1:]))
-# Drifts or a correction make each evaluation take milliseconds: one more round of refinement saves more steps than it
-# takes. A correction of so many numbers makes it take tens of them: 16 elements and 468 touches 15 ms.
+# With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
+# takes. With a correction whose columns have more than MANY numbers it takes longer: 15 ms for 16 elements and 468
+# touches.
 DEAR, DEAREST, MANY = Budget((4, 16), enough=0.5), Budget((2, 4), 2, 0.5), 1_000_000
 
 
@@ -45,7 +45,7 @@ class EffectFit:
     covariance : (n, n) array
         Covariance of the n coordinates of the chain and of the values of its effects, at the centre.
     shape : NoiseShape
-        Approximate density of the other coordinates.
+        Approximate density of the coordinates of the noise.
     to_vectors : PosteriorMap
         Change of variables in which the posterior is close to normal.
     """
@@ -62,7 +62,7 @@ class EffectFit:
         spread = StandardErrors.of(posterior.known, posterior.layout, self.vector)
         sd = np.sqrt(np.diag(self.covariance))
         if posterior.columns is not None:
-            # Without what the model misses, of which the first guess may be far too large.
+            # The noise without the discrepancy, whose first guess may be far too large.
             noise = np.exp(self.vector[posterior.layout.noise]) * np.sqrt(posterior.known.shares)
             posterior = replace(posterior, columns=seen_columns(posterior.columns, noise))
         return EffectDensity(posterior, EffectPrediction.of(posterior.model, self.vector[:n], sd, spread.sd))
@@ -70,7 +70,7 @@ class EffectFit:
 
 @dataclass(frozen=True, eq=False)
 class _Linear:
-    """The chain made linear about a vector, with what its readings contribute to the posterior; m elements."""
+    """The chain linearised about a vector, with the contribution of the readings to the posterior; m elements."""
 
     residuals: Residuals
     precision: FloatArray  # (m, n, n)
@@ -92,9 +92,9 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     fitted : Fitted
         The fit, at fixed noise.
     added : tuple of AddedEffect
-        Its effects; values and standard deviations of drifts and noise effects count.
+        Effects of the fit; only values and standard deviations of drifts and noise effects are used.
     posterior : EffectPosterior
-        Its data and priors.
+        Data and priors of the fit.
     """
     at, prior, n = posterior.layout, posterior.prior, posterior.layout.n_chain
     low, high = posterior.bounds
@@ -102,7 +102,8 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     further, further_sd = _further(posterior, added)
     guess = first_guess(posterior.known, prior)
     guess[at.further.start - n :] = further
-    # Small discrepancies first: with large ones, they would explain what drifts and shared errors do.
+    # The search starts with small discrepancies: large ones would explain the readings instead of drifts and shared
+    # errors.
     missed = slice(at.missed.start - n, at.missed.stop - n)
     guess[missed] -= 2 * prior.spread[at.missed]
     vector = np.concatenate([fitted.vector, guess])
@@ -138,7 +139,7 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
 
 
 def _bend(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, hessian: FloatArray) -> Bend | None:
-    """Shift of the other coordinates of the chain by the values of its effects, where it is not linear."""
+    """Shift of the other coordinates of the chain by the values of its effects; None if it is nearly linear."""
     at, n = posterior.layout, posterior.layout.n_chain
     base, low, high = slice(0, at.n_base), *posterior.bounds
     margin = 1e-6 * posterior.prior.spread[base]
@@ -197,7 +198,7 @@ def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tupl
 
 
 def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) -> KnownTouches:
-    """The touches with the scatter of the own noise of each element: without effects within touches and on noise."""
+    """The touches with the scatter by each element's own noise, without that by effects within touches or on noise."""
     known, some = posterior.known, posterior.known.scatter_dof > 0
     if posterior.noise.effects or posterior.noise.shared:
         return replace(known, scatter=np.where(some, known.scatter_dof * fitted.noise.sd**2, known.scatter))
@@ -209,7 +210,7 @@ def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) 
 
 
 def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> _Linear:
-    """The chain made linear about a vector, whitened by the noise at this vector."""
+    """The chain linearised about a vector, whitened by the noise at this vector."""
     model, known, at = posterior.model, posterior.known, posterior.layout
     n, m = at.n_chain, at.n_elements
     chain = vector[:n]
@@ -265,10 +266,10 @@ def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) 
 
 
 def _spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:
-    """Degrees of freedom (m,) that fitted functions take from the readings of each element.
+    """Degrees of freedom (m,) of fitted functions in the readings of each element.
 
-    The share of each reading's own variance by which the functions reduce the precision of the reading: ``D (S⁻¹ -
-    (S + C Cᵀ)⁻¹)`` on the diagonal, where S has the noise D and the errors of the loads, and C the functions.
+    They are the sum over touches of the diagonal of ``D (S⁻¹ - (S + C Cᵀ)⁻¹)``. D is the noise of each reading, S is D
+    plus the errors of the loads, and C are the functions.
 
     Parameters
     ----------

@@ -9,21 +9,21 @@ import numpy as np
 from bayestouch.contact.layer import LayerContact
 from bayestouch.data.sensor import Finger
 
-# Share of the table of contacts that is used; its end is further the higher Poisson's ratio is.
+# Share of the range of the table of contacts that is used; this range increases with Poisson's ratio.
 SHORT_OF_THE_END = 0.95
 
 
 def softest(finger: Finger, largest_load: float, lowest_poisson_ratio: float) -> float:
-    """Lower bound of log μ (MPa): a flat under the largest load has the widest contact for which there is a solution.
+    """Lower bound of log μ (MPa), at which a flat under the largest load has the widest contact with a solution.
 
-    That is a quarter of the circumference or the end of the table of contacts, whichever is narrower.
+    κ of this contact is 95 % of the smaller of two values: ``10 r_b²``, and κ at the end of the table of contacts.
 
     Parameters
     ----------
     finger : Finger
         The finger, with its nominal dimensions.
     largest_load : float
-        N/m.
+        Largest load, N/m.
     lowest_poisson_ratio : float
         Lower bound of σ.
     """

@@ -1,4 +1,4 @@
-"""Start of every fit of a finger with effects: the finger without effects, and its noise."""
+"""Start of all fits of a finger with effects: the fit without effects, and its noise."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class FingerStart:
     calibrated : FingerFit
         Fit of a calibration, with unknown noise.
     used : (t,) bool array
-        Touches that were fitted: all of them.
+        Touches that were fitted: True for all.
     fitted : Fitted
-        Fit with the noise of repeats, so that residuals show the model error: start of a search for effects.
+        Fit with the noise of repeats, so that residuals show the model error. The search for effects starts from it.
     """
 
     priors: FingerPriors

@@ -1,4 +1,4 @@
-"""The model and the options with which a calibration of a finger was made, to make its fit again."""
+"""Model and options of a calibration of a finger, with which its fit can be repeated."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
     Raises
     ------
     InputError
-        Its E map is an identified one, or it was made with no discrepancy at all.
+        If the calibration has an identified E map, or was made with ``discrepancy="none"``.
     """
     if calibration.has_identified_map:
         raise InputError("this calibration has an identified E map; its parameters have no density of their own")
@@ -48,7 +48,7 @@ def stated_of(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
 
 
 def _default(name: str, prior: Prior) -> bool:
-    """Whether a prior is one of those that are set by the readings, and are written in their units."""
+    """Whether a prior is the default discrepancy, or a default that depends on the readings (median 1 in files)."""
     if name == "discrepancy_sd":
         return prior == DISCREPANCY
     in_units = ("response", "noise_sd", "force_noise_sd")

@@ -27,8 +27,8 @@ from bayestouch.results.objects import Calibration, TouchPosteriors
 def read_held_out(infer: Infer, calibration: Calibration, data: SplitData, held: HeldOut, *, seed: int) -> TouchReading:
     """Errors of the posteriors that `infer` gives for the held-out touches with a calibration.
 
-    Touches are read twice: with the load of the force sensor for R and location, without it for the load. If effects
-    depend on earlier touches, the touches in between are read too; this does not use their references.
+    Touches are read twice: with the load of the force sensor for R and location, and without it for the load. With
+    drifts, or effects that differ between samples, all touches of the same sessions are read too, without references.
     """
     # The rest reading is already subtracted from the table.
     plain = calibration.with_rest_reading(None)

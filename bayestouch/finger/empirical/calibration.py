@@ -8,7 +8,7 @@ on the elastic model, and its strength is inferred. Row e, including the gain, i
 
 for the sine and cosine of each Fourier mode k. The departure has the bandwidth of the sensor, since rubber does not
 transmit finer detail, and is equally likely at all angles. (At low modes the elastic response is small because the
-rubber is nearly incompressible; this does not make the departure small, so S is kept at its peak there.)
+rubber is nearly incompressible. The departure is not small there: therefore S is a maximum over modes.)
 
 λ → 0 is the model calibration, λ → ∞ equation (6). Coefficients that the touches do not determine keep their prior, and
 their uncertainty is in the covariance.
@@ -232,7 +232,7 @@ def _diagonal(touches: MapTouches, n_coefficients: int, family: bool) -> list[Di
 
 
 def _noise(touches: MapTouches, factor2: FloatArray) -> Noise:
-    """Noise with the discrepancy that remains with the map; without repeats all of it counts as sensor noise."""
+    """Noise with the discrepancy that remains with the map; without repeats all errors count as sensor noise."""
     counts, noise, known = touches.counts, touches.noise, touches.repeated
     per_read = np.divide(1.0, counts, out=np.zeros(counts.shape), where=counts > 0)
     typical = noise.tactile_sd**2 * per_read.sum(axis=0) / np.maximum((counts > 0).sum(axis=0), 1)

@@ -22,7 +22,8 @@ STEP_POISSON, STEP_LOG_MODULUS = 1e-3, 0.05
 class MapNeighbours:
     """Fingers at one step above and below in a parameter shared by all elements, each with a factor of the radius.
 
-    Since κ = P R/μ, a step in log μ is a step in the radius; on a surface out of round also in its own curvature.
+    Since κ = P R/μ, a step in log μ is a step in the radius; on a surface out of round it is also a step in the
+    curvature of the surface.
     """
 
     sides: tuple[tuple[FingerChain, float], tuple[FingerChain, float]]

@@ -64,7 +64,7 @@ class ElementData:
 
 @dataclass(frozen=True, eq=False)
 class Weights:
-    """Posterior of (λ, φ) of one element, on grid points with weights that are not negligible; their sum is 1."""
+    """Posterior of (λ, φ) of one element: grid points with a weight that is not negligible. The sum of weights is 1."""
 
     strength: FloatArray
     factor: FloatArray

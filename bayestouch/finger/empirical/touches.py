@@ -52,7 +52,7 @@ class MapTouches:
 
     @property
     def there(self) -> NDArray[np.bool_]:
-        """Whether each signal is present, (t, m)."""
+        """Whether each signal is present (not missing), (t, m)."""
         return self.counts > 0
 
     @classmethod

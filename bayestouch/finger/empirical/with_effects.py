@@ -27,7 +27,7 @@ from bayestouch.finger.empirical.touches import MapTouches, SharedParameter, con
 from bayestouch.finger.model import FingerModel, finger_model
 from bayestouch.model.fitting import Fitted
 
-# Standard deviation, over the peak, of a signal that its reading does not determine.
+# Standard deviation, over the peak, of a signal that the readings do not determine.
 UNTOLD = 100.0
 
 
@@ -39,7 +39,7 @@ def identify_beside_effects(fitted: Fitted, noise: Noise, shared_covariance: Flo
     fitted : Fitted
         The elastic finger with its effects.
     noise : Noise
-        Of its calibration.
+        Noise of the calibration.
     shared_covariance : (s, s) array
         Covariance of σ, log μ and the values of the effects of the chain.
     """
@@ -95,7 +95,7 @@ class _Unmixed:
     fitted : Fitted
         The elastic finger with its effects.
     noise : Noise
-        Of its calibration.
+        Noise of the calibration.
     about : (t, m) array
         Signals at which the effects are linearised.
     course : (t, m) array
@@ -108,7 +108,7 @@ class _Unmixed:
     course: FloatArray
 
     def readings(self, vector: FloatArray, signal: FloatArray) -> FloatArray:
-        """Mean readings (t, m) of signals, without drifts."""
+        """Mean readings (t, m) for mean signals (t, m), without drifts."""
         model = finger_model(self.fitted.model)
         return model.readings(replace(model.poses(vector), signal=signal), vector).touches
 

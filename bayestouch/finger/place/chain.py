@@ -1,4 +1,4 @@
-"""The chain of a finger that misses the model by functions of place: readings from touches."""
+"""The chain of a finger with functions of place: readings from touches."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class PlacedFinger:
     Attributes
     ----------
     elastic : FingerChain
-        The finger without them.
+        The finger without functions of place.
     places : PlacePosterior
         The functions.
     """
@@ -49,7 +49,7 @@ class PlacedFinger:
 
     @property
     def finite_strain(self) -> float:
-        """None: functions of place are fitted to the linear chain."""
+        """Zero: functions of place are fitted to the linear chain."""
         return 0.0
 
     def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
@@ -58,7 +58,7 @@ class PlacedFinger:
         return np.zeros((*shape, self.elastic.n_elements))
 
     def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
-        """Composite radius (...) with the curvature of the surface at the places touched (rad), mm."""
+        """Composite radius (...), mm, with the mean curvature of the surface at locations (...) in rad."""
         return self.places.effective_radius(radius_mm, angle, self.outer_radius_mm)
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:

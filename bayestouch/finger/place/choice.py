@@ -1,4 +1,4 @@
-"""Which functions of place a finger's discrepancy has, if any: those that predict held-out places best."""
+"""Choice of the functions of place of a finger: those that predict held-out places best, or none."""
 
 from __future__ import annotations
 
@@ -30,24 +30,25 @@ from bayestouch.finger.place.functions import (
 )
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
 
-# Places are held out in so many groups of neighbours; a choice from fewer than the least number says nothing.
+# Largest and smallest number of groups of neighbouring places that are held out; with fewer, no choice is made.
 MOST_FOLDS, LEAST_FOLDS = 24, 6
-# Functions whose log marginal likelihood gains less than this are not looked at further, and more of them have to
-# predict held-out places better by so many standard errors of the difference.
+# Functions are tried on held-out places only if they increase the log marginal likelihood by more than LEAST_GAIN.
+# Own functions together with a surface are chosen only if they are better than one of them by more than so many
+# standard errors of the difference; so are functions instead of none.
 LEAST_GAIN, STANDARD_ERRORS = 3.0, 2.0
 
 
 @dataclass(frozen=True)
 class Choice:
-    """Functions of place that were chosen, and why.
+    """Functions of place that were chosen, with the reason.
 
     Attributes
     ----------
     functions : PlaceFunctions
         The functions.
     gain, gain_sd : float
-        Log density of held-out places over that of errors which are independent from touch to touch, and its standard
-        error over groups of places.
+        Increase of the log density of held-out places over that with errors which are independent from touch to
+        touch, and its standard error.
     """
 
     functions: PlaceFunctions
@@ -56,7 +57,7 @@ class Choice:
 
     @property
     def note(self) -> str:
-        """What was chosen and why."""
+        """The choice and its reason, for the notes of a calibration."""
         parts = []
         own, surface = self.functions.own, self.functions.surface
         if own is not None:
@@ -71,20 +72,21 @@ class Choice:
 
 
 def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
-    """Functions of place that suit a fitted finger.
+    """Functions of place that predict held-out places of a fitted finger best.
 
     Parameters
     ----------
     fit : FingerFit
-        The finger without them.
+        The finger without functions of place.
     wanted : bool
-        The best ones, however little they gain.
+        Choose the best functions even if the gain is small.
 
     Returns
     -------
     Choice or None
-        None where errors that are independent from touch to touch predict held-out places as well, or where drifts in
-        the order of the touches explain the readings as well: then they belong to a time, not to a place.
+        None if there are too few places (see `place_folds`). None also, unless `wanted`, if errors that are independent
+        from touch to touch predict held-out places as well, or if drifts in the order of the touches explain the
+        readings as well: the model error may then depend on time instead of place.
     """
     known, chain = fit.likelihood.known, fit.chain
     folds = place_folds(known.angle)
@@ -134,7 +136,7 @@ def choose_functions(fit: FingerFit, *, wanted: bool = False) -> Choice | None:
 
 
 def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
-    """Log marginal likelihood of smooth functions of time, of each element's own, in the order of the touches."""
+    """Log marginal likelihood of a drift of each element: a smooth function of the order of the touches."""
     chain, n = fit.chain, len(fit.likelihood.known.load)
     turn = fourier(np.pi * np.arange(n) / n, process_modes(min(TIME_LENGTHS)))
     columns = turn[:, None, :] * (np.abs(chain.response) * fit.likelihood.known.typical_load)[:, None]
@@ -142,12 +144,12 @@ def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
 
 
 def place_folds(angle: FloatArray) -> IntArray | None:
-    """Group (t,) of neighbouring places of each touch; None where there are too few places."""
+    """Index (t,) of the group of neighbouring places of each touch; None if there are fewer than 18 places."""
     places, which = np.unique(angle.round(9), return_inverse=True)
     folds = min(MOST_FOLDS, len(places) // 3)
     return np.asarray(which * folds // len(places)) if folds >= LEAST_FOLDS else None
 
 
 def _standard_error(differences: FloatArray) -> float:
-    """Of a sum over groups of places."""
+    """Standard error of the sum of differences over groups of places."""
     return float(differences.std(ddof=1) * np.sqrt(len(differences)))

@@ -12,25 +12,25 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.place.functions import PlaceFunctions, Process, process_modes, spectrum
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior
 
-# Lengths of functions of time, where all touches are half a circle.
+# Lengths of functions of time that are tried, degree: all touches together are 180°.
 TIME_LENGTHS = (8.0, 16.0, 32.0, 64.0)
-# Lengths that are tried (degree), and sizes: shares of the peak, and of the logarithm of the surface's curvature.
+# Lengths that are tried, degree, and sizes: as a share of the peak, or in the logarithm of the surface's curvature.
 OWN_LENGTHS, OWN_SIZES = (4.0, 6.0, 9.0, 14.0), np.geomspace(5e-4, 0.2, 19)
 SURFACE_LENGTHS, SURFACE_SIZES = (6.0, 10.0, 16.0, 26.0), np.geomspace(1e-3, 0.6, 19)
 
 
 @dataclass(frozen=True, eq=False)
 class Scored:
-    """Functions of place, and how probable readings are with them.
+    """Functions of place with their marginal likelihood.
 
     Attributes
     ----------
     functions : PlaceFunctions
         The functions.
     log_evidence : float
-        Log marginal likelihood, up to a constant that all share.
+        Log marginal likelihood, up to a constant that is the same for all functions.
     factor : (elements,) array
-        Variance of each element's independent errors over that of noise and load: its most probable value.
+        Most probable variance of the independent errors of each element, over that of noise and load.
     """
 
     functions: PlaceFunctions
@@ -40,7 +40,7 @@ class Scored:
 
 @dataclass(frozen=True, eq=False)
 class Spectral:
-    """What an element's readings say of functions of one length, in the basis where all weights are independent."""
+    """Likelihood of the readings of an element for functions of one length, in a basis of independent weights."""
 
     values: FloatArray  # (k,): information about each weight, at size one and a factor of one
     slopes: FloatArray  # (k,)
@@ -49,12 +49,12 @@ class Spectral:
 
     @classmethod
     def of(cls, columns: FloatArray, left: FloatArray) -> Spectral:
-        """From whitened columns (n, k) at size one, and whitened readings (n,)."""
+        """Likelihood from whitened columns (n, k) for size one and whitened readings (n,)."""
         values, turn = np.linalg.eigh(columns.T @ columns)
         return cls(np.maximum(values, 0.0), turn.T @ (columns.T @ left), float(left @ left), len(left))
 
     def log_evidence(self, sizes: FloatArray, factors: FloatArray) -> FloatArray:
-        """Over sizes and factors of the independent errors, (s, c)."""
+        """Log marginal likelihood (s, c) for sizes (s,) and variance factors (c,) of the independent errors."""
         share = (sizes**2)[:, None, None] / factors[:, None]
         grown = 1 + share * self.values
         explained = (share / factors[:, None] * self.slopes**2 / grown).sum(axis=-1)
@@ -64,7 +64,7 @@ class Spectral:
 
 
 def without_functions(elements: Sequence[LinearElement]) -> Scored:
-    """Readings whose errors beyond noise are independent from touch to touch."""
+    """Marginal likelihood without functions: model errors are independent from touch to touch."""
     total, factors = 0.0, []
     for element in elements:
         white = element.without_model(element.left[:, None])[:, 0]
@@ -77,9 +77,10 @@ def without_functions(elements: Sequence[LinearElement]) -> Scored:
 def with_own(
     elements: Sequence[LinearElement], kind: str, columns: FloatArray, lengths: Sequence[float] = OWN_LENGTHS
 ) -> Scored:
-    """One kind of an element's own functions, with its most probable size and length.
+    """Own functions of one kind, with the most probable size and length.
 
-    `columns` are those of weights of variance one at the shortest of the lengths (degree), (t, m, k).
+    `columns` (t, m, k) are the change of the readings for weights of variance one, at the shortest of the `lengths`
+    (degree).
     """
     left = [element.without_model(element.left[:, None])[:, 0] for element in elements]
     white = [element.whiten(columns[:, element.index]) for element in elements]
@@ -103,22 +104,23 @@ def with_own(
 
 
 def with_surface(elements: Sequence[LinearElement], before: Scored, own: FloatArray, common: FloatArray) -> Scored:
-    """The same functions and a curvature of the surface beside them, of the most probable size and length.
+    """Own functions together with a curvature of the surface of the most probable size and length.
 
     Parameters
     ----------
-    elements
+    elements : sequence of LinearElement
         The elements.
     before : Scored
-        Functions that there are already.
-    own : (t, elements, k) array
-        Their columns.
-    common : (t, elements, q) array
-        Columns of weights of variance one of the surface at the shortest length.
+        Own functions, or none.
+    own : (t, m, k) array
+        Columns of the own functions.
+    common : (t, m, q) array
+        Columns of the surface, for weights of variance one at the shortest length.
     """
     linear = LinearPosterior.of(elements, before.factor, own, common)
     information, slope = linear.information()
-    # A surface explains what independent errors had to: without other functions these may be smaller by a factor.
+    # The surface explains a part of the independent errors: without own functions a common reduction of their variance
+    # is fitted too.
     ease = np.ones(1) if before.functions.own is not None else 1 / elements[0].factors
     n = sum(len(element.rows) for element in elements)
     best: Scored | None = None
@@ -138,5 +140,5 @@ def with_surface(elements: Sequence[LinearElement], before: Scored, own: FloatAr
 
 
 def _averaged(values: FloatArray) -> FloatArray:
-    """Log evidence (..., c) with the factor averaged over its grid."""
+    """Log of the mean of the evidence over the grid of the factor, (...), from log evidence (..., c)."""
     return np.asarray(logsumexp(values, axis=-1) - np.log(values.shape[-1]))

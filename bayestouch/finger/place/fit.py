@@ -13,23 +13,24 @@ from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
 from bayestouch.finger.place.touches import PlacedTouches
 
-#: The discrepancy: none, independent from touch to touch, functions of place beside that, or what predicts held-out
-#: places best.
+#: Choices of the discrepancy: the one that predicts held-out places best; none; independent from touch to touch; and
+#: functions of place in addition to that.
 AUTO, NO_DISCREPANCY, OF_TOUCH, OF_PLACE = "auto", "none", "touch", "place"
-#: Setting of a calibration that says that its discrepancy is none.
+#: Name of the setting of a calibration without discrepancy.
 DISCREPANCY_SETTING = "discrepancy"
-# Fits, each about the finger and the curvatures that the one before found: own functions are linear, and the second fit
-# has their angles right; with curvatures the third changes nothing that matters.
+# Number of fits. Each starts from the finger and the curvatures of the previous one. Own functions are linear: the
+# second fit refers them to fitted angles. With curvatures the third fit changes the result negligibly.
 FITS, FITS_OF_SURFACE = 2, 3
 
 
 def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePosterior | None, tuple[str, ...]]:
-    """Fit a finger anew with functions of place where these predict held-out places better, or are wanted.
+    """Fit a finger with functions of place, if these predict held-out places better or are `wanted`.
 
     Returns
     -------
     FingerFit, PlacePosterior or None, tuple of str
-        The fit, its functions of place, and what is said of the choice.
+        The fit, its functions of place, and a note on the choice. `fit` itself, None and no note if no functions are
+        chosen.
     """
     choice = choose_functions(fit, wanted=wanted)
     if choice is None:
@@ -38,10 +39,10 @@ def fit_of_places(fit: FingerFit, *, wanted: bool) -> tuple[FingerFit, PlacePost
 
 
 def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFit, PlacePosterior]:
-    """Fit a finger anew with functions of place, whose weights are integrated out.
+    """Fit a finger with functions of place, whose weights are integrated out.
 
-    Readings are linear in the weights of own functions. They are not in the curvature of the surface, so that its
-    mean moves the radii of the touches, and its weights are counted from there.
+    Readings are linear in the weights of own functions, but not in the curvature of the surface. Therefore the radii
+    of the touches include its mean, and the readings are linearised about it.
     """
     known = fit.likelihood.known
     posterior: PlacePosterior | None = None
@@ -67,7 +68,7 @@ def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFi
 
 
 def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, response: FloatArray) -> PlacePosterior:
-    """Of the weights about the mode of a fit."""
+    """Posterior of the weights at the mode of a fit."""
     likelihood, errors = fit.likelihood, fit.placed_errors
     placed, at = likelihood.placed, likelihood.layout
     assert errors is not None
@@ -79,7 +80,7 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
     weights = errors.weights(left)
     derivatives = likelihood.derivatives(fit.laplace.mode)
     derivatives[at.response] /= fit.chain.response[:, None, None]
-    # (m r + q, 3 m + 2): change of the weights' mean with the parameters of the finger
+    # (m r + q, 3 m + 2): derivative of the mean weights over the parameters of the finger.
     moved = -errors.weights(np.where(likelihood.missing, 0.0, derivatives)).T
     given = errors.low_rank.covariance
     of_model = moved @ fit.covariance
@@ -93,7 +94,7 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
         gain = np.linalg.solve(joint[np.ix_(parents, parents)], crossed.T).T
         rest = given[own, own] + of_model[own] @ moved[own].T - gain @ crossed.T
         gains[e] = basis @ gain
-        # what the touches do not tell of keeps its prior
+        # Combinations on which the touches have no information keep their prior.
         own_covariance[e] = basis @ rest @ basis.T + np.eye(k) - basis @ basis.T
     return PlacePosterior(
         functions=functions,

@@ -1,13 +1,13 @@
-"""Smooth functions of place that a finger's readings may miss the model by: Gaussian processes on the circle.
+"""Model error of a finger as smooth functions of place (the location of a touch): Gaussian processes on the circle.
 
-Three kinds. ``map``: each element's E map errs by a function of the angle from element to load; a touch feels it
-through its own pressure. ``place``: each element's readings err by a function of the place touched, whatever touches
-it. ``surface``: the curvature of the surface is ``exp(f)/r_b`` with a function f of the place touched, and every touch
-there has ``1/R = 1/r_c + exp(f)/r_b``. Under a flat f adds to log μ, whose effect on readings it has, so that a finger
-that only flats have touched is a linear problem in both.
+There are three kinds. ``map``: the error of the E map of each element is a function of the angle from element to load;
+the pressure of a touch smooths it. ``place``: the error of the readings of each element is a function of the location,
+the same for all indenters. ``surface``: the curvature of the surface is ``exp(f)/r_b`` with a function f of the
+location, so that ``1/R = 1/r_c + exp(f)/r_b``. Under a flat, f has the same effect on the readings as an addition to
+log μ.
 
-A process is a Fourier series with independent normal weights. On a circle these are the eigenfunctions of every
-stationary process, so that length and size only change the weights' variances.
+A process is a Fourier series with independent normal weights. Its terms are the eigenfunctions of every stationary
+process on the circle; length and size of the process only change the variances of the weights.
 
 Source: A. Solin and S. Särkkä (2020), Statistics and Computing 30, doi:10.1007/s11222-019-09886-w (Gaussian processes
 by series of eigenfunctions); M. C. Kennedy and A. O'Hagan (2001), doi:10.1111/1467-9868.00294 (discrepancy).
@@ -24,7 +24,7 @@ from bayestouch.chain.finger import FingerChain
 
 #: Kinds of functions that each element has of its own.
 MAP, PLACE = "map", "place"
-# Modes beyond this many over the length (rad) hold less than half a percent of the power of a Matérn 5/2 process.
+# Highest mode times the length (rad): higher modes have less than 0.5 % of the variance of a Matérn 5/2 process.
 MODES_A_LENGTH = 5.0
 # Step of the derivative over log R.
 STEP_LOG_RADIUS = 0.02
@@ -84,16 +84,16 @@ def per_weight(by_mode: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class PlaceFunctions:
-    """Which functions a discrepancy has.
+    """The functions of a discrepancy.
 
     Attributes
     ----------
     kind : str
-        Of each element's own functions, `MAP` or `PLACE`; empty without.
+        Kind of the own functions of the elements, `MAP` or `PLACE`; empty if there are none.
     own : Process or None
-        Of each element's own functions.
+        Process of the own functions of each element.
     surface : Process or None
-        Of the logarithm of the surface's curvature.
+        Process of the logarithm of the curvature of the surface.
     """
 
     kind: str = ""
@@ -101,7 +101,7 @@ class PlaceFunctions:
     surface: Process | None = None
 
     def own_columns(self, chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Readings that each standard normal weight of an element adds to it, (t, m, k).
+        """Change of the readings of each element for each of its standard normal weights, (t, m, k).
 
         For touches of composite radius R (mm), location (rad) and load (N/m), all (t,).
         """
@@ -122,9 +122,9 @@ class PlaceFunctions:
         load: FloatArray,
         log_curvature: FloatArray | float = 0.0,
     ) -> FloatArray:
-        """Readings that each standard normal weight of the surface adds, (t, m, q).
+        """Change of the readings for each standard normal weight of the surface, (t, m, q).
 
-        Arguments as of `own_columns`, but the radius is that with a curvature of ``exp(log_curvature)/r_b``.
+        Parameters are as in `own_columns`; the radius is that with the curvature ``exp(log_curvature)/r_b``.
         """
         if self.surface is None:
             return np.zeros((len(load), chain.n_elements, 0))
@@ -134,7 +134,7 @@ class PlaceFunctions:
 
 
 def felt_modes(chain: FingerChain, kind: str, radius_mm: FloatArray, load: FloatArray, n_modes: int) -> FloatArray:
-    """How much of each Fourier mode of the own functions touches feel, (t, n_modes + 1)."""
+    """Factor by which the pressure of each touch reduces each Fourier mode of the own functions, (t, n_modes + 1)."""
     if kind == PLACE:
         return np.ones((len(load), n_modes + 1))
     kappa = np.maximum(load / 1000 * radius_mm / chain.shear_modulus_MPa, 0.0)

@@ -1,8 +1,8 @@
-"""A fitted finger about its mode, element by element, as a linear problem in which sizes of discrepancies are chosen.
+"""A fitted finger, linearised at its mode: a linear problem for each element, to choose the sizes of discrepancies.
 
-Each element's readings are ``c (I + T Tᵀ)``, in units of noise and of the load's error, beside what functions of place
-add; T are the parameters of the model, σ and μ as if each element had its own. The load's error counts as each
-element's own here.
+The covariance of the readings of an element is ``c (I + T Tᵀ)`` plus that of the functions of place, in units of the
+standard deviation by noise and error of the load. T contains the derivatives over the parameters of the model. Two
+approximations are made: each element has its own σ and μ, and its own error of the load.
 """
 
 from __future__ import annotations
@@ -16,30 +16,30 @@ from scipy.linalg import block_diag, solve_triangular
 from bayestouch.array_types import BoolArray, FloatArray, IntArray
 from bayestouch.finger.likelihood import FingerLikelihood
 
-# The variance of readings over that of noise and load: more than these where repeats tell the noise; where they do not,
-# the noise of a fit has taken up whatever the model misses.
+# Values of c that are tried: variance of the readings over that of noise and load. If the noise is known from repeats,
+# c is at least 1. Without repeats the fitted noise contains the model error, and c can be smaller than 1.
 FACTORS = np.geomspace(1.0, 300.0, 39)
 FACTORS_WITHOUT_REPEATS = np.geomspace(1 / 300.0, 3.0, 47)
 
 
 @dataclass(frozen=True, eq=False)
 class LinearElement:
-    """Readings of one element about the mode of a fit, whitened.
+    """Residuals of one element at the mode of a fit, over the standard deviation by noise and load.
 
     Attributes
     ----------
     index : int
-        Which element it is.
+        Index of the element.
     rows : (n,) int array
-        Its touches, those in which it was read.
+        Indices of the touches in which the element was read.
     sd : (n,) array
         Standard deviation of each reading by noise and load.
     tangents : (n, 5) array
-        T: change of the readings by a standard deviation of the prior of each parameter.
+        T: change of the readings for one standard deviation of the prior of each parameter, over `sd`.
     left : (n,) array
-        What the fit leaves.
+        Reading minus prediction, over `sd`.
     factors : (c,) array
-        Variances of its errors that are tried, over those of noise and load.
+        Values of c that are tried: variance of the errors over that of noise and load.
     """
 
     index: int
@@ -54,14 +54,14 @@ class LinearElement:
         return self.without_model(columns[self.rows] / self.sd[:, None])
 
     def without_model(self, columns: FloatArray) -> FloatArray:
-        """The same of columns (n, k) that are in units of `sd`."""
+        """``(I + T Tᵀ)^(-1/2)`` of columns (n, k) that are in units of `sd`; (n, k)."""
         left, singular, _ = np.linalg.svd(self.tangents, full_matrices=False)
         shrunk = 1 - 1 / np.sqrt(1 + singular**2)
         return np.asarray(columns - left @ (shrunk[:, None] * (left.T @ columns)))
 
 
 def linear_elements(likelihood: FingerLikelihood, vector: FloatArray) -> list[LinearElement]:
-    """Elements of a fit at its flat vector; those that were read."""
+    """Elements with readings, linearised at the flat vector of a fit."""
     at, known, prior = likelihood.layout, likelihood.known, likelihood.prior
     bare = vector.copy()
     bare[at.missed] = -np.inf
@@ -100,7 +100,10 @@ class Precision:
 
     @classmethod
     def of(cls, element: LinearElement, factor: float, functions: FloatArray) -> Precision:
-        """Of errors with a variance of `factor`, the model's parameters, and functions of unit weight (t, k)."""
+        """Precision for errors with the factor c, the parameters of the model, and columns (t, k) of the functions.
+
+        Each column is the change of the readings for one standard deviation of a weight.
+        """
         own = functions[element.rows] / element.sd[:, None] / np.sqrt(factor)
         columns = np.concatenate([element.tangents, own], axis=1)
         lower = np.linalg.cholesky(np.eye(columns.shape[1]) + columns.T @ columns)
@@ -110,23 +113,23 @@ class Precision:
         return np.asarray((rows - self.root @ (self.root.T @ rows)) / self.factor)
 
     def block(self, inside: BoolArray) -> FloatArray:
-        """Rows and columns of some of the readings."""
+        """Rows and columns of the matrix for the readings in the mask `inside` (n,)."""
         part = self.root[inside]
         return np.asarray((np.eye(len(part)) - part @ part.T) / self.factor)
 
 
 @dataclass(frozen=True, eq=False)
 class LinearPosterior:
-    """All elements with sizes chosen: their readings are normal, and precisions are known.
+    """Normal distribution of the readings of all elements, for given sizes of the discrepancies.
 
     Attributes
     ----------
     elements : sequence of LinearElement
         The elements.
     precisions : list of Precision
-        Of each element's readings.
+        Precision of the readings of each element.
     common : list of (n, q) arrays
-        What functions that elements share add, in units of the readings' sd.
+        Change of the readings for each weight of the shared functions, over the sd of the readings.
     """
 
     elements: Sequence[LinearElement]
@@ -137,7 +140,7 @@ class LinearPosterior:
     def of(
         cls, elements: Sequence[LinearElement], factor: FloatArray, own: FloatArray, common: FloatArray
     ) -> LinearPosterior:
-        """From columns of functions of their own (t, m, k) and of those that they share (t, m, q)."""
+        """Distribution for columns (t, m, k) of own functions of the elements and (t, m, q) of shared functions."""
         return cls(
             elements,
             [Precision.of(e, float(c), own[:, e.index]) for e, c in zip(elements, factor, strict=True)],
@@ -146,18 +149,20 @@ class LinearPosterior:
 
     @property
     def squares(self) -> float:
-        """Squared distance of the readings from the fit, without what elements share."""
+        """Squared distance of the readings from the fit, without the shared functions."""
         return sum(float(e.left @ (p @ e.left)) for p, e in zip(self.precisions, self.elements, strict=True))
 
     def information(self) -> tuple[FloatArray, FloatArray]:
-        """What readings say of the shared functions' weights: information (q, q) and slope (q,)."""
+        """Information (q, q) on the weights of the shared functions; gradient (q,) of the log likelihood at zero."""
         pairs = [(c, p @ c) for p, c in zip(self.precisions, self.common, strict=True)]
         information = np.sum([c.T @ pulled for c, pulled in pairs], axis=0)
         slope = np.sum([pulled.T @ e.left for (_, pulled), e in zip(pairs, self.elements, strict=True)], axis=0)
         return np.asarray(information), np.asarray(slope)
 
     def held_out(self, folds: IntArray) -> FloatArray:
-        """Log density of the readings of each fold given all others, (folds,); `folds` (t,) says which a touch is in.
+        """Log density (folds,) of the readings of each fold, given those of all other folds.
+
+        `folds` (t,) has the index of the fold of each touch.
 
         Source: S. Sundararajan and S. S. Keerthi (2001), Neural Computation 13 (leave-one-out of normal processes).
         """

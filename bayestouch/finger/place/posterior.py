@@ -1,4 +1,4 @@
-"""What a calibration knows of the functions of place that its finger misses the model by."""
+"""Posterior of the functions of place, from a calibration."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ PREFIX = "place_"
 
 @dataclass(frozen=True, eq=False)
 class PlacePosterior:
-    """Posterior of the weights of functions of place; m elements, k weights of each, q of the surface.
+    """Posterior of the weights of functions of place; m elements, k weights of each element, q of the surface.
 
     Attributes
     ----------
     functions : PlaceFunctions
-        What the weights are of.
+        The functions.
     angle, response : (m,) arrays
-        Angles (rad) that own functions count from, and responses that they are shares of.
+        Angles (rad) and responses of the elements to which own functions refer: their angles are measured from
+        `angle`, and their values are shares of `response`.
     own, surface : (m, k), (q,) arrays
-        Their means at the mode of the finger's parameters.
+        Mean weights at the mode of the parameters of the finger.
     gains : (m, k, 5 + q) array
-        Regression of an element's weights on its response, r_s (mm) and θ_s (rad), on σ and log μ, and on the weights
-        of the surface. That weights of two elements have a little more in common, by errors of the loads, is left out.
+        Regression of the weights of an element on its response, r_s (mm) and θ_s (rad), on σ and log μ, and on the
+        weights of the surface. The small correlation of two elements by errors of the loads is neglected.
     own_covariance : (m, k, k) array
-        Of an element's weights, all these given.
+        Covariance of the weights of an element, given all these parameters.
     covariance : (3 m + 2 + q, 3 m + 2 + q) array
-        Of responses, r_s, θ_s, σ, log μ, and the weights of the surface.
+        Covariance of responses, r_s, θ_s, σ, log μ, and the weights of the surface.
     """
 
     functions: PlaceFunctions
@@ -50,31 +51,49 @@ class PlacePosterior:
         return chain.with_(angle=self.angle, response=self.response)
 
     def log_curvature(self, angle: FloatArray) -> FloatArray:
-        """Mean logarithm (...) of the surface's curvature times ``r_b`` at places (...) in rad."""
+        """Mean logarithm (...) of the curvature of the surface times ``r_b``, at locations (...) in rad."""
         process = self.functions.surface
         if process is None:
             return np.zeros(np.shape(angle))
         return np.asarray(fourier(angle, process.n_modes) @ (process.weight_sd * self.surface))
 
     def effective_radius(self, radius_mm: FloatArray, angle: FloatArray, outer_radius_mm: float) -> FloatArray:
-        """Composite radius with the surface's curvature, mm, of touches (...) of composite radius R at places (rad)."""
+        """Composite radius (...), mm, with the mean curvature of the surface at locations (...) in rad.
+
+        `radius_mm` (...) is the composite radius R on a round surface.
+        """
         if self.functions.surface is None:
             return radius_mm
         departure = np.expm1(self.log_curvature(angle)) / outer_radius_mm
         return np.asarray(radius_mm / (1 + radius_mm * departure))
 
     def readings(self, chain: FingerChain, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
-        """Mean (t, m) of what own functions add to touches of *effective* radius (mm), location (rad), load (N/m)."""
+        """Mean change (t, m) of the readings by own functions.
+
+        For touches of *effective* radius (mm), location (rad) and load (N/m), all (t,).
+        """
         columns = self.functions.own_columns(self.reference(chain), radius_mm, angle, load)
         return np.asarray(np.einsum("tmk,mk->tm", columns, self.own))
 
     def jacobian(
         self, elastic: FloatArray, chain: FingerChain, touch: tuple[FloatArray, FloatArray, FloatArray]
     ) -> tuple[FloatArray, FloatArray]:
-        """Derivative (5 + q, t, m) of readings over own and shared parameters, then over the surface's weights.
+        """Derivative of the readings over the parameters and the weights of the surface; variance by own functions.
 
-        And what own functions leave uncertain besides, as a variance (t, m). `elastic` (5, t, m) is the derivative of
-        the chain; `touch` has the effective radius.
+        Parameters
+        ----------
+        elastic : (5, t, m) array
+            Derivative of the readings of the chain.
+        chain : FingerChain
+            The elastic finger.
+        touch : three (t,) arrays
+            Effective radius (mm), location (rad) and load (N/m).
+
+        Returns
+        -------
+        (5 + q, t, m) array, (t, m) array
+            Derivative over own and shared parameters, then over the weights of the surface; variance of the readings
+            by the own functions, given all these.
         """
         own = self.functions.own_columns(self.reference(chain), *touch)
         through = np.moveaxis(np.einsum("tmk,mkj->tmj", own, self.gains, optimize=True), -1, 0)
@@ -84,14 +103,14 @@ class PlacePosterior:
         return np.concatenate([elastic, surface]) + through, variance
 
     def with_model_covariance(self, covariance: FloatArray) -> PlacePosterior:
-        """The same where the finger's own parameters have another covariance (3 m + 2, 3 m + 2)."""
+        """The posterior with another covariance (3 m + 2, 3 m + 2) of the parameters of the finger."""
         d = len(covariance)
         moved = np.asarray(np.linalg.solve(self.covariance[:d, :d], self.covariance[:d, d:]).T, dtype=np.float64)
         given = self.covariance[d:, d:] - moved @ self.covariance[:d, d:]
         return replace(self, covariance=joint_covariance(covariance, moved, given))
 
     def arrays(self) -> dict[str, FloatArray]:
-        """By name, for a file."""
+        """Arrays by name, for a file."""
         own, surface = self.functions.own, self.functions.surface
         described = [
             float(self.functions.kind == PLACE),
@@ -99,19 +118,19 @@ class PlacePosterior:
             *((surface.length_deg, surface.sd) if surface else (0.0, 0.0)),
         ]
         found = {PREFIX + name: getattr(self, name) for name in _ARRAYS}
-        # Seven digits are more than a covariance needs, and it is most of the file.
+        # Single precision (seven digits) is enough for a covariance, which is the largest part of the file.
         for name in ("gains", "own_covariance"):
             found[PREFIX + name] = found[PREFIX + name].astype(np.float32)
         return {PREFIX + "functions": np.array(described), **found}
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, FloatArray]) -> PlacePosterior | None:
-        """From a file's arrays; None where they have no functions of place.
+        """Posterior from the arrays of a file; None if the file has no functions of place.
 
         Raises
         ------
         InputError
-            They hold a part of them.
+            If some of the arrays are missing.
         """
         names = (PREFIX + "functions", *(PREFIX + name for name in _ARRAYS))
         missing = [name for name in names if name not in arrays]
@@ -136,9 +155,9 @@ def joint_covariance(model: FloatArray, moved: FloatArray, surface: FloatArray) 
     model : (d, d) array
         Covariance of the finger's parameters.
     moved : (q, d) array
-        Change of the weights with them.
+        Derivative of the mean weights over the finger's parameters.
     surface : (q, q) array
-        Covariance of the weights, the finger's parameters given.
+        Covariance of the weights, given the finger's parameters.
     """
     crossed = moved @ model
     return np.block([[model, crossed.T], [crossed, crossed @ moved.T + surface]])

@@ -1,4 +1,4 @@
-"""Functions of place at the touches of a calibration, and what they make of the errors of its readings."""
+"""Functions of place at the touches of a calibration, and the errors of the readings that include them."""
 
 from __future__ import annotations
 
@@ -9,36 +9,39 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.sampling.low_rank import LowRank
 
-# Directions of the functions about which the readings say less than this share of what the prior says are left to it.
+# A combination of weights keeps its prior if the information of the readings on it is below this share of the prior's.
 LEAST_INFORMATION = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class PlacedErrors:
-    """Errors of the readings of known touches, functions of place among them.
+    """Errors of the readings of known touches, including functions of place.
 
     Attributes
     ----------
     weight : (t, m) array
-        Inverse standard deviation of each reading's independent error; zero where there is none.
+        Inverse standard deviation of the independent error of each reading; zero for a missing reading.
     low_rank : LowRank
-        In units of those: errors of the loads, and the functions.
+        Errors of the loads and functions of place, in units of the independent errors.
     """
 
     weight: FloatArray
     low_rank: LowRank
 
     def whiten(self, rows: FloatArray) -> FloatArray:
-        """As `LowRank.whiten`, of rows (..., t, m) in readings."""
+        """Whitened rows, see `LowRank.whiten`; `rows` (..., t, m) are in the unit of the readings."""
         return self.low_rank.whiten(rows * self.weight)
 
     def weights(self, rows: FloatArray) -> FloatArray:
-        """Mean of the functions' weights (..., m r + q) given rows (..., t, m) in readings."""
+        """Mean (..., m r + q) of the weights, given residuals (..., t, m) in the unit of the readings."""
         return self.low_rank.weights(rows * self.weight)
 
     @property
     def spent(self) -> FloatArray:
-        """How many of the weights the readings of each element determine, (m,); shared ones count in equal parts."""
+        """Number of weights that the readings of each element determine, (m,).
+
+        Shared weights are divided equally among the elements.
+        """
         m, _, r = self.low_rank.own.shape
         told = 1 - np.diag(self.low_rank.covariance)
         return np.asarray(told[: m * r].reshape(m, r).sum(axis=1) + told[m * r :].sum() / m)
@@ -51,14 +54,14 @@ class PlacedTouches:
     Attributes
     ----------
     basis : (m, k, r) array
-        Combinations, orthonormal, of each element's k own functions that its touches tell of.
+        Orthonormal combinations of the k own functions of each element on which the touches have information.
     own : (m, t, r) array
-        What these add.
+        Change of the readings for each weight of these combinations.
     surface : (t, m, q) array
-        What the functions of the surface's curvature add.
+        Change of the readings for each weight of the curvature of the surface.
     shift : (t, m) array
-        Added to the readings of the touches, because the weights of the surface are counted from zero while the touches
-        have its mean curvature already.
+        Term to add to the readings: the radii of the touches already include the mean curvature of the surface, but
+        its weights are counted from zero.
     """
 
     basis: FloatArray
@@ -68,9 +71,16 @@ class PlacedTouches:
 
     @classmethod
     def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray, mean: FloatArray) -> PlacedTouches:
-        """From columns (t, m, k) and (t, m, q), and standard deviations (t, m) of readings, inf for missing ones.
+        """Functions at the touches, from their columns and the errors of the readings.
 
-        `mean` (q,) are the weights of the surface whose curvature the touches have.
+        Parameters
+        ----------
+        own, surface : (t, m, k), (t, m, q) arrays
+            Change of the readings for each weight of the own functions and of the surface.
+        sd : (t, m) array
+            Standard deviations of the readings; inf where missing.
+        mean : (q,) array
+            Weights of the surface that the radii of the touches include.
         """
         columns = np.moveaxis(own, 1, 0)
         k = columns.shape[2]
@@ -81,11 +91,19 @@ class PlacedTouches:
         return cls(basis, columns @ basis, surface, surface @ mean)
 
     def errors(self, sd: FloatArray, by_load: FloatArray) -> PlacedErrors:
-        """Errors of the readings with standard deviations (t, m), and by the load's standard deviation (t, m)."""
+        """Errors of the readings.
+
+        Parameters
+        ----------
+        sd : (t, m) array
+            Standard deviation of the independent error of each reading; inf where missing.
+        by_load : (t, m) array
+            Change of the readings for one standard deviation of the load.
+        """
         weight = np.where(np.isfinite(sd), 1 / sd, 0.0)
         low_rank = LowRank(by_load * weight, self.own * weight.T[:, :, None], self.surface * weight[:, :, None])
         return PlacedErrors(weight, low_rank)
 
     def added(self, weights: FloatArray) -> FloatArray:
-        """Readings (..., t, m) that weights (..., m r + q) add."""
+        """Change of the readings (..., t, m) for weights (..., m r + q)."""
         return LowRank(np.zeros(self.surface.shape[:2]), self.own, self.surface).added(weights)

@@ -30,13 +30,13 @@ EVIDENCE_POINTS = 512
 LARGEST_K = 0.7
 # Alternatives with a log probability below this do not affect the others.
 NEGLIGIBLE = -10.0
-# Share of the proposals that is equal for all alternatives, in case an evidence is wrong.
+# Share of the proposals that is divided equally among all alternatives, in case an evidence is wrong.
 EVEN_SHARE = 0.02
 
 
 @dataclass(frozen=True, eq=False)
 class TipProposal:
-    """Uniform in the cell of a tip, Student-t in (θ_c, P). A `BlockProposal`.
+    """Proposal for one tip: uniform in its cell of w, Student-t in (θ_c, P). A `BlockProposal`.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class TipProposal:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         return self.rest.n_blocks
 
     @property
@@ -64,7 +64,7 @@ class TipProposal:
         return TipProposal(self.cell, self.rest.select(blocks))
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
+        """Draw n points per block, (B, n, 3), and return them with their log density, (B, n)."""
         rest, log_q = self.rest.draw(streams, n)
         x = np.swapaxes(np.empty((self.n_blocks, 3, n)), 1, 2)
         x[..., 0], x[..., 1:] = self.cell + streams.uniform(n), rest
@@ -93,7 +93,7 @@ class AlternativesProposal:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         return len(self.shares)
 
     @property
@@ -106,7 +106,7 @@ class AlternativesProposal:
         return AlternativesProposal([part.select(blocks) for part in self.parts], self.shares[np.asarray(blocks)])
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
+        """Draw n points per block, (B, n, 3), and return them with their log density, (B, n)."""
         sums = np.cumsum(self.shares, axis=1)[:, :, None]
         choice = (streams.uniform(n)[:, None] >= sums[:, :-1]).sum(axis=1)
         x, _ = self.parts[0].draw(streams, n)
@@ -132,7 +132,7 @@ def search_prior(prior: Prior, outer_radius_mm: float) -> Prior:
 def propose_alternatives(
     posterior: FingerPosterior, mode: FloatArray, hessian: FloatArray
 ) -> tuple[AlternativesProposal, FloatArray]:
-    """Proposal over tips and density, and their log probabilities (k, t).
+    """Proposal over all tips and the density, and their log probabilities.
 
     Parameters
     ----------

@@ -18,11 +18,10 @@ def reading_covariance(jacobian: FloatArray, covariance: FloatArray) -> FloatArr
     Parameters
     ----------
     jacobian : (3 + s, t, m) array
-        Over an element's own response, depth and angle, then over what elements share: from
-        `bayestouch.chain.neighbours.calibration_jacobian`,
-        where these are σ and log μ, or more.
+        Derivative of the readings over response, depth and angle of the element, then over the s parameters that all
+        elements share: σ and log μ (`bayestouch.chain.neighbours.calibration_jacobian`), then others if there are any.
     covariance : (3 m + s, 3 m + s) array
-        Covariance of responses, depths, angles, σ, log μ, and what else elements share.
+        Covariance of responses, depths, angles, σ, log μ, and the other shared parameters.
     """
     m = jacobian.shape[-1]
     blocks = covariance[: 3 * m, : 3 * m].reshape(3, m, 3, m)

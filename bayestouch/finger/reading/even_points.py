@@ -15,8 +15,8 @@ _GENERATOR = 1.1673039782614187 ** -np.arange(1.0, 5.0)
 class EvenPoints(BlockStreams):
     """Numbers of a lattice, the same for every block, instead of the random numbers of a proposal.
 
-    The error of the mean of a smooth function over n points is about 1/n of its sd, instead of 1/√n. Each call uses the
-    next dimension of the lattice; there are four.
+    The error of the mean of a smooth function over n points is about 1/n of its sd, instead of 1/√n. Each series of n
+    numbers uses the next dimension of the lattice; there are four.
     """
 
     def __init__(self, n_blocks: int) -> None:
@@ -27,7 +27,13 @@ class EvenPoints(BlockStreams):
         return self._n_blocks
 
     def uniform(self, *shape: int) -> FloatArray:
-        """Numbers in (0, 1), (blocks, *shape); the last axis counts points."""
+        """Numbers in (0, 1), (blocks, *shape); the last axis counts points.
+
+        Raises
+        ------
+        ValueError
+            If more dimensions are used than the lattice has.
+        """
         *dimensions, n = shape
         count = int(np.prod(dimensions, dtype=int))
         generator = _GENERATOR[self._used : self._used + count, None]

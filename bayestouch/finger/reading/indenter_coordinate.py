@@ -109,7 +109,7 @@ class IndenterCoordinate:
         """Log share of each tip and, last, of the density among draws (chain, draw, t): (k, t)."""
         chosen = self.alternative(w)
         count = np.stack([(chosen == k).sum(axis=(0, 1)) for k in range(self.tips.n_alternatives if self.tips else 0)])
-        # Half a draw is added to each, so that tips without draws do not get probability zero.
+        # Half a draw is added to each alternative, so that the probability of a tip without draws is not zero.
         return np.asarray(np.log(count + 0.5) - np.log(w.shape[0] * w.shape[1] + 0.5 * len(count)))
 
     def _tip(self, w: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:

@@ -66,7 +66,10 @@ class FingerTouchModel:
         return draws["P"]
 
     def log_prior(self, draws: Drawn, touches: slice) -> Drawn:
-        """Log prior density of R (1/mm), θ_c (1/degree) and P (m/N) at draws (n, some); for a tip log probability."""
+        """Log prior density of R (1/mm), θ_c (1/degree) and P (m/N) at draws (n, some).
+
+        For R of a tip it is the log prior probability of the tip.
+        """
         return {each.name: each.prior.log_density(draws[each.name]) for each in self.parameters}
 
     def prior(self, uniform: FloatArray) -> Drawn:

@@ -24,7 +24,7 @@ from bayestouch.results.objects import Calibration
 # Radii of the templates over the largest one, and spacing of their locations.
 TEMPLATE_SHARES = np.array([0.03, 0.15, 0.35, 0.55, 0.75, 0.9, 0.98])
 TEMPLATE_STEP = np.radians(1.0)
-# Newton steps from a template: largest number, and length (sd) below which no more is made, before and after the
+# Newton steps from a template: largest number, and length (sd) at which the search ends before and after the
 # covariance of the calibration is known.
 STEPS, NEAR, SETTLED = 30, 0.3, 0.2
 # Distance of another location that fits about as well (rad), and how much worse it may fit (log density).
@@ -85,7 +85,7 @@ class FingerLive:
         return {} if self.covariance is None else self.covariance.arrays()
 
     def stream(self) -> FingerStream | None:
-        """A new stream, if the calibration has effects."""
+        """A new stream; None if the calibration has no effects."""
         chain = self.reader.effects_chain
         return None if chain is None else FingerStream(chain, exact=self.reader.options.plug_in)
 

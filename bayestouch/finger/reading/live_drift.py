@@ -33,7 +33,7 @@ class DriftFilter:
     time_s : float
         Time to which the distribution belongs; NaN before the first touch.
     mean, covariance : (s,), (s, s) arrays
-        Its mean and covariance.
+        Mean and covariance of the states.
     """
 
     drifts: Sequence[tuple[RandomEffect, Values]]
@@ -50,7 +50,7 @@ class DriftFilter:
         return cls(drifts, n_elements, np.nan, np.zeros(len(covariance)), covariance)
 
     def at(self, time_s: float) -> DriftFilter:
-        """The distribution at a later time."""
+        """The distribution at a later time, s."""
         if np.isnan(self.time_s):
             return DriftFilter(self.drifts, self.n_elements, time_s, self.mean, self.covariance)
         moves, noise = [], []
@@ -75,7 +75,15 @@ class DriftFilter:
         return np.concatenate(out, axis=1)
 
     def after(self, columns: FloatArray, precision: FloatArray, information: FloatArray) -> DriftFilter:
-        """The distribution after a touch with this information on an addition to its readings, (m, m) and (m,)."""
+        """The distribution after a touch.
+
+        Parameters
+        ----------
+        columns : (m, s) array
+            From `columns`.
+        precision, information : (m, m), (m,) arrays
+            Precision, and precision times mean, of the addition to the readings of the touch.
+        """
         seen = columns @ self.covariance
         gain = np.linalg.solve((np.eye(self.n_elements) + precision @ columns @ seen.T).T, seen).T
         covariance = self.covariance - gain @ precision @ seen

@@ -17,12 +17,12 @@ from bayestouch.finger.reading.live_drift import DriftFilter
 from bayestouch.finger.reading.true_load import TrueLoads, changes_load, true_loads
 from bayestouch.reading.live import HeldTouch
 
-# Number of earlier touches whose remainders are followed.
+# Number of earlier touches whose influence on the present one is computed.
 REMEMBERED = 24
 
 
 def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: bool) -> EffectContext:
-    """Context of touches on which effects of time do not act."""
+    """Context of touches without the effects that depend on time."""
     m, q = effects_chain.model.n_elements, len(timed_rows(effects_chain))
     t = n_touches
     return EffectContext(
@@ -38,12 +38,12 @@ def blank_context(effects_chain: ChainWithEffects, n_touches: int, *, exact: boo
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """A touch of a stream as it was last read, for the evidence on drifts.
+    """Last posterior of the present touch of a stream, for the estimate of drifts.
 
     Attributes
     ----------
     one, found
-        Its density, and the expansion at its mode.
+        Density of the touch, and the expansion at its mode.
     shift : (m,) array
         Drift that was assumed.
     covariance : (m, m) array
@@ -96,7 +96,7 @@ class FingerStream:
         self._start()
 
     def begin(self, time_s: float) -> None:
-        """A touch begins at this time."""
+        """Begin a touch at this time, s."""
         self._start()
         self._began = time_s
         self._history = None
@@ -105,7 +105,7 @@ class FingerStream:
             self._history = History(start, end, readings)
 
     def add(self, held: HeldTouch, values: FloatArray, load: float, time_s: float, reads: float) -> HeldTouch:
-        """The touch with one more sample."""
+        """The touch with one more sample: mean `values` (m,) of `reads` raw readings, load (N/m) and time (s)."""
         self._weight += reads
         self._last, self._times = time_s, self._times + reads * time_s
         here = values == values
@@ -116,7 +116,7 @@ class FingerStream:
         return held.after(values, load, reads)
 
     def end(self) -> None:
-        """The touch has ended: what it says of the drifts is used for later touches."""
+        """End the touch; its mean readings and its information on the drifts are used for later touches."""
         if len(self.rows):
             mean = self._total / np.maximum(self._counts, 1e-300)
             self._earlier = [*self._earlier, (self._began, self._last, mean)][-REMEMBERED:]
@@ -148,7 +148,7 @@ class FingerStream:
         Parameters
         ----------
         one, found : OneTouch, Expansion
-            The touch without them, and the expansion at its mode.
+            The touch without drifts and corrected load, and the expansion at its mode.
         context : EffectContext
             From `context`.
         columns : (m + q, m) array or None
@@ -175,7 +175,7 @@ class FingerStream:
         return one, covariance
 
     def keep(self, one: OneTouch, found: Expansion) -> None:
-        """Keep the touch as it was last read, for the drifts."""
+        """Store the last posterior of the touch, for the estimate of drifts."""
         if self.drifts is not None:
             self.found = Found(one, found, *self._pending)
 
@@ -185,11 +185,11 @@ class FingerStream:
         Parameters
         ----------
         columns : (m + q, m) array or None
-            From `EffectContext.columns`, for the finger without effects of time.
+            From `EffectContext.columns`, for the finger without effects that depend on time.
         context : EffectContext
             From `context`, perhaps with corrected loads.
         signal : (m,) array
-            Signals before the effects of time.
+            Signals before the effects that depend on time.
         """
         chain, m = self.effects_chain, len(signal)
         total = chain.listed.noise.covariance(signal[None], chain.model.peak, context.reads)[0]
@@ -197,7 +197,7 @@ class FingerStream:
             return np.asarray(total)
         scale = context.scale[0]
         total = total + scale[:, None] * columns[:m] * scale
-        # Covariance of the values of the effects with the readings, and with what effects of time add.
+        # Covariance of the values of the effects with the readings, and the part by effects that depend on time.
         values = columns[m:] * scale
         timed = context.slopes[:, 0, 0] * signal + context.slopes[:, 1, 0]
         if len(timed):
@@ -250,7 +250,7 @@ class FingerStream:
         return out
 
     def _scale_and_shift(self, time_s: float, held_s: float) -> FloatArray:
-        """Factor and addition of the effects of time in a sample, for each of the vectors, (v, 2, m)."""
+        """Factor and addition of the effects that depend on time in a sample, for each of v vectors, (v, 2, m)."""
         m = self.effects_chain.model.n_elements
         recording = self._recording(_ONE_ZERO[:, None] * np.ones(m), time_s, held_s)
         rows = np.stack([self._timed.through(recording, vector) for vector in self._vectors])

@@ -16,9 +16,9 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.reading.conditional_modes import ANGLE_STEP, LEAST_WEIGHT, LOAD_STEP, LONGEST_STEP
 from bayestouch.finger.reading.live_density import OneTouch
 
-# Newton steps of location and load for the indenters: largest number, and length (sd) below which no more is made.
+# Newton steps of location and load for the indenters: largest number, and length (sd) at which the search ends.
 STEPS, SETTLED = 12, 0.7
-# Indenters so far below the most probable one (log probability) do not matter.
+# Difference of log probability from the most probable indenter at which an indenter is negligible.
 NEGLIGIBLE = 12.0
 # Centre, and both neighbours in location (rad) and in load (in steps).
 _ANGLES, _LOADS = ANGLE_STEP * np.array([0.0, 1, -1, 0, 0]), np.array([0.0, 0, 0, 1, -1])

@@ -19,7 +19,7 @@ from bayestouch.results.tips import ROUND
 # Number of knots; their range in Laplace sd from the mode, and largest |w|, as in `profile`.
 KNOTS, REACH, FURTHEST = 21, 6.5, 9.0
 # A grid is replaced if an end has more than this share of the largest mass, or if one knot has more than this share of
-# all; the new one reaches this many sd from the mean.
+# the total mass; range of the new grid, in sd from the mean.
 LEFT_OUT, CROWDED, AGAIN = 2e-3, 0.6, 6.5
 # Flags: probability of a worse misfit; logarithm of an integral over that of its normal approximation, mean over the
 # indenters; distance of the mean from an end of a prior, sd.
@@ -179,7 +179,7 @@ class Alternatives:
         return np.asarray(np.log(share / (1 - share)))
 
     def _radius_quantiles(self, one: OneTouch, grid: Grid | None, log_mass: FloatArray) -> FloatArray:
-        """Quantiles of R, mm: of steps at the tips and a density tabulated in w."""
+        """Quantiles of R, mm. The distribution function has steps at the tips and a density tabulated in w."""
         k = len(self.radius_mm)
         tips = np.exp(log_mass[:k] - log_mass.max())
         if grid is None:

@@ -23,14 +23,14 @@ from bayestouch.finger.reading.reader import (
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.reading.fault_tests import SensorMisfit
 
-# Smallest share of the information of a reading that the fit of its touch must leave; with less, the other columns do
-# not predict the reading.
+# Smallest share of the information of a reading that must remain after the fit of the touch. With less, the other
+# columns do not predict the reading.
 LEAST_TOLD = 0.01
 
 
 @dataclass(frozen=True, eq=False)
 class FingerMisfit:
-    """Fits touches without some of the columns; the last column is the force sensor.
+    """Fits of touches without some of the columns; the last column is the force sensor.
 
     Attributes
     ----------

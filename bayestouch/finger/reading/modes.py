@@ -17,13 +17,13 @@ GRID_STEP = np.radians(1.0)
 # Steps of central differences in w, rad and share of the load: large enough for a reading table that is linear between
 # knots, small enough for a relative error of the derivative of 1e-3.
 STEPS = np.array([3e-2, 3e-3, 3e-3])
-# Number of starts that are optimised, the best of those at the start shares.
+# Number of starts that are optimised: the best of those at the start shares.
 KEPT = 2
 MAX_ITERATIONS = 40
 
 
 def find_modes(posterior: FingerPosterior, start: FloatArray | None = None) -> tuple[FloatArray, FloatArray]:
-    """Mode and precision of the posterior of every touch, in the coordinates ``(w, θ_c, P)``.
+    """Mode and Hessian of the posterior of every touch, in the coordinates ``(w, θ_c, P)``.
 
     A template search over location at a few radii gives starts. A damped Gauss-Newton method optimises them, all
     touches and starts together; the best result is returned.
@@ -81,7 +81,8 @@ def _starts(posterior: FingerPosterior) -> FloatArray:
         out[:, i, 2] = np.take_along_axis(load, k[:, None], axis=1)[:, 0]
     ends = posterior.priors.load.support
     out[:, :, 2] = np.clip(out[:, :, 2], ends[0] + 1e-6 * typical, ends[1] - 1e-6 * typical)
-    # The last digits of a matrix product depend on the number of touches; they are rounded off, so that draws do not.
+    # The last digits of a matrix product depend on the number of touches. They are rounded off, so that the draws do
+    # not depend on this number.
     return out.astype(np.float32).astype(np.float64)
 
 

@@ -1,4 +1,4 @@
-"""Reading touches with functions of place: the table of readings, and what the functions leave uncertain."""
+"""Inference of touches with functions of place: table of readings, and covariance due to the calibration."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from bayestouch.finger.reading.reading_table import ANGLES, ReadingTable
 
 
 def placed_table(finger: PlacedFinger, low: float, high: float) -> ReadingTable:
-    """Readings with the mean of own functions, for θ_c from `low` to `high`, rad; as `ReadingTable.of`.
+    """Table of readings with the mean of own functions, for θ_c from `low` to `high`, rad; as `ReadingTable.of`.
 
-    The table is one over the *effective* radius, see `PlacedFinger.effective_radius`.
+    The radius of the table is the *effective* radius, see `PlacedFinger.effective_radius`.
     """
     table, places = ReadingTable.of(finger.elastic, low, high), finger.places
     process = places.functions.own
@@ -37,7 +37,7 @@ def placed_table(finger: PlacedFinger, low: float, high: float) -> ReadingTable:
     sine = np.concatenate([np.zeros((len(weights), 1)), weights[:, 2::2]], axis=1)
     rows = table.rows.reshape(n_kappa, n_angles, -1).copy()
     for e, response in enumerate(np.abs(places.response)):
-        # Re Σ (a - ib) exp(ik(θ - θ_e)); an inverse transform counts the modes above zero twice
+        # Re Σ (a - ib) exp(ik(θ - θ_e)); the inverse transform counts the modes above zero twice.
         turned = (cosine[e] - 1j * sine[e]) * np.exp(-1j * modes * places.angle[e]) * np.where(modes == 0, 1.0, 0.5)
         around = np.fft.irfft(response * turned * felt, n=ANGLES) * ANGLES
         rows[:, :, e] += around[:, columns].astype(np.float32)
@@ -46,7 +46,7 @@ def placed_table(finger: PlacedFinger, low: float, high: float) -> ReadingTable:
 
 @dataclass(frozen=True, eq=False)
 class PlacedCovariance:
-    """Covariance of the readings of touches that a calibration with functions of place leaves.
+    """Covariance of the readings of touches due to a calibration with functions of place.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class PlacedCovariance:
         return covariance
 
     def __getstate__(self) -> dict[str, object]:
-        """What is sent to a worker: not the neighbours, see `CalibrationCovariance`."""
+        """State for a worker process, without the neighbours, see `CalibrationCovariance`."""
         return {"finger": self.finger}
 
     @cached_property

@@ -56,7 +56,7 @@ class ProfileProposal:
 
     @property
     def n_blocks(self) -> int:
-        """B."""
+        """Number of blocks B."""
         return len(self.first)
 
     @property
@@ -78,7 +78,7 @@ class ProfileProposal:
         return _Pieces.of(self)
 
     def draw(self, streams: BlockStreams, n: int) -> tuple[FloatArray, FloatArray]:
-        """Draw n points a block, (B, n, 3), and give their log density, (B, n)."""
+        """Draw n points per block, (B, n, 3), and return them with their log density, (B, n)."""
         pieces = self._pieces
         uniform, energy = streams.uniform(2, n), streams.exponential(n)
         where, place = uniform[:, 0], uniform[:, 1]

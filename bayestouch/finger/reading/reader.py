@@ -47,7 +47,10 @@ class CalibratedFinger(Protocol):
         ...
 
     def effective_radius(self, radius_mm: FloatArray, angle: FloatArray) -> FloatArray:
-        """R (...) in mm with the curvature of the surface at places (...) in rad, of R (mm) on a round one."""
+        """Composite radius (...), mm, with the curvature of the surface at locations (...), rad.
+
+        `radius_mm` (...) is the composite radius R on a round surface.
+        """
         ...
 
     def predict(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
@@ -55,7 +58,7 @@ class CalibratedFinger(Protocol):
         ...
 
     def beyond_linear(self, radius_mm: ArrayLike, angle: ArrayLike, load: ArrayLike) -> FloatArray:
-        """The part of them due to finite strain."""
+        """Part of the readings (..., m) due to finite strain; parameters as in `predict`."""
         ...
 
 
@@ -71,7 +74,7 @@ class TouchContext(Protocol):
         ...
 
     def without_loads(self) -> TouchContext:
-        """The same as if errors of corrected loads were independent of what is expected of the readings."""
+        """The context with errors of corrected loads that are independent of the predicted readings."""
         ...
 
     def readings(
@@ -118,7 +121,10 @@ class TouchReadings:
         return TouchReadings(self.readings[index], self.counts[index], self.load[index], self.load_sd[index], context)
 
     def with_independent_loads(self) -> TouchReadings:
-        """The same with errors of the loads that say nothing of the readings: loads can then be left out."""
+        """The touches with errors of the loads that are independent of the predicted readings.
+
+        The loads can then be left out.
+        """
         return self if self.context is None else replace(self, context=self.context.without_loads())
 
 
@@ -232,7 +238,10 @@ class FingerPosterior:
     def effects_chain(
         self, rows: NDArray[np.floating], radius_mm: FloatArray, angle: FloatArray, load: FloatArray, blocks: IntArray
     ) -> NDArray[np.floating]:
-        """Readings (B, W, m) after the effects on the touches `blocks` (B,), from signals and coordinates (B, W)."""
+        """Readings (B, W, m) after the effects on the touches `blocks` (B,).
+
+        From signals `rows` (B, W, m), R (mm), θ_c (rad) and P (N/m), (B, W) each.
+        """
         context = self.touches.context
         if context is None:
             return rows
@@ -241,7 +250,7 @@ class FingerPosterior:
         return flat.reshape(rows.shape)
 
     def log_prior(self, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Log prior density with the Jacobian, and with the likelihood of the force reading; (B, W)."""
+        """Log prior density (B, W) with the Jacobian, plus the log likelihood of the measured load."""
         load = self.touches.load[blocks][:, None]
         with np.errstate(invalid="ignore"):
             miss = np.where(np.isnan(load), 0.0, (x[..., 2] - load) / self.touches.load_sd[blocks][:, None])
@@ -253,7 +262,7 @@ class FingerPosterior:
         )
 
     def log_density(self, x: FloatArray, blocks: IntArray) -> FloatArray:
-        """Log posterior density up to a constant per touch; ``-inf`` outside the priors. (B, W)."""
+        """Log posterior density (B, W), up to a constant per touch; ``-inf`` outside the priors."""
         prior = self.log_prior(x, blocks)
         return np.where(np.isfinite(prior), prior - 0.5 * _sum_of_squares(self.residual(x, blocks)), -np.inf)
 

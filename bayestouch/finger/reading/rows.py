@@ -16,7 +16,7 @@ from bayestouch.finger.reading.reader import TouchReadings
 
 @dataclass(frozen=True, eq=False)
 class FingerTouches:
-    """A block of touches: `means` has the averages, `readings` the same in the form used by `FingerPosterior`."""
+    """A block of touches: `means` has the averages, `readings` has them in the form used by `FingerPosterior`."""
 
     means: TouchMeans
     readings: TouchReadings

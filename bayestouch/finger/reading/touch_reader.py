@@ -61,7 +61,7 @@ class FingerTouchReader:
     options : Options
         Options of the inference.
     sampler : FingerSampler
-        Draws touches.
+        Sampler of touches.
     covariance : callable
         Covariance of readings due to the calibration, even if the sampler treats the calibration as exact.
     typical_load : float
@@ -71,7 +71,7 @@ class FingerTouchReader:
     effects_chain : ChainWithEffects or None
         Effects of the calibration.
     check : SensorCheck or None
-        Faults that are left out, from the check of the sensor.
+        Result of the check of the sensor; readings with faults are left out.
     """
 
     options: Options
