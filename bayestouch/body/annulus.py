@@ -49,7 +49,7 @@ class AnnulusModes:
     growing, decaying : pair of (..., n_modes) arrays
         Radial strain is ``(growing[0] + growing[1]/ρ²) ρ^k + (decaying[0] + decaying[1]/ρ²) (α/ρ)^k``.
     surface_displacement_mm : (..., n_modes) array
-        ``u_r(r_b)`` in mm, outward positive, times cos kθ.
+        ``u_r(r_b)`` in mm, positive away from the axis, times cos kθ.
     surface_slip_mm : (..., n_modes) array
         ``u_θ(r_b)`` in mm, towards larger θ, times sin kθ.
     """
@@ -207,7 +207,7 @@ def surface_displacement_response(
     poisson_ratio: ArrayLike,
     traction: Traction = "normal",
 ) -> FloatArray:
-    """Radial displacement ``u_r(r_b)`` in mm, outward, per unit traction ``τ_rr = cos kθ`` at μ = 1 MPa.
+    """Radial displacement ``u_r(r_b)`` in mm, positive away from the axis, per unit of ``τ_rr = cos kθ`` at μ = 1 MPa.
 
     Parameters are those of `solve_annulus`; the shape is ``poisson_ratio.shape + (n_modes,)``.
     With ``traction="tangential"`` it equals, by Betti's theorem, ``u_θ(r_b)`` under the normal traction.

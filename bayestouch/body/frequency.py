@@ -137,11 +137,11 @@ def sensing_radius_for_cut_off(
     # The cut-off falls with depth, but rises again near the core if the rubber is almost incompressible.
     fractions = np.linspace(0.98, 0.001, 50)
     radii = core_radius_mm + (outer_radius_mm - core_radius_mm) * fractions
-    misses = [miss(radius) for radius in radii]
-    below = np.flatnonzero(np.array(misses) < 0)
+    excess = [miss(radius) for radius in radii]
+    below = np.flatnonzero(np.array(excess) < 0)
     if below.size == 0 or below[0] == 0:
         raise InputError(
             f"no sensing radius has a cut-off of {cycles_per_radian:g} cycles/radian at {level_db:g} dB; from core to "
-            f"surface it goes from {min(misses) + cycles_per_radian:.3g} to {misses[0] + cycles_per_radian:.3g}"
+            f"surface it goes from {min(excess) + cycles_per_radian:.3g} to {excess[0] + cycles_per_radian:.3g}"
         )
     return float(brentq(miss, radii[below[0]], radii[below[0] - 1], xtol=1e-9))

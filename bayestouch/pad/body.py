@@ -26,18 +26,17 @@ if TYPE_CHECKING:
 # Largest number of training touches in a search for effects. A fit with an empirical map has hundreds of weights; with
 # this number of touches and eight elements it takes one second.
 MOST_TOUCHES = 1000
-# If the range of the loads over their median is above this, an error of the load can be observed.
-LOADS_VARY = 0.2
 
 
 def _setting(pad: Pad, contact: str, loads: FloatArray) -> dict[str, Any]:
     columns = (pad.element_x_mm, pad.element_y_mm)
-    loads = loads[np.isfinite(loads)]
+    from bayestouch.pad.known_touches import loads_vary
+
     return {
         "finger": False,
         "element_place": tuple(np.asarray(axis, dtype=float) for axis in columns if axis is not None),
         "contact": "",
-        "loads_vary": bool(len(loads) and np.ptp(loads) > LOADS_VARY * np.median(loads)),
+        "loads_vary": loads_vary(loads[np.isfinite(loads)]),
     }
 
 

@@ -29,27 +29,27 @@ def choose_model(
     for each in kernels:
         check_identifiable(problem.known, each, problem.usable)
 
-    def told(share: float) -> None:
+    def report(share: float) -> None:
         if progress is not None:
             progress(share)
 
     models: dict[str, PadCandidate] = {}
     for i, each in enumerate(kernels):
         models[each.name] = fit_kernel(problem, each)
-        told(0.4 * (i + 1) / len(kernels))
+        report(0.4 * (i + 1) / len(kernels))
     best = max(models.values(), key=lambda model: model.score)
     rivals = [] if empirical is True else [best]
     if empirical is not False:
         mapped = add_map(problem, best)
         models[f"{best.kernel.name} with map"] = mapped
         rivals.append(mapped)
-        told(0.7)
+        report(0.7)
         if kernel == "auto":
             constant = kernel_for("constant", dataset.sensor, problem.pitch_mm)
             alone = add_map(problem, fit_kernel(problem, constant))
             models["map alone"] = alone
             rivals.append(alone)
-        told(1.0)
+        report(1.0)
     # The simplest model is first; a later one must be clearly better.
     chosen = rivals[0]
     for rival in rivals[1:]:

@@ -203,10 +203,6 @@ class PadEffects:
         """Load as read by the force sensor, from acting loads of any shape: inverse of `acting` where it increases."""
         return self._inverse(acting, self._corrected)
 
-    def acts(self, pressing: FloatArray) -> FloatArray:
-        """Acting load (n,) from true loads: inverse of `pressing`."""
-        return self._posed(pressing, [pair for pair in self._corrected if pair[0].stage != "rig"])
-
     def pressing(self, acting: FloatArray) -> FloatArray:
         """True load from acting loads of any shape: inverse of the effects of the contact."""
         return self._inverse(acting, [pair for pair in self._corrected if pair[0].stage != "rig"])

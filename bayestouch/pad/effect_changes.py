@@ -76,8 +76,8 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
     means = pad_readings(corrected, dimensions, samples)
     changes = np.nan_to_num(changes_of(effects, columns))
     # With other values the same true load gives another acting load: only the rest of the change of a load is an error.
-    pressing = effects.pressing(np.nan_to_num(means.load, nan=effects.reference_load))
-    changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, changes_of(effects, lambda moved: moved.acts(pressing)))
+    of_load = changes_of_load(effects, np.nan_to_num(means.load, nan=effects.reference_load))
+    changes[:, :, -1] -= np.where(np.isnan(means.load), 0.0, of_load)
     of_means = {each.name: getattr(means, each.name) for each in fields(TouchMeans)}
     return CorrectedMeans(**of_means, changes=changes.swapaxes(0, 1))
 
@@ -85,7 +85,7 @@ def corrected_means(effects: PadEffects, touches: Touches, dimensions: int, samp
 def changes_of_load(effects: PadEffects, acting: FloatArray) -> FloatArray:
     """Change (q, n) of acting loads (n,) by one standard deviation of each cause, at the same true loads."""
     pressing = effects.pressing(acting)
-    return changes_of(effects, lambda moved: moved.acts(pressing))
+    return changes_of(effects, lambda moved: moved.acting_of_pressed(pressing))
 
 
 def with_changes(map_: PadMap, model: PadCandidate, readings: FloatArray, load: FloatArray) -> PadMap:

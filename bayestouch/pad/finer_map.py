@@ -25,16 +25,14 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.pad.candidates import PadCandidate, kernel_shape
-from bayestouch.pad.known_touches import location_spacing
-from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
+from bayestouch.pad.known_touches import loads_vary, location_spacing
+from bayestouch.pad.noise import FLOOR_SPREAD, LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem
 from bayestouch.pad.residual_map import distances, matern_5_2, matern_5_2_by_length
 from bayestouch.pad.table import MapGrid
 
 # Touches from which sizes and lengths are estimated: groups of neighbours, which have both short and long distances.
 GROUPS, NEIGHBOURS = 12, 25
-# Loads vary if their range is above this share of their median.
-LOADS_VARY = 0.2
 # Loads at which the map is tabulated. Step in the logarithm over λ (the error of linear interpolation is then some
 # thousandths of the part that changes with the load); smallest and largest number of steps; factor beyond known loads.
 LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
@@ -43,8 +41,6 @@ LOAD_STEP, LOADS, BEYOND = 0.1, (8, 40), 1.25
 BLOCKS = 40
 # Bounds of sizes (over the amplitude), of the length in the logarithm of the load, and of the noise (over the signal).
 SIZES, LOAD_LENGTHS, SHARES = (1e-5, 3.0), (0.2, 10.0), (1e-5, 0.1)
-# Prior sd of the logarithm of each element's noise over the common one, as in `bayestouch.pad.misfit_fit`.
-FLOOR_SPREAD = 0.5
 
 
 @dataclass(frozen=True)
@@ -177,11 +173,6 @@ class FinerMap:
             own = self.sizes.even**2 + (self.sizes.relative * there.shape[:, e]) ** 2 + self.sizes.finer**2
             variance[:, e] = np.maximum(amplitude[e] ** 2 * own - (explained**2).sum(axis=0), 0.0)
         return mean, variance
-
-
-def loads_vary(load: FloatArray) -> bool:
-    """Whether loads (n,) differ enough for a map that is not in proportion to the load."""
-    return bool(np.ptp(load) > LOADS_VARY * np.median(load))
 
 
 @dataclass(frozen=True, eq=False)

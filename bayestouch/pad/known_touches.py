@@ -16,6 +16,13 @@ SAMPLES = ("auto", "mean", "first", "last")
 
 # Creep is significant at four standard errors: one data set in sixteen thousand without creep exceeds this.
 _CREEP_SIGNIFICANCE = 4.0
+# Loads vary if their range is above this share of their median.
+LOADS_VARY = 0.2
+
+
+def loads_vary(load: FloatArray) -> bool:
+    """Whether loads (n,) differ enough for an error of the load, or a map that is not in proportion to it, to show."""
+    return bool(len(load) and np.ptp(load) > LOADS_VARY * np.median(load))
 
 
 def counted_samples(touches: Touches, samples: str) -> Touches:

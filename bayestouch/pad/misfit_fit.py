@@ -8,6 +8,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.noise import Noise
+from bayestouch.pad.noise import FLOOR_SPREAD
 from bayestouch.pad.residual_map import MapDiscrepancy, distances, matern_5_2, matern_5_2_by_length
 
 # Largest number of touches from which the hyper-parameters are estimated: they are shared by all elements, and this
@@ -16,9 +17,6 @@ _MOST_TOUCHES = 250
 
 # Upper bound of the noise as a share of the signal; with a larger share the noise could replace the map.
 _LARGEST_SHARE = 0.1
-
-# Prior sd of the logarithm of each element's floor over the common one (a factor 1.6): equal elements are similar.
-_FLOOR_SPREAD = 0.5
 
 
 def fit_misfit(
@@ -89,8 +87,8 @@ def fit_misfit(
 
     def cost(vector: FloatArray) -> tuple[float, FloatArray]:
         value, gradient = _evidence(at(vector, part, some, seen), residual, seen, noise_at(vector))
-        departure = vector[5:] / _FLOOR_SPREAD
-        gradient[5:] -= departure / _FLOOR_SPREAD
+        departure = vector[5:] / FLOOR_SPREAD
+        gradient[5:] -= departure / FLOOR_SPREAD
         return 0.5 * float(departure @ departure) - value, -gradient
 
     solutions = [

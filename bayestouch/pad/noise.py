@@ -12,7 +12,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.sampling.rank_one import DiagonalPlusRankOne
 
 # Prior sd of the logarithm of each element's noise over the common one (a factor 1.6): equal elements are similar.
-_FLOOR_SPREAD = 0.5
+FLOOR_SPREAD = 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def fit_noise(left_out: LeftOut, pure_error_variance: FloatArray, force_sd: floa
         return Noise(tactile, discrepancy, float(share), force_sd), float(spread) if inferred else np.nan
 
     def cost(vector: FloatArray) -> float:
-        departure = vector[3:] / _FLOOR_SPREAD
+        departure = vector[3:] / FLOOR_SPREAD
         return 0.5 * float(departure @ departure) - float(left_out_density(left_out, *unpack(vector)).sum())
 
     # Lower bounds: a share of 1e-5 and a floor of 1e-6 of the signal are negligible; no calibration shows that loads

@@ -105,7 +105,7 @@ class CalibrationDesign:
 
     @property
     def model(self) -> StatedModel | None:
-        """What a calibration is told of the effects; None without effects."""
+        """Effects that are given to a calibration; None without effects."""
         return self.added.stated(self.sensor.body.kind, self.contact)
 
     def ranked(self, number: int) -> Ranked:

@@ -56,7 +56,7 @@ class SimulatedEffects:
         return cls(named_effects(list(names), setting), reference_load)
 
     def stated(self, body: str, contact: str) -> StatedModel | None:
-        """What a calibration is told of the effects; None without effects."""
+        """Effects that are given to a calibration; None without effects."""
         listed = tuple((effect.name, dict[str, float]()) for effect in self.effects)
         return StatedModel(body, contact, listed) if listed else None
 

@@ -43,8 +43,8 @@ class PlacedErrors:
         Shared weights are divided equally among the elements.
         """
         m, _, r = self.low_rank.own.shape
-        told = 1 - np.diag(self.low_rank.covariance)
-        return np.asarray(told[: m * r].reshape(m, r).sum(axis=1) + told[m * r :].sum() / m)
+        determined = 1 - np.diag(self.low_rank.covariance)
+        return np.asarray(determined[: m * r].reshape(m, r).sum(axis=1) + determined[m * r :].sum() / m)
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,7 @@ from bayestouch.reading.fault_tests import SensorMisfit
 
 # Smallest share of the information of a reading that must remain after the fit of the touch. With less, the other
 # columns do not predict the reading.
-LEAST_TOLD = 0.01
+LEAST_DETERMINED = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +115,12 @@ class FingerMisfit:
         pull = slope @ weight
         left = weight - pull.swapaxes(1, 2) @ np.linalg.solve(hessian, pull)
         information = np.einsum("tii->ti", left)
-        told = information > LEAST_TOLD * np.einsum("tii->ti", weight)
-        left = np.where(told[:, :, None], left, 0.0)[:, :, :-1]
+        determined = information > LEAST_DETERMINED * np.einsum("tii->ti", weight)
+        left = np.where(determined[:, :, None], left, 0.0)[:, :, :-1]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
         return SensorMisfit(
-            score=np.where(told, score, 0.0),
-            information=np.where(told, information, 0.0),
+            score=np.where(determined, score, 0.0),
+            information=np.where(determined, information, 0.0),
             signal=signal,
             signal_sd=np.sqrt(np.maximum(spread, 0.0)),
             shared=self._shared(left, jacobian, covariance),

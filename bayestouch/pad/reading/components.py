@@ -189,14 +189,14 @@ def _refine(
             hessian -= np.einsum("nqi,nqj->nij", along, along)
             gradient -= np.einsum("nqi,nq->ni", along, missed)
         x = np.clip(x + np.linalg.solve(hessian, gradient[..., None])[..., 0], low, high)
-    misses = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
+    cost = (weight * residual**2 + np.where(here, np.log(variance), 0.0)).sum(axis=1)
     if touches.changes is not None:
         along, missed, log_determinant = _shared(reader, touches, touch, x, signal, variance, design, residual, centre)
         hessian -= np.einsum("nqi,nqj->nij", along, along)
-        misses += log_determinant - (missed**2).sum(axis=1)
-    misses += (prior * (x - centre) ** 2).sum(axis=1) + np.linalg.slogdet(hessian)[1]
+        cost += log_determinant - (missed**2).sum(axis=1)
+    cost += (prior * (x - centre) ** 2).sum(axis=1) + np.linalg.slogdet(hessian)[1]
     place = lattice.place[node] // stride[:, None]
-    return Components(touch, place, -0.5 * misses, x, np.linalg.inv(hessian))
+    return Components(touch, place, -0.5 * cost, x, np.linalg.inv(hessian))
 
 
 def _shared(

@@ -17,7 +17,7 @@ from bayestouch.sampling.laplace import damped_newton_steps
 
 # A reading is tested if the fit of its touch leaves more than this share of the information of the reading (as on a
 # finger).
-LEAST_TOLD = 0.01
+LEAST_DETERMINED = 0.01
 _ITERATIONS = 12
 
 
@@ -101,8 +101,8 @@ class PadMisfit:
         information = np.einsum("tii->ti", left)
         # A touch at the limit of the calibrated region may be outside it, where the prediction is not known.
         inner = np.all((x[:, :-1] > reader.map.low) & (x[:, :-1] < reader.map.high), axis=1, keepdims=True)
-        told = (information > LEAST_TOLD * weight) & (weight > 0) & inner
-        left = np.where(told[:, :, None], left, 0.0)[:, :, :m]
+        determined = (information > LEAST_DETERMINED * weight) & (weight > 0) & inner
+        left = np.where(determined[:, :, None], left, 0.0)[:, :, :m]
         spread = np.einsum("tak,tak->tk", slope, np.linalg.solve(hessian, slope))
         _, open_, covariance = reader.map.at(x[:, :-1], x[:, -1])
         uncertain = reader.map.reading_variance(open_, covariance, x[:, -1])
@@ -112,8 +112,8 @@ class PadMisfit:
         # Correlations of errors of the map between locations are not known here: full correlation is assumed.
         shared = np.sqrt(np.einsum("tai,ti->ta", left**2, uncertain))
         return SensorMisfit(
-            score=np.where(told, weight * (values - rows), 0.0),
-            information=np.where(told, information, 0.0),
+            score=np.where(determined, weight * (values - rows), 0.0),
+            information=np.where(determined, information, 0.0),
             signal=rows,
             signal_sd=np.sqrt(np.maximum(spread, 0.0)),
             shared=lambda direction: np.asarray((np.abs(direction) * shared).sum(axis=0) ** 2),

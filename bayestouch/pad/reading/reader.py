@@ -164,16 +164,16 @@ class PadReader:
         signal, variance = self.predict(location, load, touches.counts[blocks][:, None])
         here = touches.present[blocks][:, None]
         residual = touches.readings[blocks][:, None] - self.map.offset - signal
-        misses = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
+        cost = np.where(here, residual**2 / variance + np.log(variance), 0.0).sum(axis=-1)
         off = (load - touches.load[blocks][:, None]) / touches.load_sd[blocks][:, None]
-        misses += off * off
+        cost += off * off
         if touches.changes is not None:
             directions, log_determinant = self.shared(touches, x, blocks, signal, variance)
             residual = np.concatenate(
                 [np.where(here, residual, 0.0), (touches.load[blocks][:, None] - load)[..., None]], -1
             )
-            misses += log_determinant - ((directions * residual[..., None, :]).sum(axis=-1) ** 2).sum(axis=-1)
-        return np.where(allowed, -0.5 * misses, -np.inf)
+            cost += log_determinant - ((directions * residual[..., None, :]).sum(axis=-1) ** 2).sum(axis=-1)
+        return np.where(allowed, -0.5 * cost, -np.inf)
 
     def shared(
         self, touches: PadTouches, x: FloatArray, blocks: IntArray, signal: FloatArray, variance: FloatArray
@@ -233,6 +233,6 @@ def _changes_of_load(calibration: Calibration) -> FloatArray:
     """`PadReader.changes_of_load` of a calibration with effects."""
     effects = PadEffects.of(calibration)
     assert effects is not None
-    acting = effects.acts(effects.reference_load * np.linspace(0.0, MOST_LOAD, LOADS))
+    acting = effects.acting_of_pressed(effects.reference_load * np.linspace(0.0, MOST_LOAD, LOADS))
     acting = np.maximum.accumulate(acting)
     return np.concatenate([acting[None], changes_of_load(effects, acting)])
