@@ -18,7 +18,8 @@ from bayestouch.errors import InputError
 from bayestouch.finger.fit import FingerFit, fit_finger
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import noise_of
-from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, fit_of_places
+from bayestouch.finger.place.choice import LEAST_PLACES
+from bayestouch.finger.place.fit import AUTO, DISCREPANCY_SETTING, NO_DISCREPANCY, OF_PLACE, OF_TOUCH, fit_of_places
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.finger.public import linear_vectors, public_draws, public_mode
@@ -76,6 +77,12 @@ def calibrate_finger(
     why: tuple[str, ...] = ()
     if discrepancy in (AUTO, OF_PLACE) and e_map == "model":
         fit, places, why = fit_of_places(elastic, wanted=discrepancy == OF_PLACE)
+    if places is None and discrepancy == OF_PLACE:
+        raise InputError(
+            f'discrepancy "{OF_PLACE}" needs the E map of the model, and calibration touches at {LEAST_PLACES} places '
+            f'or more: touch more places, or use the discrepancy "{OF_TOUCH}"',
+            file=_file(dataset),
+        )
     calibration = finger_calibration(
         fit,
         means,

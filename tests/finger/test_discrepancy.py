@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -88,6 +89,18 @@ def test_with_effects_it_is_independent_from_touch_to_touch() -> None:
     model = bayestouch.effects.StatedModel(body="finger", contact="layer", effects=(("crosstalk", {}),))
     with pytest.raises(InputError, match="discrepancy"):
         bayestouch.calibrate(missed_data(NOTHING), model=model, discrepancy="place")
+
+
+def test_functions_that_cannot_be_had_are_refused() -> None:
+    """An identified E map has none; and so few places that none could be held out."""
+    with pytest.raises(InputError, match="E map of the model"):
+        bayestouch.calibrate(missed_data(MAP), discrepancy="place", e_map="empirical", draws=200)
+    data = missed_data(MAP)
+    assert data.calibration is not None
+    few = data.calibration.select(np.isin(data.calibration.angle_deg, np.unique(data.calibration.angle_deg)[::4]))
+    assert 4 < len(np.unique(few.angle_deg)) < 18
+    with pytest.raises(InputError, match="18 places"):
+        bayestouch.calibrate(replace(data, calibration=few), discrepancy="place", draws=200)
 
 
 def test_its_density_is_that_which_was_drawn_from() -> None:

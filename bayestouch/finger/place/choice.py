@@ -31,7 +31,8 @@ from bayestouch.finger.place.functions import (
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
 
 # Largest and smallest number of groups of neighbouring places that are held out; with fewer, no choice is made.
-MOST_FOLDS, LEAST_FOLDS = 24, 6
+MOST_FOLDS, LEAST_FOLDS, PLACES_A_FOLD = 24, 6, 3
+LEAST_PLACES = LEAST_FOLDS * PLACES_A_FOLD
 # Functions are tried on held-out places only if they increase the log marginal likelihood by more than LEAST_GAIN.
 # Own functions together with a surface are chosen only if they are better than one of them by more than so many
 # standard errors of the difference; so are functions instead of none.
@@ -144,9 +145,9 @@ def _drifts(elements: Sequence[LinearElement], fit: FingerFit) -> float:
 
 
 def place_folds(angle: FloatArray) -> IntArray | None:
-    """Index (t,) of the group of neighbouring places of each touch; None if there are fewer than 18 places."""
+    """Index (t,) of the group of neighbouring places of each touch; None with fewer than `LEAST_PLACES` places."""
     places, which = np.unique(angle.round(9), return_inverse=True)
-    folds = min(MOST_FOLDS, len(places) // 3)
+    folds = min(MOST_FOLDS, len(places) // PLACES_A_FOLD)
     return np.asarray(which * folds // len(places)) if folds >= LEAST_FOLDS else None
 
 
