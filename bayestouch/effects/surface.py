@@ -31,10 +31,10 @@ class SurfaceProfile(Effect):
     """The surface is out of round: 1/R = 1/r_c + 1/r_b + f(θ_c), with a smooth function f of the place touched.
 
     f is a Gaussian process with a correlation length of 10°, without constant part and without a part of one wave per
-    turn, which a closed curve has not. It is a cubic spline through knots at most 9° apart over the touched range; the
-    weights are the values at the knots with their correlation removed. A flat feels f most and a knife edge does not
-    feel it: a touch of composite radius R that is read without it is read wrong by about -R² f. The responses, which
-    are those of knife edges, cannot take it up.
+    turn: a closed curve has no such parts. It is a cubic spline through knots at most 9° apart over the touched range.
+    The weights are the values at the knots with their correlation removed. f changes the readings of a flat most, and
+    those of a knife edge not at all. If the model has no f, the estimate of a composite radius R has an error of about
+    -R² f. The responses cannot explain this error, because they are those of knife edges.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), section 4.2 (relative curvature); D. J. Whitehouse, Handbook of
     Surface and Nanometrology (2010), on roundness (undulations per revolution); C. E. Rasmussen and C. K. I. Williams,
