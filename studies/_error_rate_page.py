@@ -34,7 +34,7 @@ DEVELOPMENT = range(10)
 
 PAGE = """# Error rates of the diagnosis
 
-How often `bayestouch diagnose` is right, on simulated fingers of which it is told nothing. The simulator
+How often `bayestouch diagnose` is right, on simulated fingers of which it knows nothing. The simulator
 (`tests/independent`) shares no code with the package.
 
 {development}
@@ -56,7 +56,13 @@ smaller study:
 Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study;
 those of a finger share its touches, and are less sure by that. The noise of readings is drawn anew for each case. The
 test of [](diagnosis.md) allows for the scatter of the lack of fit and for what the fit leaves open; the rows
-"no effect" show what chance alone leaves above 1.1.
+"no effect" show what chance alone leaves above 1.1. The *aim* is the rate that was set as a goal. A case is *out of
+reach*, and is not run, where only an absurd value of the effect would have its size. Errors *against references as
+stated* are errors against the data set's own columns ([](diagnosis.md#references-that-a-diagnosis-moves)).
+
+An effect is hard to find where its size is small beside 1. It is hard to name where another effect changes the readings
+in the same way. If `bayestouch diagnose` calls two causes indistinguishable, `measure` in its output says which touches
+would decide.
 
 ## Which formulas the effects have
 

@@ -103,6 +103,9 @@ modulus is about {SHEAR_MODULUS:g} MPa: a draw each from what Table 3 implies, s
 the elements and of the places touched are as large as Tables 1 and 2 leave over
 (`studies/nicolson_fearing/paper_run.py`). The interval is the 90 % range of single fingers, since the paper made one;
 in Figure 4 it is that of the modulus. "Put in" marks what the simulation was set to: its agreement shows nothing.
+Begin with the rows without "put in". *Difference* is ours minus the paper's, and 0 within the paper's rounding; it and
+ours are in the unit of the column *paper*. The command takes minutes, with `--small` seconds. Measured sensors are in
+[](measured_diagnosis.md).
 
 {comparison.markdown()}"""
 
