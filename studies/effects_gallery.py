@@ -268,8 +268,8 @@ def page() -> str:
         "Each table lists the parameters. With the value in the column *does nothing at* the sensor is as without the",
         "effect. The prior says which values are probable before any data.",
         "",
-        "Peak readings are those of the fit with the effects, before effects act on them: right under a knife edge at",
-        "the mean load, on a pad under the touch at the median load.",
+        "A peak reading is what the fitted sensor would read without the effects: a finger exactly under a knife edge",
+        "at the mean load, a pad under a touch at the median load.",
     ]
     stage = ""
     for name, cls in effect_classes().items():
