@@ -25,6 +25,9 @@ from .priors.indenters import KnownTips as KnownTips
 from .priors.indenters import UniformCurvature as UniformCurvature
 from .priors.indenters import UniformRadius as UniformRadius
 from .reading.live import LiveTouch as LiveTouch
+from .reliability.candidate_touches import candidate_touches as candidate_touches
+from .reliability.next_touches import NextTouches as NextTouches
+from .reliability.next_touches import next_touches as next_touches
 from .reporting import Report as Report
 from .reporting import report as report
 from .reporting.comparison import Comparison as Comparison

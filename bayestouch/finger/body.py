@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from bayestouch.array_types import FloatArray
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
+    from bayestouch.data.touches import Touches
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
+    from bayestouch.model.planned import PlannedTouches
     from bayestouch.model.split_data import SplitData
     from bayestouch.priors.parameters import Prior
     from bayestouch.reading.live import LiveBody
@@ -90,6 +92,12 @@ def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     return lacking_to_calibrate(dataset, known)
 
 
+def _planned(calibration: Calibration, table: Touches) -> PlannedTouches:
+    from bayestouch.finger.planned import planned
+
+    return planned(calibration, table)
+
+
 BODY = Body(
     kind="finger",
     options={
@@ -114,5 +122,6 @@ BODY = Body(
     live=_live,
     stated=_stated,
     lacking=_lacking,
+    planned=_planned,
     learned_priors=_learned_priors,
 )

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Sensor
+    from bayestouch.data.touches import Touches
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
+    from bayestouch.model.planned import PlannedTouches
     from bayestouch.priors.parameters import Prior
     from bayestouch.results.objects import Calibration
 
@@ -77,6 +79,8 @@ class Body:
     lacking : callable
         ``(dataset, known)`` to a line of text for each kind of touch that is missing and that would improve or permit
         a calibration; `known` has the means of the touches with references.
+    planned : callable
+        ``(calibration, table)`` to `bayestouch.model.planned.PlannedTouches`: the touches of a table that are planned.
     learned_priors : callable or None
         ``(earlier, dataset, contact)`` to the priors that earlier calibrations give, and notes; None for a body without
         the option ``like``.
@@ -94,6 +98,7 @@ class Body:
     live: Callable[..., Any]
     stated: Callable[[Calibration], tuple[StatedModel, dict[str, Any]]]
     lacking: Callable[[DataSet, TouchMeans], Iterator[str]]
+    planned: Callable[[Calibration, Touches], PlannedTouches]
     learned_priors: Callable[..., tuple[dict[str, Prior], tuple[str, ...]]] | None = None
     most_touches: int | None = None
     instead: Mapping[str, str] = field(default_factory=dict)

@@ -15,8 +15,10 @@ if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
     from bayestouch.data.dataset import DataSet
     from bayestouch.data.sensor import Pad
+    from bayestouch.data.touches import Touches
     from bayestouch.effects.stated import StatedModel
     from bayestouch.model.beginning import Beginning
+    from bayestouch.model.planned import PlannedTouches
     from bayestouch.model.split_data import SplitData
     from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
@@ -76,6 +78,12 @@ def _lacking(dataset: DataSet, known: TouchMeans) -> Iterator[str]:
     return lacking_to_calibrate(dataset, known)
 
 
+def _planned(calibration: Calibration, table: Touches) -> PlannedTouches:
+    from bayestouch.pad.planned import planned
+
+    return planned(calibration, table)
+
+
 BODY = Body(
     kind="pad",
     options={"groups": Option(()), "kernel": Option()},
@@ -89,6 +97,7 @@ BODY = Body(
     live=_live,
     stated=_stated,
     lacking=_lacking,
+    planned=_planned,
     most_touches=MOST_TOUCHES,
     instead={
         "each_sample": "a pad is read touch by touch with emcee",

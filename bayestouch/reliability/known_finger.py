@@ -16,6 +16,7 @@ from bayestouch.chain.noise import Noise
 from bayestouch.data.sensor import finger_of
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.empirical.map import EmpiricalCalibration
+from bayestouch.finger.planned import touch_slopes
 from bayestouch.finger.reading.covariance import reading_covariance
 from bayestouch.finger.reading.reader import CalibratedFinger
 from bayestouch.output.summary import Summarised
@@ -194,16 +195,5 @@ class KnownFinger(Summarised):
         return sd if use_load and np.isfinite(sd) and sd > 0 else float(np.inf)
 
     def touch_jacobian(self, touches: TouchPlaces) -> FloatArray:
-        """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3).
-
-        The step in R covers a few knots of the contact table; at the knife edge the derivative is one-sided.
-        """
-        radius, angle, load = touches.radius_mm, touches.angle, touches.load
-        step = 0.05 * (radius + 1.0)
-        middle = np.maximum(radius, step)
-        by_radius = self.chain.predict(middle + step, angle, load) - self.chain.predict(middle - step, angle, load)
-        turn, push = 1e-3, 1e-3 * load
-        by_angle = self.chain.predict(radius, angle + turn, load) - self.chain.predict(radius, angle - turn, load)
-        by_load = self.chain.predict(radius, angle, load + push) - self.chain.predict(radius, angle, load - push)
-        columns = (by_radius / (2 * step)[:, None], by_angle / (2 * turn), by_load / (2 * push)[:, None])
-        return np.stack(columns, axis=-1)
+        """Derivative of the readings with respect to R (mm), θ_c (rad), P (N/m); (t, m, 3)."""
+        return touch_slopes(self.chain.predict, touches.radius_mm, touches.angle, touches.load)

@@ -1,0 +1,198 @@
+"""Planned touches on a calibrated pad: readings, and what the calibration does not know of them.
+
+A calibration stores the variance of its empirical map at each place, but not the covariance of two places. The map is
+therefore written out again as random functions over the touches of the calibration and those that are planned, and is
+conditioned on the readings of the calibration. Kernel, noise, and the size and the length of the map are those of the
+calibration. With effects, readings are as corrected for them, and the values of the effects count as known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.kernel_choice import kernel_for
+from bayestouch.chain.pad import COORDINATES, PadChain, element_pitch
+from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.averages import TouchMeans
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.model.linear import conditioned
+from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, planned_table, with_load_error
+from bayestouch.pad.candidates import kernel_shape
+from bayestouch.pad.priors import PadPriors, pad_priors
+from bayestouch.pad.residual_map import MapDiscrepancy
+from bayestouch.priors.parameters import LogNormal, Normal, Prior
+from bayestouch.results.keys import USABLE
+from bayestouch.results.objects import Calibration
+from bayestouch.sampling.rank_one import inverse_root
+
+# Largest number of functions of the map of an element.
+MOST_FUNCTIONS = 120
+
+
+def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
+    """Planned touches on a pad.
+
+    Raises
+    ------
+    InputError
+        For the reasons of `planned_table`.
+    """
+    means, known = planned_table(table, calibration), _known(calibration)
+    usable = np.asarray(calibration.extra[USABLE]) > 0
+    priors, _ = pad_priors(
+        calibration.sensor, known, rest_subtracted=calibration.rest_reading is not None, usable=usable
+    )
+    chain, prior = _chain(calibration, priors)
+    t, m = known.n_touches, chain.n_elements
+    place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, means.load])
+    counts = np.concatenate([known.counts, np.where(usable, means.counts, 0)])
+    of_signal = _Signal.of(calibration, place, load)
+    variance = calibration.noise.mean_variance(np.maximum(counts, 1), of_signal.mean)
+    functions, left = _map_columns(calibration, chain, priors, place, load, variance, counts > 0)
+    own = chain.sensitivity_derivatives(place) * load[:, None, None]
+    own[:, np.arange(m), m + np.arange(m)] = 1.0
+    columns = np.concatenate([own, functions], axis=2) * (counts > 0)[:, :, None]
+    reads = np.maximum(counts.max(axis=1), 1)
+    load_sd = _load_sd(calibration, load, reads)
+    root = inverse_root((variance + left)[:t], (of_signal.by_load[:t] * load_sd[:t, None],), counts[:t] > 0)
+    white = np.einsum("tij,tjd->tid", root, columns[:t], optimize=True).reshape(t * m, -1)
+    of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
+    precision = np.append(of_prior, np.ones(functions.shape[2]))
+    information = white.T @ white + np.diag(precision)
+    scale = np.sqrt(np.diag(information))
+    covariance = np.linalg.inv(conditioned(information / np.outer(scale, scale))) / np.outer(scale, scale)
+    slopes = np.concatenate([of_signal.along, of_signal.by_load[:, :, None]], axis=2)[t:]
+    slopes = np.where(usable[:, None], slopes, 0.0)
+    map_ = of_signal.map
+    width = np.append(12 / (map_.high - map_.low) ** 2, 0.0) + np.zeros((means.n_touches, 1))
+    width[:, -1] = load_sd[t:] ** -2.0
+    names = COORDINATES[: known.location.shape[1]]
+    return PlannedTouches(
+        readings=PlannedReadings(
+            np.where(usable, of_signal.mean[t:] + map_.offset, 0.0),
+            columns[t:],
+            np.asarray(covariance),
+            with_load_error((variance + left)[t:], of_signal.by_load[t:], load_sd[t:]),
+        ),
+        parameters=_parameters(calibration, chain, usable, len(covariance)),
+        coordinates={**{name: ("mm", 1.0) for name in names}, "P": (str(calibration.settings["load_unit"]), 1.0)},
+        slopes=slopes,
+        precision=width,
+        asked=names,
+    )
+
+
+def _known(calibration: Calibration) -> TouchMeans:
+    """Touches of a calibration; loads that were not measured are 1."""
+    rows = calibration.rows
+    columns = {f"{name}_mm": values for name, values in rows.location.items()}
+    table = touches_from(
+        np.arange(len(rows.touch)),
+        rows.observed,
+        load=np.where(np.isnan(rows.load), 1.0, rows.load),
+        contact=1.0,
+        reads=np.maximum(rows.counts.max(axis=1), 1),
+        **columns,
+    )
+    return table.averaged()
+
+
+def _chain(calibration: Calibration, priors: PadPriors) -> tuple[PadChain, tuple[Prior, ...]]:
+    """The chain at the mode of a calibration, and the priors of its parameters."""
+    mode, dimensions = calibration.mode, priors.position.shape[1]
+    location = np.stack(list(calibration.rows.location.values()), axis=1)
+    pitch = element_pitch(priors.position, float(np.ptp(location, axis=0).max()))
+    kernel = kernel_for(str(calibration.settings["kernel"]), calibration.sensor, pitch)
+    position = np.stack([mode[f"{axis}_s"] for axis in COORDINATES[:dimensions]], axis=1)
+    values = np.array([float(mode[parameter.name]) for parameter in kernel.parameters])
+    return PadChain(kernel, values, mode["gain"], mode["offset"], position), priors.of(kernel)
+
+
+def _precision(prior: Prior, value: float) -> float:
+    """Prior precision at a value; a flat prior counts as a normal one, its width as the sd (as in fits)."""
+    if isinstance(prior, Normal):
+        return float(prior.sd**-2.0)
+    if isinstance(prior, LogNormal):
+        return float((value * prior.spread) ** -2.0)
+    low, high = prior.support
+    return float((high - low) ** -2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Signal:
+    """Signals of touches from the tables of a calibration.
+
+    Mean (n, m), derivative over the load (n, m), and along each coordinate of the place (n, m, D).
+    """
+
+    map: PadMap
+    mean: FloatArray
+    by_load: FloatArray
+    along: FloatArray
+
+    @classmethod
+    def of(cls, calibration: Calibration, place: FloatArray, load: FloatArray) -> _Signal:
+        map_ = PadMap.from_arrays(calibration.extra)
+        by_load, slope = map_.slopes(place, load)
+        along = load[:, None, None] * slope.swapaxes(1, 2)
+        return cls(map_, load[:, None] * map_.at(place, load)[0], by_load, along)
+
+
+def _map_columns(
+    calibration: Calibration,
+    chain: PadChain,
+    priors: PadPriors,
+    place: FloatArray,
+    load: FloatArray,
+    variance: FloatArray,
+    present: NDArray[np.bool_],
+) -> tuple[FloatArray, FloatArray]:
+    """Readings of touches (n,) per unit of each weight of the map (n, m, k), and the variance left out (n, m)."""
+    n, m = variance.shape
+    size = float(calibration.statistics.get("map_size_everywhere", 0.0))
+    if size == 0:
+        return np.zeros((n, m, 0)), np.zeros((n, m))
+    map_ = MapDiscrepancy(
+        location=place,
+        load=load,
+        variance=np.where(present, variance, np.inf),
+        amplitude=priors.amplitude,
+        shape=kernel_shape(chain, place),
+        misfit=size,
+        relative=float(calibration.statistics["map_size_of_kernel"]),
+        length_mm=float(calibration.statistics["map_length_mm"]),
+    )
+    functions, left = map_.functions(variance, MOST_FUNCTIONS)
+    columns = np.zeros((n, m, sum(map(len, functions))))
+    first = 0
+    for e, each in enumerate(functions):
+        columns[:, e, first : first + len(each)] = each.T
+        first += len(each)
+    return columns, left
+
+
+def _load_sd(calibration: Calibration, load: FloatArray, reads: FloatArray) -> FloatArray:
+    """Standard error of each load: of the force sensor, or the spread of loads that are not measured."""
+    settings = calibration.settings
+    if not settings["load_measured"]:
+        return load * float(settings["load_sd"]) / float(settings["load_mean"])
+    sd = calibration.noise.mean_load_sd(reads)
+    return np.where(np.isfinite(sd) & (sd > 0), sd, load)
+
+
+def _parameters(calibration: Calibration, chain: PadChain, usable: NDArray[np.bool_], d: int) -> tuple[Group, ...]:
+    """Gains, positions and kernel as functions of d unknowns."""
+    m, dimensions = chain.position.shape
+    eye, alive = np.eye(d), np.flatnonzero(usable)
+    units = {parameter.name: parameter.unit for parameter in calibration.parameters}
+    own = [(0, "gain"), *((2 + axis, f"{name}_s") for axis, name in enumerate(COORDINATES[:dimensions]))]
+    groups = [Group(name, units[name], eye[block * m + alive]) for block, name in own]
+    first = (2 + dimensions) * m
+    groups += [
+        Group(each.name, each.unit, eye[first + k : first + k + 1]) for k, each in enumerate(chain.kernel.parameters)
+    ]
+    return tuple(groups)

@@ -1,0 +1,91 @@
+"""A grid of touches to choose from, like those with which a sensor was calibrated."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from bayestouch.array_types import FloatArray
+from bayestouch.data.touches import Touches, touches_from
+from bayestouch.errors import InputError
+from bayestouch.results.objects import Calibration
+
+# Number of places along a line, and along each side of a plane.
+ALONG, ACROSS = 25, 12
+
+
+def candidate_touches(
+    calibration: Calibration,
+    *,
+    places: ArrayLike | None = None,
+    tips_mm: Sequence[float] | None = None,
+    loads: Sequence[float] | None = None,
+    samples: int | None = None,
+) -> Touches:
+    """Grid of touches to choose from: every tip at every place under every load.
+
+    Parameters
+    ----------
+    calibration : Calibration
+        Calibration of a finger or a pad.
+    places : (n,) or (n, 2) array_like, optional
+        Places: degree on a finger, mm on a pad (x, or x and y). By default, 25 places evenly over the range of the
+        calibration touches, or 12 by 12 places on a pad in the plane.
+    tips_mm : sequence of float, optional
+        Radii r_c of the tips on a finger, 0 knife edge, inf flat; by default those of the calibration.
+    loads : sequence of float, optional
+        Loads, N/m on a finger and N on a pad; by default the mean load of the calibration.
+    samples : int, optional
+        Samples that are averaged in a touch; by default the median of the calibration.
+
+    Returns
+    -------
+    Touches
+        One row a touch, without readings.
+
+    Raises
+    ------
+    InputError
+        The places have another number of coordinates, or a load or the number of samples is not above zero.
+
+    Examples
+    --------
+    >>> import bayestouch
+    >>> design = bayestouch.FingerDesign(n_elements=4, calibration_span_deg=20.0, touch_step_deg=10.0)
+    >>> dataset = bayestouch.simulate(design, seed=3).dataset
+    >>> calibration = bayestouch.calibrate(dataset, draws=200)
+    >>> bayestouch.candidate_touches(calibration, places=[-10.0, 0.0, 10.0], tips_mm=[0.0, 3.9]).n_touches
+    6
+    """
+    rows, columns = calibration.rows, calibration.sensor.body.location_columns
+    where = _even([*rows.location.values()]) if places is None else np.asarray(places, dtype=float)
+    where = where[:, None] if where.ndim == 1 else where
+    if where.ndim != 2 or where.shape[1] != len(columns):
+        raise InputError(f"places: expected an array (n, {len(columns)}) of {' and '.join(columns)}")
+    tips = np.unique(rows.radius_mm) if tips_mm is None else np.asarray(tips_mm, dtype=float)
+    load = [float(np.nanmean(rows.load))] if loads is None and np.isfinite(rows.load).any() else loads or [np.nan]
+    reads = float(np.median(rows.counts.max(axis=1))) if samples is None else float(samples)
+    if not (reads >= 1 and reads == int(reads)):
+        raise InputError(f"samples: expected a whole number above zero, got {reads:g}")
+    if not all(np.isnan(each) or each > 0 for each in load):
+        raise InputError("loads: expected numbers above zero")
+    tip, force, place = (each.ravel() for each in np.meshgrid(tips, load, np.arange(len(where)), indexing="ij"))
+    n = len(tip)
+    return touches_from(
+        np.arange(n),
+        np.full((n, calibration.sensor.n_elements), np.nan),
+        indenter_radius_mm=tip,
+        load=force,
+        contact=1.0,
+        reads=reads,
+        **{name: where[place, axis] for axis, name in enumerate(columns)},
+    )
+
+
+def _even(location: Sequence[FloatArray]) -> FloatArray:
+    """Places (n, D) evenly over the box around locations (t,) of each coordinate."""
+    count = ALONG if len(location) == 1 else ACROSS
+    axes = [np.linspace(np.nanmin(axis), np.nanmax(axis), count) for axis in location]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
