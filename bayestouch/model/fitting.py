@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,13 +81,18 @@ class Fitted:
         return 0.5 * (self.chi_square() - self.n_readings)
 
 
-def drift_columns(model: SensorModel, vector: FloatArray, drifts: tuple[Drift, ...]) -> FloatArray:
-    """Basis functions of all drifts at each touch, in the unit of the readings, (k, t, m)."""
+def drift_columns(
+    model: SensorModel,
+    vector: FloatArray,
+    drifts: tuple[Drift, ...],
+    basis_of: Callable[[RandomEffect, Values, Observations], FloatArray] | None = None,
+) -> FloatArray:
+    """Basis functions of all drifts at each touch, in the unit of the readings, (k, t, m), by default `drift_basis`."""
     observed = model.known
     recording = replace(model.poses(vector), signal=model.predict(vector).touches - model.zero(vector))
     out = [np.zeros((0, *recording.signal.shape))]
     for drift, values in drifts:
-        basis = drift_basis(drift, values, observed)
+        basis = (basis_of or drift_basis)(drift, values, observed)
         out.append(spread_over_elements(basis.T, drift.scale(recording), own=drift.own(values)))
     return np.concatenate(out)
 

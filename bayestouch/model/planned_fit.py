@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
+from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import touches_from
+from bayestouch.effects.effect import Values
+from bayestouch.effects.random import RandomEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.linear import conditioned
 from bayestouch.model.observations import Observations
 from bayestouch.model.planned import PlannedReadings, with_load_error
+
+# Largest number of distinct times of planned touches at which a drift is exact; smallest distance from the end of the
+# fit, in correlation lengths, at which a time counts as another one.
+MOST_TIMES, NEAR = 20, 1e-3
 
 
 def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction | None = None) -> PlannedReadings:
@@ -33,12 +40,11 @@ def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction
     """
     known = fitted.model.known
     time = known.span[1] + np.maximum(np.nan_to_num(touches.time_s), 0.0)
-    sessions = known.sessions or (known.span,)
-    sessions = (*sessions[:-1], (sessions[-1][0], float(time.max())))
-    observed = _observed(touches, time, known, sessions)
-    there, here = (fitted.model.observing(each) for each in (observed, replace(known, sessions=sessions)))
+    here = fitted.model
+    there = here.observing(_observed(touches, time, known))
     vector, linear = fitted.vector, fitted.linear
-    functions = [drift_columns(each, vector, fitted.drifts) for each in (here, there)]
+    basis_of = partial(_going_on, sessions=known.sessions or (known.span,), later=time)
+    functions = [drift_columns(each, vector, fitted.drifts, basis_of) for each in (here, there)]
     if correction is not None:
         more = [correction.columns(*each.correction_inputs(vector)) for each in (here, there)]
         functions = [np.concatenate(pair) for pair in zip(functions, more, strict=True)]
@@ -68,9 +74,35 @@ def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction
     )
 
 
-def _observed(
-    touches: TouchMeans, time: FloatArray, known: Observations, sessions: tuple[tuple[float, float], ...]
-) -> Observations:
+def _going_on(
+    drift: RandomEffect,
+    values: Values,
+    observed: Observations,
+    *,
+    sessions: tuple[tuple[float, float], ...],
+    later: FloatArray,
+) -> FloatArray:
+    """Basis (t, k) of a drift at the times of touches, which goes on after the last session.
+
+    The process is defined by its values at the knots of the fit, and at the times `later` of planned touches.
+    """
+    time, out = observed.touch_time_s, []
+    for low, high in sessions:
+        inside = (time >= low) & (time <= high)
+        fit = SmoothBasis.of(low, high, values[1], knots=drift.knots)
+        knots = fit.knots
+        if high == sessions[-1][1]:
+            inside = time >= low
+            times = np.unique(later[later > high + NEAR * fit.length])
+            if len(times) > MOST_TIMES:
+                times = np.quantile(times, np.linspace(0, 1, MOST_TIMES))
+            knots = np.append(knots, times)
+        process = PlaceBasis.at(knots[:, None], fit.length)
+        out.append(np.where(inside[:, None], values[0] * process(time[:, None]), 0.0))
+    return np.concatenate(out, axis=1)
+
+
+def _observed(touches: TouchMeans, time: FloatArray, known: Observations) -> Observations:
     """The touches on the clock of the observations `known`, after their history."""
     places = {name: getattr(touches, name) for name in ("angle_deg", "x_mm", "y_mm")}
     table = touches_from(
@@ -83,7 +115,7 @@ def _observed(
         reads=touches.counts.max(axis=1),
         **places,
     )
-    return Observations.of(table, time, np.zeros(len(time)), known.unit, known.history, known.span, sessions)
+    return Observations.of(table, time, np.zeros(len(time)), known.unit, known.history, known.span)
 
 
 def _noise(fitted: Fitted, touches: TouchMeans, mean: FloatArray, by_load: FloatArray) -> FloatArray:

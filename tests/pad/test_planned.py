@@ -1,0 +1,138 @@
+"""Planned touches on a pad: the rebuilt posterior against that of the calibration, and against a new calibration."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from pad_simulation import SimulatedPad, line, square
+
+import bayestouch
+from bayestouch.array_types import FloatArray
+from bayestouch.chain.kernels import GaussianKernel
+from bayestouch.chain.pad_map import PadMap
+from bayestouch.data.dataset import DataSet
+from bayestouch.model.split_data import joined_tables
+from bayestouch.pad.planned import planned
+from bayestouch.pad.reading.reader import PadReader
+from bayestouch.reliability import pad_spots
+
+
+@cache
+def calibrated(name: str) -> tuple[SimulatedPad, DataSet, bayestouch.Calibration]:
+    """A line with measured loads and a map; a plane with loads that are not measured, without a map."""
+    rng = np.random.default_rng(4)
+    if name == "line":
+        pad = line()
+        place = rng.uniform(7.0, 31.0, (60, 1))
+        table = pad.touch(place, rng, load=rng.uniform(0.5, 1.5, 60), measured=True, samples=4)
+        options = {"kernel": "gaussian"}
+    else:
+        pad = square()
+        table = pad.touch(rng.uniform([5.0, 2.0], [17.0, 14.0], (50, 2)), rng, samples=4)
+        options = {"kernel": "gaussian"}
+    dataset = pad.dataset(table)
+    return pad, dataset, bayestouch.calibrate(dataset, draws=400, **options)
+
+
+@pytest.mark.parametrize("name", ["line", "square"])
+def test_the_posterior_of_the_chain_is_that_of_the_calibration(name: str) -> None:
+    _, _, one = calibrated(name)
+    d = len(one.layout)
+    found = planned(one, bayestouch.candidate_touches(one)).readings.covariance[:d, :d]
+    sd = np.sqrt(np.diag(one.covariance))
+    np.testing.assert_allclose(np.sqrt(np.diag(found)), sd, rtol=0.02)
+    np.testing.assert_allclose(found / np.outer(sd, sd), one.covariance / np.outer(sd, sd), atol=0.03)
+
+
+@cache
+def with_map() -> bayestouch.Calibration:
+    """A pad whose kernel is not quite Gaussian: the rest is its map."""
+    design = bayestouch.PadDesign(
+        element_x_mm=(0.0, 6.0, 12.0), element_y_mm=None, calibration_step_mm=0.5, n_touches=30
+    )
+    return bayestouch.calibrate(bayestouch.simulate(design, seed=3).dataset, kernel="gaussian", draws=200)
+
+
+def test_the_uncertainty_of_readings_is_that_of_the_tables_with_a_map() -> None:
+    """The tables have the variance at each place; here the map is written out as functions with weights."""
+    one = with_map()
+    assert one.settings["empirical_map"] == "yes"
+    table = bayestouch.candidate_touches(one)
+    map_ = PadMap.from_arrays(one.extra)
+    assert table.x_mm is not None
+    _, variance, covariance = map_.at(table.x_mm[:, None], table.load)
+    expected = map_.reading_variance(variance, covariance, table.load)
+    readings = planned(one, table).readings
+    found = np.einsum("nmd,de,nme->nm", readings.columns, readings.covariance, readings.columns)
+    # The functions leave out a variance below 3 % of the noise; the tables have the noise of the fit, which is
+    # estimated once more after it.
+    noise = np.diagonal(readings.noise, axis1=1, axis2=2)
+    assert np.abs(found - expected).max() < 0.1 * noise.min()
+
+
+def test_slopes_over_the_touch_are_differences() -> None:
+    one = with_map()
+    table = bayestouch.candidate_touches(one, places=[2.0, 7.0], loads=[1.5])
+    assert table.x_mm is not None
+    step = 1e-3
+    by_place = [planned(one, table.with_(x_mm=table.x_mm + s * step)).readings.mean for s in (1, -1)]
+    by_load = [planned(one, table.with_(load=table.load + s * step)).readings.mean for s in (1, -1)]
+    slopes = planned(one, table).slopes
+    scale = np.abs(slopes).max(axis=(0, 1))
+    np.testing.assert_allclose((by_place[0] - by_place[1]) / (2 * step), slopes[:, :, 0], atol=1e-4 * scale[0])
+    np.testing.assert_allclose((by_load[0] - by_load[1]) / (2 * step), slopes[:, :, 1], atol=1e-4 * scale[1])
+
+
+def test_the_bias_of_places_is_that_of_the_maps() -> None:
+    """`pad_spots` ignores that elements err together, and the error of the load: both are small here."""
+    _, _, one = calibrated("line")
+    table = bayestouch.candidate_touches(one, places=[12.0, 16.0, 20.0], samples=4)
+    (bias,) = planned(one, table).biases(np.arange(3))
+    found = planned(one, table).readings.covariance
+    sd = np.sqrt(np.einsum("td,de,te->t", bias.rows, found, bias.rows))
+    assert table.x_mm is not None
+    spots = pad_spots(PadReader.from_calibration(one), table.x_mm[:, None], reads=4)
+    np.testing.assert_allclose(sd, spots.bias_rms[:, 0], rtol=0.35)
+
+
+def test_the_sds_are_those_of_a_calibration_with_the_chosen_touches() -> None:
+    pad, dataset, one = calibrated("line")
+    rng = np.random.default_rng(9)
+    place, load = rng.uniform(7.0, 31.0, (80, 1)), rng.uniform(0.5, 1.5, 80)
+    candidates = pad.touch(place, rng, load=load, measured=True, samples=4)
+    chosen = bayestouch.next_touches(one, candidates, count=20)
+    more = candidates.select(np.isin(candidates.touch, chosen.chosen))
+    assert dataset.calibration is not None
+    table = joined_tables(dataset.calibration, more)
+    again = bayestouch.calibrate(replace(dataset, calibration=table), kernel="gaussian", draws=400)
+    # The noise of the calibration is estimated again: the prediction is made with the new one, for it is not of it.
+    told = bayestouch.next_touches(replace(one, noise=again.noise), candidates, count=20)
+    sd = np.sqrt(np.diag(again.covariance))
+    rms = [_rms(sd, again.layout, name) for name in told.quantities]
+    np.testing.assert_allclose(told.after[-1], rms, rtol=0.06)
+    assert (told.after[-1] < 0.9 * told.before).all()
+
+
+def _rms(sd: FloatArray, layout: tuple[str, ...], name: str) -> float:
+    return float(np.sqrt(np.mean([s**2 for s, row in zip(sd, layout, strict=True) if row.split("[")[0] == name])))
+
+
+def test_loads_that_are_not_measured_vary_as_those_of_the_calibration() -> None:
+    _, _, one = calibrated("square")
+    assert not one.settings["load_measured"]
+    table = bayestouch.candidate_touches(one, places=[[10.0, 6.0]])
+    readings = planned(one, table).readings
+    signal = readings.mean[0] - PadMap.from_arrays(one.extra).offset
+    reads = float(np.median(one.rows.counts.max(axis=1)))
+    expected = np.diag(one.noise.mean_variance(np.full(4, reads), signal))
+    expected += np.outer(signal, signal) * float(one.settings["load_sd"]) ** 2
+    np.testing.assert_allclose(readings.noise[0], expected, rtol=1e-3, atol=1e-9)
+
+
+def test_kernel_is_known() -> None:
+    _, _, one = calibrated("line")
+    names = {parameter.name for parameter in GaussianKernel(6.0).parameters}
+    assert names < {group.name for group in planned(one, bayestouch.candidate_touches(one)).parameters}
