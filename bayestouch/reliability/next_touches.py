@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,8 @@ class NextTouches(Summarised):
     True
     """
 
+    internal: ClassVar[frozenset[str]] = frozenset({"in_words"})
+
     about: str
     touches: Touches
     chosen: NDArray[np.int64]
@@ -109,7 +111,10 @@ class NextTouches(Summarised):
 
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
-        touches = [self._touch(i) for i in range(min(len(self.chosen), NAMED))]
+        touches = [
+            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))}"
+            for i in range(min(len(self.chosen), NAMED))
+        ]
         more = [f"and {len(self.chosen) - NAMED} more"] if len(self.chosen) > NAMED else []
         changes = [
             f"{name}: expected {'' if name == LOG_BAYES_FACTOR else 'sd '}{number(before)} → {number(after)} {unit}"
@@ -118,16 +123,15 @@ class NextTouches(Summarised):
         first = f"NextTouches about {self.about}: {plural(len(self.chosen), 'touch')} of {self.gain.shape[1]}"
         return [first, *touches, *more, *(each.rstrip() for each in changes)]
 
-    def _touch(self, i: int) -> str:
-        """A chosen touch in words."""
+    def in_words(self, i: int) -> str:
+        """Tip and place of the chosen touch with index i, as text."""
         touches, radius = self.touches, float(self.touches.indenter_radius_mm[i])
-        tip = "" if np.isnan(radius) else "edge at " if radius == 0 else "flat at " if np.isinf(radius) else ""
-        tip = tip or ("" if np.isnan(radius) else f"tip of {number(radius)} mm at ")
+        tip = "edge" if radius == 0 else "flat" if np.isinf(radius) else f"tip of {number(radius)} mm"
         on_pad = [axis for axis in (touches.x_mm, touches.y_mm) if axis is not None]
         place = f"({', '.join(number(float(axis[i])) for axis in on_pad)}) mm"
         if touches.angle_deg is not None:
             place = f"{number(float(touches.angle_deg[i]))}°"
-        return f"{tip}{place}, load {number(float(touches.load[i]))}"
+        return place if np.isnan(radius) else f"{tip} at {place}"
 
     def _column(self, name: str) -> str:
         return name if name == LOG_BAYES_FACTOR else f"{name}_sd"

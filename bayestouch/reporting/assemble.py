@@ -14,6 +14,7 @@ from bayestouch.reporting.evidence import Evidence
 from bayestouch.reporting.headline import headline
 from bayestouch.reporting.made import command, versions
 from bayestouch.reporting.next_steps import next_steps
+from bayestouch.reporting.next_touches import about_next_touches
 from bayestouch.reporting.residuals import about_residuals
 from bayestouch.reporting.touch_list import about_touches
 from bayestouch.reporting.trust import (
@@ -55,6 +56,7 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
     numbers["places"] = own.places
     numbers["diagnosis"] = None if evidence.diagnosed is None else evidence.diagnosed.numbers
     numbers["touches"] = about_touches(evidence)
+    numbers["next_touches"] = about_next_touches(evidence.calibration)
     numbers = strict(numbers)
     numbers["next"] = next_steps(evidence, numbers)
     said = {**answer(numbers), "verdict": short_answers(numbers)}

@@ -58,8 +58,13 @@ def moved(calibration: bayestouch.Calibration, name: str, step: float, element: 
 
 @pytest.mark.parametrize(
     ("name", "row", "step", "unit"),
-    [("response", "response[1]", 1e-3, 1.0), ("r_s", "r_s[1]", 1e-3, 1.0)]
-    + [("theta_s", "theta_s_rad[1]", 1e-3, np.pi / 180), ("sigma", "sigma", 1e-4, 1.0), ("mu", "log_mu", 1.5e-4, 0.0)],
+    [
+        ("response", "response[1]", 1e-3, 1.0),
+        ("r_s", "r_s[1]", 1e-3, 1.0),
+        ("theta_s", "theta_s_rad[1]", 1e-3, np.pi / 180),
+        ("sigma", "sigma", 1e-4, 1.0),
+        ("mu", "log_mu", 1.5e-4, 0.0),
+    ],
 )
 def test_columns_are_derivatives_over_the_parameters(name: str, row: str, step: float, unit: float) -> None:
     one = calibrated()
