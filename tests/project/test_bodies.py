@@ -19,7 +19,7 @@ TABLES = {"data/sensor.py", "model/body.py", "reporting/bodies.py", "simulation/
 # Files of each body that stand side by side under one name.
 SIDE_BY_SIDE = {
     "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking "
-    "model noise priors quantities start touch_errors",
+    "model noise planned priors quantities start touch_errors",
     "{}/reading": "reader touch_reader draws effects misfit live live_effects",
     "reporting/{}": "live numbers pages peaks pictures places sensor_picture sketch words",
 }
