@@ -96,12 +96,14 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Question:
-    """What is asked of a sensor: its parameters (no box), or what it reads in a box of places.
+    """What is asked of a sensor: its parameters, or what it reads in a box of places.
 
     Attributes
     ----------
     words : str
         In the table.
+    names : tuple of str
+        Parameters that are asked for; without any, what is read.
     box : (low, high) or None
         Places that are read.
     even : (low, high) or None
@@ -109,6 +111,7 @@ class Question:
     """
 
     words: str
+    names: tuple[str, ...] = ()
     box: Box | None = None
     even: Box | None = None
 
@@ -117,7 +120,7 @@ class Question:
         body, n = body_of(one.sensor), table.n_touches
         if self.box is None:
             planned = body.planned(one, table)
-            return planned.readings, planned.parameters
+            return planned.readings, tuple(each for each in planned.parameters if each.name in self.names)
         axes = [np.linspace(low, high, 9) for low, high in zip(*self.box, strict=True)]
         places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
         tips = None if np.isnan(one.rows.radius_mm).all() else [1.59, 3.9, 12.3]
@@ -207,16 +210,16 @@ def parts(seeds: Sequence[int]) -> dict[str, Callable[[], Iterator[Row]]]:
         return np.array(low), np.array(high)
 
     finger = (
-        Question("σ, μ, r_s"),
-        Question("R everywhere", whole([-35.0], [35.0])),
-        Question("R within ±10°; even grid over all places", FINGER_PART),
-        Question("R within ±10°; even grid there", FINGER_PART, FINGER_PART),
+        Question("σ, μ, r_s", ("sigma", "mu", "r_s")),
+        Question("R everywhere", box=whole([-35.0], [35.0])),
+        Question("R within ±10°; even grid over all places", box=FINGER_PART),
+        Question("R within ±10°; even grid there", box=FINGER_PART, even=FINGER_PART),
     )
     pad = (
-        Question("gains, positions, kernel"),
-        Question("x, y everywhere", whole([-3.0, -3.0], [9.75, 23.25])),
-        Question("x, y between four elements; even grid over all places", PAD_PART),
-        Question("x, y between four elements; even grid there", PAD_PART, PAD_PART),
+        Question("gains, positions", ("gain", "x_s", "y_s")),
+        Question("x, y everywhere", box=whole([-3.0, -3.0], [9.75, 23.25])),
+        Question("x, y between four elements; even grid over all places", box=PAD_PART),
+        Question("x, y between four elements; even grid there", box=PAD_PART, even=PAD_PART),
     )
     return {
         "fingers": lambda: sd_rows("finger", finger, lambda each: bayestouch.calibrate(each, draws=800), made(FINGER)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -81,7 +81,7 @@ class PlannedTouches:
     precision : (t, q) array
         What is known of the coordinates of a touch before its elements are read: inverse variances.
     asked : tuple of str
-        Coordinates that users read.
+        Coordinates whose errors matter if none are named.
     """
 
     readings: PlannedReadings
@@ -91,8 +91,8 @@ class PlannedTouches:
     precision: FloatArray
     asked: tuple[str, ...]
 
-    def biases(self, touches: IntArray) -> tuple[Group, ...]:
-        """Errors of the coordinates of some of the touches by what the calibration does not know.
+    def biases(self, touches: IntArray, names: Sequence[str] | None = None) -> tuple[Group, ...]:
+        """Errors of coordinates (`asked`, or those with `names`) of some touches by what the calibration leaves open.
 
         Readings are weighted as they are when touches are read: ``(Jᵀ Σ⁻¹ J + Λ)⁻¹ Jᵀ Σ⁻¹``, with the slopes J, the
         covariance Σ of the readings and the prior precision Λ.
@@ -108,7 +108,7 @@ class PlannedTouches:
         return tuple(
             Group(name, unit, np.asarray(scale * errors[:, i]))
             for i, (name, (unit, scale)) in enumerate(self.coordinates.items())
-            if name in self.asked
+            if name in (self.asked if names is None else names)
         )
 
 

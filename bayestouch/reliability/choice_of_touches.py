@@ -20,7 +20,7 @@ from bayestouch.model.planned import Group, PlannedReadings
 
 
 @dataclass(frozen=True, eq=False)
-class Choice:
+class ChosenTouches:
     """Touches in the order in which they are chosen; c chosen of n touches, g quantities.
 
     Attributes
@@ -38,8 +38,8 @@ class Choice:
     value: FloatArray
 
 
-def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> Choice:
-    """Choice of touches that lower standard deviations.
+def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> ChosenTouches:
+    """ChosenTouches of touches that lower standard deviations.
 
     The gain of a touch is the decrease of the mean over the groups of (sum of the variances of a group over that sum
     before the first touch): within a group, where all quantities have one unit, this is their rms standard deviation
@@ -56,7 +56,7 @@ def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> C
 
     Returns
     -------
-    Choice
+    ChosenTouches
         `value` is the rms standard deviation of each group.
     """
     knowledge = _Knowledge.of(planned)
@@ -79,11 +79,11 @@ def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> C
         chosen.append(best)
         gains.append(gain)
         values.append(np.sqrt(np.maximum(np.bincount(group, weights=variance), 0.0) / sizes))
-    return Choice(np.array(chosen), np.array(gains), np.array(values))
+    return ChosenTouches(np.array(chosen), np.array(gains), np.array(values))
 
 
-def most_decisive(one: PlannedReadings, other: PlannedReadings, count: int) -> Choice:
-    """Choice of touches that tell which of two models of the same touches is right.
+def most_decisive(one: PlannedReadings, other: PlannedReadings, count: int) -> ChosenTouches:
+    """ChosenTouches of touches that tell which of two models of the same touches is right.
 
     The gain of a touch is the expected increase of the log Bayes factor in favour of the right model, as the mean of
     the cases that the one or the other is right: half the sum of the two Kullback-Leibler divergences between what the
@@ -99,7 +99,7 @@ def most_decisive(one: PlannedReadings, other: PlannedReadings, count: int) -> C
 
     Returns
     -------
-    Choice
+    ChosenTouches
         `value` is the expected log Bayes factor in nat, (c + 1, 1).
     """
     known = _Knowledge.of(one), _Knowledge.of(other)
@@ -114,7 +114,7 @@ def most_decisive(one: PlannedReadings, other: PlannedReadings, count: int) -> C
         chosen.append(best)
         gains.append(gain)
         values.append(values[-1] + float(gain[best]))
-    return Choice(np.array(chosen), np.array(gains), np.array(values)[:, None])
+    return ChosenTouches(np.array(chosen), np.array(gains), np.array(values)[:, None])
 
 
 @dataclass(frozen=True, eq=False)

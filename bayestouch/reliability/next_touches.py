@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
@@ -14,12 +15,12 @@ from bayestouch.data.touches import Touches, touches_from
 from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.errors import InputError, shown
 from bayestouch.model.body import body_of
-from bayestouch.model.planned import Group, PlannedTouches, planned_table
+from bayestouch.model.planned import Group, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import number, plural
 from bayestouch.reliability.candidate_touches import candidate_touches
-from bayestouch.reliability.choice_of_touches import Choice, lowest_sd, most_decisive
+from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
 from bayestouch.reliability.two_causes import probable_pair, two_models
 from bayestouch.results.objects import Calibration
 
@@ -144,6 +145,7 @@ def next_touches(
     count: int = 1,
     about: str | tuple[str, str] = "calibration",
     places: Touches | None = None,
+    quantities: Sequence[str] | None = None,
 ) -> NextTouches:
     """Choose the touches that are expected to tell most, one after the other.
 
@@ -166,6 +168,9 @@ def next_touches(
         ``("gain_drift", "something in place")``; ``"causes"`` takes the two most probable ones.
     places : Touches, optional
         Touches that will be read, for ``about="places"``; by default all of `candidate_touches`.
+    quantities : sequence of str, optional
+        Names of the parameters or coordinates whose standard deviations are to be lowered, such as ``("sigma", "mu")``
+        or ``("theta_c",)``; by default all parameters above, or R (x and y on a pad).
 
     Returns
     -------
@@ -174,8 +179,8 @@ def next_touches(
     Raises
     ------
     InputError
-        `about` is unknown or does not fit `source`, there are no candidates or fewer than `count`, a candidate has no
-        place or tip, or the calibration has an identified E map.
+        `about` is unknown or does not fit `source`, a quantity is unknown, there are no candidates or fewer than
+        `count`, a candidate has no place or tip, or the calibration has an identified E map.
 
     Notes
     -----
@@ -212,7 +217,7 @@ def next_touches(
         raise InputError(f"count: expected from 1 to the number of candidates, {means.n_touches}, got {count}")
     names: tuple[str, ...]
     if about in ("calibration", "places"):
-        asked, choice = _about_sds(calibration, table, places, count, str(about))
+        asked, choice = _about_sds(calibration, table, places, quantities, count, str(about))
         names, units, title = tuple(each.name for each in asked), tuple(each.unit for each in asked), str(about)
     else:
         if not isinstance(source, Diagnosis):
@@ -233,18 +238,35 @@ def next_touches(
 
 
 def _about_sds(
-    calibration: Calibration, table: Touches, places: Touches | None, count: int, about: str
-) -> tuple[tuple[Group, ...], Choice]:
+    calibration: Calibration,
+    table: Touches,
+    places: Touches | None,
+    names: Sequence[str] | None,
+    count: int,
+    about: str,
+) -> tuple[tuple[Group, ...], ChosenTouches]:
     """Quantities of a calibration, and the choice that lowers their standard deviations."""
-    planned: PlannedTouches
+    body = body_of(calibration.sensor)
     if about == "calibration":
-        planned = body_of(calibration.sensor).planned(calibration, table)
-        return planned.parameters, lowest_sd(planned.readings, planned.parameters, count)
+        planned = body.planned(calibration, table)
+        _check(names, [each.name for each in planned.parameters])
+        asked = tuple(each for each in planned.parameters if names is None or each.name in names)
+        return asked, lowest_sd(planned.readings, asked, count)
     read = candidate_touches(calibration) if places is None else places
-    planned = body_of(calibration.sensor).planned(calibration, joined_tables(table, read))
+    planned = body.planned(calibration, joined_tables(table, read))
+    _check(names, list(planned.coordinates))
     n, t = (planned_table(each, calibration).n_touches for each in (table, read))
-    asked = planned.biases(n + np.arange(t))
+    asked = planned.biases(n + np.arange(t), names)
     return asked, lowest_sd(planned.readings.select(np.arange(n)), asked, count)
+
+
+def _check(names: Sequence[str] | None, known: list[str]) -> None:
+    if names is None:
+        return
+    unknown = [each for each in names if each not in known]
+    if unknown or not names or isinstance(names, str):
+        got = shown(unknown[0] if unknown and not isinstance(names, str) else names)
+        raise InputError(f"quantities: expected names among {', '.join(known)}, got {got}")
 
 
 def _rows_of(means: TouchMeans, chosen: NDArray[np.int64]) -> Touches:

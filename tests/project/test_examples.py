@@ -53,6 +53,7 @@ MADE_BY_A_VERB = {
     "Diagnosis": "diagnose",
     "LiveTouch": "Reader",
     "LogDensity": "log_density",
+    "NextTouches": "next_touches",
     "RankStatistics": "sbc",
     "Report": "report",
     "SimulatedDataSet": "simulate",

@@ -65,6 +65,15 @@ def test_a_place_is_told_by_touches_near_it() -> None:
     assert (np.abs(found.touches.x_mm - 3.0) < 4.0).all()
 
 
+def test_quantities_are_those_that_are_named() -> None:
+    one = calibrated("finger")
+    every = bayestouch.next_touches(one, count=4)
+    alone = bayestouch.next_touches(one, count=4, quantities=("mu",))
+    assert alone.quantities == ("mu",) and alone.after[-1, 0] <= every.after[-1, 1] * (1 + 1e-9)
+    angle = bayestouch.next_touches(one, about="places", quantities=("theta_c", "P"))
+    assert angle.quantities == ("theta_c", "P") and angle.units == ("degree", "N/m")
+
+
 def test_causes_of_a_diagnosis() -> None:
     found = bayestouch.next_touches(diagnosed(), count=5, about=("crosstalk", "gain_drift"))
     assert found.about == "crosstalk or gain_drift" and found.quantities == ("log_bayes_factor",)
@@ -93,6 +102,9 @@ def test_the_probable_causes_differ_by_one_cause() -> None:
         ({"about": ("crosstalk", "cross_talk")}, "did you mean crosstalk"),
         ({"about": ("crosstalk", "outliers")}, "unknown cause 'outliers'"),
         ({"about": ("crosstalk",)}, "two names of causes"),
+        ({"quantities": ("sigma", "nu")}, "names among sigma, mu, r_s, got 'nu'"),
+        ({"quantities": "sigma"}, "names among"),
+        ({"about": "places", "quantities": ("mu",)}, "names among R, theta_c, P"),
         ({"count": 0}, "count: expected from 1 to"),
         ({"count": 1000}, "count: expected from 1 to"),
     ],
