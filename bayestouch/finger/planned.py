@@ -55,8 +55,9 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     # Without a force sensor a load is not known better than by its size.
     load_sd = np.where(np.isfinite(load_sd) & (load_sd > 0), load_sd, means.load)
     noise = with_load_error(variance, slopes[:, :, 2], load_sd) + extra
-    precision = np.zeros((len(radius), 3))
-    precision[:, 2] = load_sd**-2.0
+    # A tip is between edge and flat, and a place in the calibrated range: all that is known far from the elements.
+    width = np.array([outer, float(np.radians(np.ptp(calibration.rows.location["theta_c"])))])
+    precision = np.column_stack([np.tile(12 / np.maximum(width, 1e-3) ** 2, (len(radius), 1)), load_sd**-2.0])
     return PlannedTouches(
         readings=PlannedReadings(np.where(alive, mean, 0.0), columns, covariance, noise),
         parameters=_parameters(calibration, covariance.shape[0]),

@@ -125,7 +125,9 @@ def test_the_bias_of_a_place_is_that_of_the_sweet_spots() -> None:
     slopes = known.touch_jacobian(touches)
     weighted = np.linalg.solve(known.covariance(touches, 20) + _load(known, slopes), slopes)
     information = slopes.swapaxes(1, 2) @ weighted
-    information[:, 2, 2] += known.load_sd(20, use_load=True) ** -2
+    # What is known before: a tip between edge and flat, a place in the calibrated range of 40°, a load as measured.
+    prior = [12 / known.outer_radius_mm**2, 12 / np.radians(40.0) ** 2, known.load_sd(20, use_load=True) ** -2]
+    information += np.diag(prior)
     weights = np.linalg.solve(information, weighted.swapaxes(1, 2))[:, 0]
     assert known.errors is not None
     expected = np.einsum("ti,tij,tj->t", weights, known.errors.covariance(touches), weights)
