@@ -84,6 +84,20 @@ def candidate_touches(
     )
 
 
+def touches_to_read(calibration: Calibration) -> Touches:
+    """Grid of touches that are read: as `candidate_touches`, over the places between the elements.
+
+    An element is taken to be where its reading per unit load is largest in the calibration. Beyond the outer elements
+    touches may calibrate, but cannot be read well.
+    """
+    rows = calibration.rows
+    alive = np.isfinite(rows.observed).any(axis=0)
+    load = np.where(np.isfinite(rows.load), rows.load, 1.0)[:, None]
+    size = np.abs(rows.observed[:, alive] - np.nanmedian(rows.observed[:, alive], axis=0)) / load
+    largest = np.nanargmax(size, axis=0)
+    return candidate_touches(calibration, places=_even([axis[largest] for axis in rows.location.values()]))
+
+
 def _even(location: Sequence[FloatArray]) -> FloatArray:
     """Places (n, D) evenly over the box around locations (t,) of each coordinate."""
     count = ALONG if len(location) == 1 else ACROSS

@@ -19,7 +19,7 @@ from bayestouch.model.planned import Group, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import number, plural
-from bayestouch.reliability.candidate_touches import candidate_touches
+from bayestouch.reliability.candidate_touches import candidate_touches, touches_to_read
 from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
 from bayestouch.reliability.two_causes import probable_pair, two_models
 from bayestouch.results.objects import Calibration
@@ -167,7 +167,8 @@ def next_touches(
         the location on a pad. Two names of causes: which of two causes of a diagnosis is right, such as
         ``("gain_drift", "something in place")``; ``"causes"`` takes the two most probable ones.
     places : Touches, optional
-        Touches that will be read, for ``about="places"``; by default all of `candidate_touches`.
+        Touches that will be read, for ``about="places"``; by default a grid with the tips and the load of the
+        calibration, over the places between the elements.
     quantities : sequence of str, optional
         Names of the parameters or coordinates whose standard deviations are to be lowered, such as ``("sigma", "mu")``
         or ``("theta_c",)``; by default all parameters above, or R (x and y on a pad).
@@ -252,7 +253,7 @@ def _about_sds(
         _check(names, [each.name for each in planned.parameters])
         asked = tuple(each for each in planned.parameters if names is None or each.name in names)
         return asked, lowest_sd(planned.readings, asked, count)
-    read = candidate_touches(calibration) if places is None else places
+    read = touches_to_read(calibration) if places is None else places
     planned = body.planned(calibration, joined_tables(table, read))
     _check(names, list(planned.coordinates))
     n, t = (planned_table(each, calibration).n_touches for each in (table, read))

@@ -16,7 +16,7 @@ COUNT = 3
 def about_next_touches(calibration: Calibration) -> dict[str, Any] | None:
     """Best next touches, and the expected sd before and after each of them; None if they cannot be planned.
 
-    The candidates have the tips and the load of the calibration; read are all of them (see `bayestouch.next_touches`).
+    Candidates and touches that are read have the tips and the load of the calibration (see `bayestouch.next_touches`).
     """
     try:
         best = next_touches(calibration, count=COUNT, about="places")

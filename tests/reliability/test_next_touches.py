@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import bayestouch
+from bayestouch.reliability.candidate_touches import touches_to_read
 from bayestouch.reliability.two_causes import probable_pair
 
 DESIGN = bayestouch.FingerDesign(
@@ -72,6 +73,18 @@ def test_quantities_are_those_that_are_named() -> None:
     assert alone.quantities == ("mu",) and alone.after[-1, 0] <= every.after[-1, 1] * (1 + 1e-9)
     angle = bayestouch.next_touches(one, about="places", quantities=("theta_c", "P"))
     assert angle.quantities == ("theta_c", "P") and angle.units == ("degree", "N/m")
+
+
+@pytest.mark.parametrize("body", ["finger", "pad"])
+def test_touches_are_read_between_the_elements(body: str) -> None:
+    one = calibrated(body)
+    table = touches_to_read(one)
+    column = one.sensor.body.location_columns[0]
+    place = getattr(table, column)
+    nominal = np.array(getattr(one.sensor.body, one.sensor.body.elements_key))
+    step = np.diff(np.sort(np.unique(next(iter(one.rows.location.values()))))).max()
+    # An element is at the nearest touch of the calibration.
+    assert abs(place.min() - nominal.min()) <= step and abs(place.max() - nominal.max()) <= step
 
 
 def test_causes_of_a_diagnosis() -> None:

@@ -54,6 +54,9 @@ def test_a_pad_without_an_effect_is_adequate(reports: tuple[Report, Report]) -> 
     text = text_of(report)
     assert "Adequate: the model predicts held-out touches" in text
     assert found["notes"] and all(note in text for note in found["notes"])
+    more = strict_json(report.path / "report.json")["next_touches"]
+    assert "Calibration touches to add" in text and len(more["touches"]) == 3
+    assert all(each["touch"] in text for each in more["touches"])
 
 
 def test_a_pad_with_an_effect_is_told_of_it(reports: tuple[Report, Report]) -> None:
