@@ -46,6 +46,21 @@ def test_without_drifts_mean_and_covariance_are_those_of_the_fit() -> None:
     np.testing.assert_allclose(found.columns, np.moveaxis(derivatives[:, rows], 0, -1), rtol=1e-9, atol=1e-9)
 
 
+def test_the_mean_is_that_of_data_and_prior_together() -> None:
+    """Written out, with residuals and a prior that is as certain as the data and one standard deviation away."""
+    fitted = recovered(CROSSTALK, 1).fitted
+    sd = np.sqrt(np.diag(fitted.linear.covariance()))
+    linear = replace(fitted.linear, residual=fitted.linear.residual + 1.0, precision=sd**-2, pull=sd)
+    touches = some_touches(fitted, (0.0, 0.0, 0.0))
+    found = planned_readings(replace(fitted, linear=linear), touches)
+    jacobian, within = linear.jacobian, linear.deviation_jacobian
+    assert within is None
+    information = jacobian.T @ jacobian + np.diag(sd**-2)
+    step = np.linalg.solve(information, jacobian.T @ linear.residual.ravel() + sd / sd**2)
+    expected = fitted.model.predict(fitted.vector).touches[np.arange(0, 40, 13)[:3]] + found.columns @ step
+    np.testing.assert_allclose(found.mean, expected, rtol=1e-6)
+
+
 @pytest.mark.parametrize("case", DRIFTS, ids=lambda case: case.key)
 def test_a_drift_goes_on_as_the_exact_process_does(case: object) -> None:
     """Readings of the data and of the planned touches as one normal distribution, with dense matrices."""
