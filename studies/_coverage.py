@@ -144,9 +144,10 @@ def read(table: Touches, calibration: Calibration, truth: np.ndarray, *, use_loa
 def coverage_table(head: Sequence[str], rows: Sequence[Sequence[str]], last: str, fingers: int, touches: int) -> str:
     """Table of docs/statistics.md; `last` says what its last column holds."""
     return (
-        f"{fingers} fingers with {touches} touches each: coverage of 90 % intervals (%, with standard errors from the "
-        "scatter of fingers); of touches on the elements with more than half the typical load the rms of error over "
-        f"stated standard deviation and the rms error; and {last}.\n\n{markdown_table(head, rows)}"
+        f"{fingers} fingers with {touches} touches each. Columns R, θ_c, P: coverage of 90 % intervals, %, with "
+        "standard errors from the scatter of fingers. Columns z: rms of the error over its stated standard deviation. "
+        "Columns with a unit: rms error. Both are of touches on the elements, with more than half the typical load. "
+        f"Last column: {last}.\n\n{markdown_table(head, rows)}"
     )
 
 

@@ -39,26 +39,41 @@ How often `bayestouch diagnose` is right, on simulated fingers of which it knows
 
 {development}
 
-This page is written by `studies/error_rates.py` from its results: {n} diagnoses of {fingers}.
-Beside each of these fingers, up to four others have no effect. All results are of one version of the code, `{version}`:
-the number of the release and a hash of the sources of the package and of the simulator. Results of another version are
-not put beside them.
+This page is written by `studies/error_rates.py` from its results: {n} diagnoses of {fingers}. For each of these
+fingers, up to four others without an effect were simulated. All results are of one version of the code, `{version}`:
+the number of the release and a hash of the sources of the package and of the simulator. Results of another version
+are not put beside them.
 
 A *size* is what an effect leaves in the touch means after the base parameters have absorbed what they can, root mean
 square, over the noise of an averaged touch: the lack of fit is about 1 + size². Small fingers have 8 elements, 175
-touches that are fitted and 52 that are held out; whole ones are as the practice fingers, with 16 elements, 468 touches
-that are fitted and 225 that are held out. Cases of a finger are run in random order, so that a part of a run is a
-smaller study:
+touches that are fitted and 52 that are held out; whole ones are as the practice fingers, with 16 elements, 468
+touches that are fitted and 225 that are held out. Cases of a finger are run in random order, so that a part of a run
+is a smaller study:
 
-    python studies/error_rates.py -o FOLDER --small --light --seeds-from 100
-    python studies/error_rates.py -o FOLDER --light --seeds-from 100 --minutes 60 --docs docs/error_rates.md
+    python studies/error_rates.py -o FOLDER --small --light --fingers 2                    fingers 0 to 1
+    python studies/error_rates.py -o FOLDER --small --light --fingers 2 --seeds-from 100   fingers 100 to 101
+    python studies/error_rates.py -o FOLDER --light --seeds-from 100 --minutes 60          whole fingers, for an hour
+    python studies/error_rates.py -o FOLDER --tables --docs docs/error_rates.md            this page
 
-Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study;
-those of a finger share its touches, and are less sure by that. The noise of readings is drawn anew for each case. The
-test of [](diagnosis.md) allows for the scatter of the lack of fit and for what the fit leaves open; the rows
-"no effect" show what chance alone leaves above 1.1. The *aim* is the rate that was set as a goal. A case is *out of
-reach*, and is not run, where only an absurd value of the effect would have its size. Errors *against references as
-stated* are errors against the data set's own columns ([](diagnosis.md#references-that-a-diagnosis-moves)).
+`--light` reads held-out touches only of effects of size 2, and of fingers without an effect. So the tables of errors
+are of these. The last line of each block of tables has the time of a diagnosis. Words such as held out, coverage, R,
+θ_c and P are in the [glossary](glossary.md).
+
+Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study.
+Cases of one finger share its touches, so the intervals are a little too narrow. The noise of readings is drawn anew
+for each case. The *aim* is the rate that was set as a goal. A case is *out of reach*, and is not run, where only an
+absurd value of the effect would have its size. Terms of the tables:
+
+- *Before*: the calibration without effects. *After*: with what the diagnosis found. Both are of the same held-out
+  touches. *Against references as stated*: errors against the data set's own columns
+  ([](diagnosis.md#references-that-a-diagnosis-moves)).
+- *Adequate*: the verdict that nothing is missing. *Detected*: any other verdict. *Named first*: the first effect that
+  was added is the one that was simulated. Names are those of [effects](effects.md).
+- *Nothing is left that the test sees*: the verdict is "explained". *Lack of fit at most 1.1*: this limit does not
+  allow for chance; the row "no effect" shows how often chance alone exceeds it.
+- *Excess*: the held-out lack of fit before, less 1. *Corrected* or *cut*: the share of the excess that is removed
+  after.
+- In the blocks of text `-` means that no case was run, and `nan` that no touches were read.
 
 An effect is hard to find where its size is small beside 1. It is hard to name where another effect changes the readings
 in the same way. If `bayestouch diagnose` calls two causes indistinguishable, `measure` in its output says which touches
@@ -89,7 +104,7 @@ What was named first, for what was there (size 1 and above). Both figures are of
 """
 
 LOOKED_AT = """**Development set: fingers {fingers}.** They were looked at while the catalogue and the search were
-changed, and some changes followed failures on these very cases: a memory with two exponentials, proximity together with
+changed, and some changes followed failures on these same cases: a memory with two exponentials, proximity together with
 a drift of gains, and a loose patch. Rates on them are rates on data that the method was adjusted to, and may be too
 good."""
 
@@ -242,11 +257,12 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
             large,
             is_named_or_indistinguishable,
         ),
+        count("size 1 and above: another effect named first", large, lambda r: bool(found(r)) and not is_named(r)),
         *by_form("pairs, size 1.5 each: both found", two, lambda r: set(r["names"]) <= set(found(r)), "80 %"),
         count("outside the catalogue: `unattributed`", outside, says("unattributed"), "90 %"),
         count("... and half of the held-out excess or more corrected", outside, lambda r: excess_cut(r) >= 0.5),
         count(
-            "... where it goes with element, relative location and load",
+            "... the same, for effects that depend only on element, place from element to touch, and load",
             [r for r in outside if r["names"][0] in PLACED],
             lambda r: excess_cut(r) >= 0.5,
         ),

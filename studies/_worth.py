@@ -127,7 +127,7 @@ def worths(dataset: DataSet, traced: Traced) -> list[Worth]:
     regressions = baselines(SplitData.of(dataset), held.observed, peak)
     touches = Known.of(held.observed, peak)
     return [
-        Worth.of_calibration("linear: kernel alone", *linear, traced),
+        Worth.of_calibration("kernel alone", *linear, traced),
         *(Worth.of_regression(each.name, read, touches) for each, read in regressions),
         Worth.of_calibration("before: kernel and map", before.calibration, before.read, traced),
         Worth.of_calibration("after", after.calibration, after.read, traced),

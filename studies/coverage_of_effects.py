@@ -49,7 +49,7 @@ FIRST_SEED = 200
 
 HEAD = ["rubber", "effect", "", "R", "θ_c", "P", "P alone", "z R", "z θ_c", "z P", "z P alone"]
 HEAD += ["R, mm", "θ_c, °", "P, N/m", "P alone, N/m", "found"]
-LAST = "how many diagnoses found what. P alone is read without the force sensor"
+LAST = "how many diagnoses found which effect. P alone is read without the force sensor"
 
 
 @dataclass(frozen=True, eq=False)

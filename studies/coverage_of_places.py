@@ -37,7 +37,7 @@ FIRST_SEED = 100
 
 HEAD = [
     "rubber",
-    "error of the model",
+    "model error",
     "",
     "R",
     "θ_c",
@@ -48,9 +48,9 @@ HEAD = [
     "R, mm",
     "θ_c, °",
     "P, N/m",
-    "placed",
+    "chosen",
 ]
-LAST = "fingers whose discrepancy was chosen to have functions of place"
+LAST = "number of fingers on which functions of place were chosen"
 
 # By way: what was read, and whether functions of place were chosen.
 Finger = dict[str, tuple[Read, bool]]

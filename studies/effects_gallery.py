@@ -266,10 +266,10 @@ def page() -> str:
         "[diagnosis](diagnosis.md) can see. [Add an effect](add_an_effect.md) of your own in thirty lines.",
         "",
         "Each table lists the parameters. With the value in the column *does nothing at* the sensor is as without the",
-        "effect. The prior says which values are probable before any data.",
+        "effect. The prior says which values are probable before any data: its median, and the range that holds 90 %.",
         "",
         "A peak reading is what the fitted sensor would read without the effects: a finger exactly under a knife edge",
-        "at the mean load, a pad under a touch at the median load.",
+        "at the mean load, a pad under a touch at the median load. Other terms are in the [glossary](glossary.md).",
     ]
     stage = ""
     for name, cls in effect_classes().items():

@@ -123,14 +123,14 @@ def table(found: Found) -> str:
     """One line for each number of touches."""
     head = (
         "touches",
-        "sd of R alone",
-        "like",
-        "rms error alone",
-        "like",
-        "in 90 % alone",
-        "like",
-        "sd of σ alone",
-        "like",
+        "sd of R, alone",
+        "sd of R, like",
+        "rms error, alone",
+        "rms error, like",
+        "in 90 %, alone",
+        "in 90 %, like",
+        "sd of σ, alone",
+        "sd of σ, like",
         "rms z of σ, like",
         "touches alone for the same sd of R",
     )

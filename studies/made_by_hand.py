@@ -106,8 +106,8 @@ def main(names: list[str]) -> str:
     for effect in (each for each in (*shape.EFFECTS, *shape.MADE_BY_HAND) if each.name in names):
         rows.append(row(effect))
         print(*rows[-1], sep=" | ", flush=True)
-    head = ["property", "changes readings by, % of the peak", "a fit leaves, % of the peak", "of which effects take up"]
-    return markdown_table(head, rows)
+    head = ("changes readings by, % of the peak", "a fit leaves, % of the peak", "share that single effects remove")
+    return markdown_table(("property", *head), rows)
 
 
 if __name__ == "__main__":

@@ -174,10 +174,10 @@ def error_rows(found: Found) -> list[list[str]]:
 
 FOUND = (
     *("data", "held out", "traced to"),
-    "mean square left, over the noise's (if nothing is missing)",
+    "mean square of residuals over that of noise, before → after (limit)",
     *("verdict", "correction", "location rms, mm", "load rms, N", "90 % regions hold"),
 )
-ERRORS = ("data", "error of", "kernel alone", "linear", "with what was found", "and a correction")
+ERRORS = ("data", "error of", "kernel alone", "kernel and map", "with what was found", "and a correction")
 
 
 def as_tables(all_found: list[Found]) -> str:

@@ -251,7 +251,7 @@ def main(
         "finger",
         "diagnosis",
         "bias of R, rms mm",
-        "R² of bias",
+        "bias predicted (share of variance)",
         "coverage of R, %",
     ]
     done: dict[int, Examined] = {}

@@ -21,6 +21,7 @@ from bayestouch.model.columns import WhiteColumns
 from bayestouch.model.drift_filter import filtered, gaps
 from bayestouch.model.fitting import Fitted, drift_columns
 from bayestouch.model.observations import Observations
+from bayestouch.model.own_columns import OwnColumns
 from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
@@ -202,6 +203,9 @@ class EffectDensity:
     ) -> FloatArray:
         """Log likelihood with drifts and further weights integrated out."""
         posterior = self.posterior
+        by_own = None if self._own_columns is None else self._own_columns.log_density(left, weight, slopes)
+        if by_own is not None:
+            return by_own
         n, t, m = left.shape
         present = np.broadcast_to(weight > 0, left.shape).reshape(-1, m)
         variance = 1 / np.where(weight > 0, weight, 1.0)
@@ -216,6 +220,14 @@ class EffectDensity:
         else:
             left_over = np.concatenate([self._by_element(*each) for each in zip(root, white, strict=True)])
         return np.asarray(volume - 0.5 * left_over)
+
+    @cached_property
+    def _own_columns(self) -> OwnColumns | None:
+        """Further weights without drifts; most of them change the readings of one element only."""
+        columns, known = self.posterior.columns, self.posterior.known
+        if columns is None or self.posterior.drifts:
+            return None
+        return OwnColumns.of(columns, np.where(known.missing, np.inf, known.shares))
 
     @cached_property
     def _columns(self) -> WhiteColumns | None:

@@ -134,6 +134,6 @@ def _line(row: Beside) -> str:
     interval = "" if np.isnan(row.low) else f"{shown_number(row.low)} to {shown_number(row.high)}"
     sign = "+" if row.difference > 0 else ""
     difference = "0" if abs(row.difference) <= row.paper.rounding else sign + shown_number(row.difference)
-    why = ("put in; " if row.put_in else "") + row.why
+    why = ("setting; " if row.put_in else "") + row.why
     cells = (f"`{row.key}`", row.paper.printed + unit, ours, interval, difference, why.rstrip("; "))
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"

@@ -32,7 +32,8 @@ COPIES = 25
 CASES = {
     "read a table in CSV": ("long", "bayestouch.load_dataset(sys.argv[1])"),
     "calibrate": ("finger", "bayestouch.calibrate(data)"),
-    "calibrate, cross-talk": ("crosstalk", "bayestouch.calibrate(data)"),
+    "calibrate, cross-talk": ("crosstalk", "bayestouch.calibrate(data, **of_touch)"),
+    "calibrate, cross-talk, by default": ("crosstalk", "bayestouch.calibrate(data)"),
     f"infer {TOUCHES} touches, importance": ("many", "infer('importance')"),
     f"infer {TOUCHES} touches, emcee": ("many", "infer('emcee')"),
     "from CSV to a file, importance": ("long", "infer_file('importance', 1)"),
@@ -43,9 +44,12 @@ CASES = {
     "report": ("finger", "bayestouch.report(data, 'report', diagnosis=False)"),
 }
 PROGRAM = """
-import os, sys
+import inspect, os, sys
 import bayestouch
 import emcee
+
+# 0.1.0 has this discrepancy alone; now the default compares it with functions of place, and chooses these here.
+of_touch = {"discrepancy": "touch"} if "discrepancy" in inspect.signature(bayestouch.calibrate).parameters else {}
 
 from_file = "load_dataset" in sys.argv[2] or "infer_file" in sys.argv[2]
 data = None if from_file else bayestouch.load_dataset(sys.argv[1])

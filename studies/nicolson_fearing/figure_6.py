@@ -85,8 +85,8 @@ def rows(found: dict[str, Contact]) -> list[Beside]:
         Beside(
             f"figure_6.{name}",
             each.width_mm,
-            why=f"set; peak {each.layer.max():.2f} and load {each.load_share:.2f} of Hertz's, which would make the "
-            f"contact of this load {each.hertz_width_mm:.2f} mm wide",
+            why=f"peak pressure {each.layer.max():.2f} and load {each.load_share:.2f} times those of a Hertz contact "
+            f"of this width; by Hertz the contact of this load would be {each.hertz_width_mm:.2f} mm wide",
             put_in=True,
         )
         for name, each in found.items()

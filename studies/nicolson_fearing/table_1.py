@@ -28,7 +28,8 @@ QUANTITIES = {
 }
 COLUMNS = ("min", "avg", "max")
 WHY = {
-    "sigma": "0.46 simulated for all; the spread is what edges leave open of σ and r_s together",
+    "sigma": "0.46 simulated for all elements; edges do not fix σ and r_s separately, so fits of single elements "
+    "differ",
     "r_s": "10.3 mm on average is the paper's own fit; 9.9 mm was built, and finite strain moves a fit that far "
     "(table_3_residual.py)",
     "error": "the paper's elements differ more among themselves; here all have errors of one size",
@@ -94,7 +95,7 @@ def rows(found: list[PaperRun]) -> list[Beside]:
             "flat_fit.frictionless",
             lambda run: flat_error(run, "layer"),
             found,
-            "the layer's contact is the simulated truth, so that the errors put in are left",
+            "the layer's contact is the simulated truth, so only the errors that were simulated remain",
         ),
         put_in("fit_range.model", WINDOW_DEG),
         over_fingers("fit_error.model", error, found, WHY["error"], tuned=True),

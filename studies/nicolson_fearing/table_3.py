@@ -23,9 +23,9 @@ from nicolson_fearing.paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fin
 
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {
-    "hertz": "the modulus is that of both Hertz columns together; what single tips leave over is in published.md",
-    "frictionless": "our ellipse has the layer's width and reads nearly without bias; a Hertz pressure squeezed by a "
-    "fixed width, as inferred in table_3_residual.py, explains the paper's bias at both ends",
+    "hertz": "the modulus is fitted to both Hertz columns together; published.md has the residuals of single tips",
+    "frictionless": "our elliptic pressure has the width of the contact on the layer, so its bias is small; a Hertz "
+    "contact that is narrower by a fixed width (table_3_residual.py) explains the paper's bias of sharp and blunt tips",
 }
 WHY_TIME = "one simplex fit in Python, machine of today; measured anew at each run"
 #: An estimate counts as unbiased within this share of the tip's radius.
@@ -84,7 +84,11 @@ def rows(found: list[PaperRun], timed: int = 24) -> list[Beside]:
         *out,
         put_in("table_3.range", places * DESIGN.touch_step_deg),
         put_in("table_3.n_indenters", len(TABLE_3)),
-        Beside("table_3.unbiased_to", unbiased_to(found), why="means within a tenth of r_c from 1.59 mm on; see above"),
+        Beside(
+            "table_3.unbiased_to",
+            unbiased_to(found),
+            why="means are within a tenth of r_c from 1.59 mm on; see the rows of Table 3",
+        ),
         Beside("fit_time.without_load", without, why=WHY_TIME),
         Beside("fit_time.with_load", with_load, why=WHY_TIME),
     ]

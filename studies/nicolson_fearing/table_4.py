@@ -23,13 +23,13 @@ NAMES = {"theta_c": ("angle_deg", "θ_c (degree)"), "P": ("load", "P (N/m)"), "R
 WHY = {
     "theta_c": "noise of 1.72 % gives more than is printed, unless the rubber is stiffer than Table 3 says (0.12 MPa)",
     "P": "less than printed; no modulus, depth or Poisson's ratio gives as much by noise alone",
-    "R": "as P: the paper's estimates scatter further along the ridge of R and P than noise takes them",
+    "R": "as P: the paper's estimates of R and P scatter together by more than noise explains",
 }
 WHY_LOCATION = {
-    "theta_c": "errors as large as Tables 1 and 2 leave over come close",
-    "P": "as the noise row: R and P trade off more freely on the paper's finger",
-    "R": "as the noise row; and on the paper's finger the model calibration is worse, beside the empirical one, than "
-    "errors as large as those of Tables 1 and 2 make it",
+    "theta_c": "errors of the size of Tables 1 and 2 explain it nearly",
+    "P": "as the noise row: the paper's estimates of R and P scatter together by more",
+    "R": "as the noise row. Besides, the paper's model calibration is worse than its empirical one by more than errors "
+    "of the size of Tables 1 and 2 explain",
 }
 
 

@@ -226,15 +226,20 @@ def test_the_prior_is_that_of_the_parameters() -> None:
     assert np.diff(one.density.log_prior(x)) == pytest.approx(np.diff(expected))
 
 
-def test_functions_that_touches_share_are_integrated_out() -> None:
-    """Those of a correction: of one element each, and of all. The rest of the covariance is tested above."""
+@pytest.mark.parametrize("of_one_element", [5, 60])
+def test_functions_that_touches_share_are_integrated_out(of_one_element: int) -> None:
+    """Those of a correction: of one element each, and of all. The rest of the covariance is tested above.
+
+    Few functions of one element, and so many that they are eliminated element by element.
+    """
     one = case("crosstalk", 0.04)
     fitted, added = one.fit.fitted, one.fit.added
     rng = np.random.default_rng(2)
     t, m = fitted.model.known.means.readings.shape
-    columns = fitted.model.peak * 0.02 * rng.standard_normal((7, t, m))
-    for column, element in enumerate((0, 0, 1, 2, 2)):
-        columns[column, :, np.arange(m) != element] = 0.0
+    count = of_one_element + 2
+    columns = fitted.model.peak * 0.02 * rng.standard_normal((count, t, m))
+    for column in range(of_one_element):
+        columns[column, :, np.arange(m) != (0, 0, 1, 2, 2)[column % 5]] = 0.0
     start = one.fit.evaluation.start  # type: ignore[attr-defined]
     plain = EffectPosterior.of(fitted, start.priors, start.fitted.model.known)
     vectors = one.points(4)
@@ -244,10 +249,12 @@ def test_functions_that_touches_share_are_integrated_out() -> None:
     expected = []
     for i, before in enumerate(alone(vectors)):
         blocks = [np.diag(1 / weight[i, k]) + np.outer(slopes[0, i, k], slopes[0, i, k]) for k in range(t)]
-        covariance, flat = block_diag(*blocks), columns.reshape(7, -1)
+        covariance, flat = block_diag(*blocks), columns.reshape(count, -1)
         row = left[i].ravel()
         with_functions = multivariate_normal(None, covariance + flat.T @ flat).logpdf(row)
         expected.append(before + with_functions - multivariate_normal(None, covariance).logpdf(row))
+    own = together._own_columns
+    assert own is not None and (own.log_density(left, weight, slopes) is None) == (of_one_element == 5)
     found, wanted = together(vectors), np.array(expected)
     assert np.ptp(wanted - alone(vectors)) > 0.1
     np.testing.assert_allclose(found - found[0], wanted - wanted[0], rtol=0, atol=1e-6)

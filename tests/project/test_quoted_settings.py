@@ -35,9 +35,9 @@ QUOTED = {
         f"so is a scatter {fault_tests.SCATTER:g} times that of the others",
         f"each of the {WORDS[faults.MOST_TRIED]} worst is left out on trial",
         f"Where more than a {share(faults.LARGEST_SHARE)} of the elements would have to go",
-        f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged, nor is the gain of an "
-        f"element that none of {WORDS[fault_tests.FEWEST_SIGNALS]} touches presses with a "
-        f"{share(fault_tests.SIGNAL_SHARE)} of its peak",
+        f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged",
+        f"checked only if it reads a {share(fault_tests.SIGNAL_SHARE)} of its peak, or more, in at least "
+        f"{WORDS[fault_tests.FEWEST_SIGNALS]} touches",
         f"more than {hdf5_reading.LARGEST_RATIO} times the size of the file (and {hdf5_reading.FREE_BYTES // MEBI} MB) "
         "is refused",
         f"more than {parquet.LARGEST_RATIO} times its file (and {parquet.FREE_BYTES // MEBI} MB) is refused",
@@ -58,8 +58,8 @@ QUOTED = {
         f"The {WORDS[search.LEADING]} best are added to the model one at a time",
         f"less than {1e4 * comparison.ROUGHLY:g}·10⁻⁴ of what there is to explain",
         f"dealt into {WORDS[comparison.FOLDS]} folds",
-        f"gains at least {WORDS[int(search.ERRORS)]} standard errors, what an effect of a "
-        f"{share(search.MATERIAL)} of the noise would gain",
+        f"it gains at least {WORDS[int(search.ERRORS)]} standard errors",
+        f"an effect with a size of a {share(search.MATERIAL)} of the noise",
         f"at least {100 * search.SHARE:g} % of what can be explained",
     ],
     "large.md": [
