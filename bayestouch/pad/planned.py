@@ -31,6 +31,8 @@ from bayestouch.sampling.rank_one import inverse_root
 
 # Largest number of functions of the map of an element.
 MOST_FUNCTIONS = 120
+# Largest number of places at which the sensitivity is asked for.
+MOST_PLACES = 60
 
 
 def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
@@ -78,7 +80,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
             np.asarray(covariance),
             with_load_error((variance + left)[t:], of_signal.by_load[t:], load_sd[t:]),
         ),
-        parameters=_parameters(calibration, chain, usable, len(covariance)),
+        parameters=(*_parameters(calibration, chain, usable, len(covariance)), *_sensitivity(calibration, columns[:t])),
         coordinates={**{name: ("mm", 1.0) for name in names}, "P": (str(calibration.settings["load_unit"]), 1.0)},
         slopes=slopes,
         precision=width,
@@ -196,3 +198,21 @@ def _parameters(calibration: Calibration, chain: PadChain, usable: NDArray[np.bo
         Group(each.name, each.unit, eye[first + k : first + k + 1]) for k, each in enumerate(chain.kernel.parameters)
     ]
     return tuple(groups)
+
+
+def _sensitivity(calibration: Calibration, columns: FloatArray) -> tuple[Group, ...]:
+    """Sensitivity of the elements at places of the calibration, kernel and map together; nothing without a map.
+
+    `columns` (t, m, d) are those of the calibration touches. Of many touches, up to `MOST_PLACES` are taken.
+    """
+    if calibration.settings["empirical_map"] != "yes":
+        return ()
+    m = columns.shape[1]
+    some = np.unique(np.linspace(0, len(columns) - 1, MOST_PLACES).round().astype(np.int64))
+    rows = columns[some].copy()
+    # The offset of an element is no part of its sensitivity.
+    rows[:, :, m : 2 * m] = 0.0
+    load = np.where(np.isnan(calibration.rows.load), 1.0, calibration.rows.load)[some]
+    flat = (rows / load[:, None, None]).reshape(-1, columns.shape[2])
+    unit = next(parameter.unit for parameter in calibration.parameters if parameter.name == "gain")
+    return (Group("sensitivity", unit, flat[flat.any(axis=1)]),)

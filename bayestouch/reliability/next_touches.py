@@ -163,8 +163,9 @@ def next_touches(
         Number of touches to choose.
     about : {"calibration", "places", "causes"} or (str, str)
         What the touches are to tell. ``"calibration"``: σ, μ and r_s of a finger; gains, positions and the kernel of a
-        pad. ``"places"``: what the calibration's errors do to touches that are read at `places`: to R on a finger, to
-        the location on a pad. Two names of causes: which of two causes of a diagnosis is right, such as
+        pad, and its sensitivity at the places of the calibration if it has an empirical map. ``"places"``: what the
+        errors of the calibration do to touches that are read at `places`: to R on a finger, to the location on a pad.
+        Two names of causes: which of two causes of a diagnosis is right, such as
         ``("gain_drift", "something in place")``; ``"causes"`` takes the two most probable ones.
     places : Touches, optional
         Touches that will be read, for ``about="places"``; by default a grid with the tips and the load of the

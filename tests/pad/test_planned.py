@@ -73,6 +73,23 @@ def test_the_uncertainty_of_readings_is_that_of_the_tables_with_a_map() -> None:
     assert np.abs(found - expected).max() < 0.1 * noise.min()
 
 
+def test_the_sensitivity_is_asked_for_where_there_is_a_map() -> None:
+    """Its variance is that of the tables, at the places of the calibration (25, all of them)."""
+    one = with_map()
+    planned_touches = planned(one, bayestouch.candidate_touches(one))
+    group = planned_touches.parameters[-1]
+    assert group.name == "sensitivity" and group.unit == "counts/N"
+    assert "sensitivity" not in {each.name for each in planned(calibrated("line")[2], _few()).parameters}
+    found = np.einsum("kd,de,ke->k", group.rows, planned_touches.readings.covariance, group.rows)
+    _, variance, _ = PadMap.from_arrays(one.extra).at(one.rows.location["x"][:, None], one.rows.load)
+    # As above, the tables have the noise of the fit, and the functions leave out what is far below the noise.
+    np.testing.assert_allclose(np.sqrt(found.mean()), np.sqrt(variance.mean()), rtol=0.03)
+
+
+def _few() -> bayestouch.Touches:
+    return bayestouch.candidate_touches(calibrated("line")[2], places=[12.0])
+
+
 def test_slopes_over_the_touch_are_differences() -> None:
     one = with_map()
     table = bayestouch.candidate_touches(one, places=[2.0, 7.0], loads=[1.5])
