@@ -109,9 +109,14 @@ a drift of gains, and a loose patch. Rates on them are rates on data that the me
 good."""
 
 FRESH = """**Fresh: fingers {fingers}.** None of them was looked at while the catalogue and the search were changed. The
-effects, their forms and their sizes are still those of the development set (fingers 0 to 9), on which some changes
+effects, their forms and their sizes are still those of the development set, on which some changes
 followed failures: a memory with two exponentials, proximity together with a drift of gains, and a loose patch. For an
-effect or a form that is not in this study the rates say nothing."""
+effect or a form that is not in this study the rates say nothing.
+
+A cause that `bayestouch diagnose` names on your finger is as sure as these rates only if it is like one of the study.
+So look at its evidence too: the errors of held-out touches before and after, and the causes that the data cannot
+distinguish from it. A small effect is found more often with more touches and more samples of each: what counts is its
+size over the noise of an averaged touch."""
 
 SECTION = """## {Title}
 

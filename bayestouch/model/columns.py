@@ -71,7 +71,9 @@ class WhiteColumns:
     @classmethod
     def of(cls, raw: FloatArray, root: FloatArray) -> WhiteColumns:
         """From columns before whitening (c, t, m), NaN missing, and the whitening matrix (t, m, m) of each touch."""
-        raw = np.where(np.isnan(raw), 0.0, raw)
+        missing = np.isnan(raw)
+        if missing.any():  # a copy of hundreds of columns takes longer than all that follows
+            raw = np.where(missing, 0.0, raw)
         count, t, m = raw.shape
         moves = raw.any(axis=1)
         alone = moves.sum(axis=1) == 1

@@ -160,7 +160,7 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
     start: Values = max(effect.probes, key=log_likelihood)
     place = np.array([p.to_unconstrained(v) for p, v in zip(effect.parameters, start, strict=True)], dtype=np.float64)
     best = np.inf
-    # A simplex that has collapsed onto a bound cannot leave it: each search is restarted from its result.
+    # A simplex that has collapsed onto a bound cannot leave it: such a search is restarted from its result.
     for _ in range(MOST_SEARCHES):
         # The first step of a value at a bound is half the width of its range.
         steps = np.where(place <= low, 0.5 * (high - low), np.where(place >= high, 0.5 * (low - high), 0.3 * place))
@@ -169,7 +169,7 @@ def maximum(effect: NoiseEffect, log_likelihood: Callable[[Values], float]) -> t
         options: Any = {"initial_simplex": simplex, "xatol": 1e-3, "fatol": 0.02, "maxfev": 120}
         found = minimize(cost, place.tolist(), method="Nelder-Mead", options=options)
         place, before, best = np.clip(np.asarray(found.x), low, high), best, float(found.fun)
-        if before - best < SAME:
+        if before - best < SAME or ((place > low) & (place < high)).all():
             break
     values = from_unconstrained(place)
     return values, log_likelihood(values)
