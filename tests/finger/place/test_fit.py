@@ -126,7 +126,7 @@ def test_density_is_that_of_the_series() -> None:
     moved = np.repeat(fit.vector[None], 40, axis=0)
     moved[:, : fit.likelihood.layout.n_chain] += steps @ np.linalg.cholesky(fit.laplace.covariance).T
     differences = density(moved) - exact(moved)
-    # errors are at most LARGEST_ERROR four standard deviations away in all directions at once, and far less near the fit
+    # at most LARGEST_ERROR at four standard deviations in all directions at once, and far less near the fit
     assert np.abs(differences - differences.mean()).max() < LARGEST_ERROR
 
 
