@@ -47,8 +47,10 @@ class FingerDensity:
         """Posterior density of a fit."""
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
-        near = local_series(series, fit.laplace.mode, fit.laplace.sd, likelihood.standard_errors(fit.vector).sd)
-        return cls(likelihood, near, series.covers, fit.placed_errors)
+        noise_sd, errors = likelihood.standard_errors(fit.vector).sd, fit.placed_errors
+        distance = None if errors is None else errors.low_rank.squared_distance
+        near = local_series(series, fit.laplace.mode, fit.laplace.sd, noise_sd, distance)
+        return cls(likelihood, near, series.covers, errors)
 
     def __call__(self, vectors: FloatArray) -> FloatArray:
         """Log posterior density of vectors, (..., d) to (...), up to a constant; ``-inf`` outside the bounds."""

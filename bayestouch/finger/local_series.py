@@ -7,6 +7,7 @@ is one matrix product.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -94,7 +95,11 @@ class LocalSeries:
 
 
 def local_series(
-    series: TouchSeries, centre: FloatArray, sd: FloatArray, noise_sd: FloatArray
+    series: TouchSeries,
+    centre: FloatArray,
+    sd: FloatArray,
+    noise_sd: FloatArray,
+    squared_distance: Callable[[FloatArray], FloatArray] | None = None,
 ) -> LocalSeries | TouchSeries:
     """Polynomials about a vector, or the series itself if their error would be too large.
 
@@ -106,6 +111,9 @@ def local_series(
         Vector of the coordinates of the chain, and their standard deviations.
     noise_sd : (t, m) array
         Standard deviation of a mean reading; inf where missing.
+    squared_distance : callable, optional
+        From differences (n, t, m) over `noise_sd` to what they count in the density, (n,); their sum of squares by
+        default. With functions of place it is less: the posterior is wide where these can take a change back.
     """
     at, reach = series.layout, series.reach
     low, high = centre - REACH * sd, centre + REACH * sd
@@ -135,7 +143,8 @@ def local_series(
         ),
     )
     off = (local(vectors[:COMPARED])[0] - readings[:COMPARED]) / noise_sd
-    return local if np.sqrt((off**2).sum(axis=(1, 2))).max() < LARGEST_ERROR else series
+    counted = (off**2).sum(axis=(1, 2)) if squared_distance is None else squared_distance(off)
+    return local if np.sqrt(counted).max() < LARGEST_ERROR else series
 
 
 def chain_coordinates(at: FlatLayout, vectors: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ from place_cases import MAP, SURFACE, missed_finger, missed_fit, touches
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
+from bayestouch.finger.local_series import LARGEST_ERROR, LocalSeries
 from bayestouch.finger.place import functions
 from bayestouch.finger.place.chain import PlacedFinger
 from bayestouch.finger.place.fit import fit_with_places
@@ -113,6 +114,20 @@ def test_density_has_the_shape_of_the_fit() -> None:
     fell = density(fit.vector[None])[0] - density(moved)
     # A quadratic form about a mode: the chain bends a little over a quarter of a standard deviation.
     np.testing.assert_allclose(fell, 0.03125 * (steps**2).sum(axis=1), atol=0.08)
+
+
+def test_density_is_that_of_the_series() -> None:
+    """Readings near the fit come from polynomials, also where functions of place widen the posterior."""
+    fit, _ = fit_with_places(missed_fit(SURFACE), CASES[SURFACE])
+    density = FingerDensity.of(fit)
+    assert isinstance(density.predict, LocalSeries)
+    exact = replace(density, predict=density.predict.series)
+    steps = np.random.default_rng(2).standard_normal((40, fit.likelihood.layout.n_chain))
+    moved = np.repeat(fit.vector[None], 40, axis=0)
+    moved[:, : fit.likelihood.layout.n_chain] += steps @ np.linalg.cholesky(fit.laplace.covariance).T
+    differences = density(moved) - exact(moved)
+    # at most LARGEST_ERROR at four standard deviations in all directions at once, and far less near the fit
+    assert np.abs(differences - differences.mean()).max() < LARGEST_ERROR
 
 
 def test_arrays_hold_it() -> None:
