@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
+from bayestouch.sampling.sampler import ArraySampler
 
 WALKERS, BURN_IN, STEPS, THIN = 32, 200, 400, 5
 # Range of log τ in which walkers start: between a hundredth of the sd of the default prior and this sd.
@@ -92,7 +93,7 @@ class Population:
         """Draws (n, c) of the log sds from their posterior."""
         c = len(self.components)
         rng = np.random.RandomState(seed)
-        sampler = emcee.EnsembleSampler(WALKERS, c, lambda points: self.posterior(points, evidence)[0], vectorize=True)
+        sampler = ArraySampler(WALKERS, c, lambda points: self.posterior(points, evidence)[0], vectorize=True)
         start = emcee.State(rng.uniform(*START, (WALKERS, c)), random_state=rng.get_state())
         sampler.run_mcmc(start, BURN_IN + STEPS)
         return np.asarray(sampler.get_chain(discard=BURN_IN, thin=THIN, flat=True))

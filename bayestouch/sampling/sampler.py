@@ -11,9 +11,10 @@ class ArraySampler(EnsembleSampler):  # type: ignore[misc]  # emcee has no types
     """Sampler of emcee with a vectorised log density that returns an array.
 
     `emcee.EnsembleSampler` converts each value to a Python number, as the function that it calls may return almost
-    anything. For the touches of a table this takes half as long as the densities themselves.
+    anything. For the touches of a table this takes half as long as the densities themselves. It also prints a traceback
+    for each exception in the function, Ctrl-C included, and all points: the function is called without that.
     """
 
     def compute_log_prob(self, coords: FloatArray) -> tuple[FloatArray, None]:
         """Return the log density (n,) of points (n, d), and no blobs; moves of emcee call this."""
-        return self.log_prob_fn(coords), None
+        return self.log_prob_fn.f(coords), None
