@@ -6,6 +6,7 @@ marginal likelihood; they are zero if the data show no error.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -47,7 +48,10 @@ class Correction:
 
         `where` is the result of `bayestouch.model.base.SensorModel.correction_inputs`.
         """
-        parts = self.basis.columns(*where)
+        return self.scaled(self.basis.columns(*where))
+
+    def scaled(self, parts: Mapping[str, FloatArray]) -> FloatArray:
+        """The functions of the basis, (c_part, t, m) of each part, times their sizes: (k, t, m)."""
         return np.concatenate([self.sizes[name] * part for name, part in parts.items() if self.sizes[name] > 0])
 
 
@@ -64,7 +68,7 @@ def fit_correction(fitted: Fitted) -> Correction | None:
     if gain <= 0 or not sizes.any():
         return None
     chosen = Correction(basis, dict(zip(parts, sizes.tolist(), strict=True)), gain, fitted.linear)
-    functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.columns(*where))
+    functions = functions_of(model, fitted.vector, fitted.whitening, fitted.drifts, chosen.scaled(parts))
     return replace(chosen, linear=with_functions(fitted.linear, functions))
 
 
