@@ -56,6 +56,7 @@ def made_from(design: FingerDesign | PadDesign, effect: dict[str, float]) -> Mad
         "reader": (reader := bayestouch.Reader(calibration)),
         "live touch": reader.read(np.nanmean(data.touches.readings[data.touches.in_contact][:5], axis=0)),
         "log density": bayestouch.log_density(calibration, data),
+        "next touches": bayestouch.next_touches(calibration, count=2),
         "diagnosis": diagnosis,
         "calibration with effects": after,
         "posteriors with effects": bayestouch.infer(data.touches, after, draws=128),
