@@ -13,7 +13,7 @@ from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import finger_of
-from bayestouch.data.touches import Touches, touches_from
+from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
@@ -21,7 +21,14 @@ from bayestouch.finger.place.chain import PlacedFinger
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
-from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, planned_table, with_load_error
+from bayestouch.model.planned import (
+    Group,
+    PlannedReadings,
+    PlannedTouches,
+    one_row_each,
+    planned_table,
+    with_load_error,
+)
 from bayestouch.results.objects import Calibration
 
 # From composite radius (mm), location (rad) and load (N/m) of touches (t,) to readings (t, m).
@@ -130,16 +137,7 @@ def _with_effects(
     """As `_plain`, with effects. A drift of the planned touches is unknown: they are another session."""
     effects = ChainWithEffects.of(calibration)
     time = np.nan_to_num(means.time_s)
-    table = touches_from(
-        means.touch,
-        means.readings,
-        time_s=time,
-        indenter_radius_mm=means.indenter_radius_mm,
-        angle_deg=means.angle_deg,
-        load=means.load,
-        contact=1.0,
-        reads=means.counts.max(axis=1),
-    )
+    table = one_row_each(means, time_s=time)
     span = float(time.min()), float(time.max())
     observed = Observations.of(table, time, np.zeros(len(time)), "s", history_of(table, time), span)
     model, vector = effects.model.observing(observed), effects.vector

@@ -170,9 +170,7 @@ class Linearised:
 
     def covariance(self) -> FloatArray:
         """Covariance of the parameters, (d, d); parameters fixed at a bound have their mean square about the bound."""
-        matrix = self.free.hessian()
-        scale = np.sqrt(np.diag(matrix))
-        total = np.asarray(np.linalg.inv(conditioned(matrix / np.outer(scale, scale))) / np.outer(scale, scale))
+        total = covariance_of(self.free.hessian())
         if self.held is None:
             return total
         # Normal density truncated at the bound, one parameter after the other; without the bound its mode is `step`.
@@ -278,6 +276,13 @@ def beyond_bound(beyond: float) -> float:
 def conditioned(matrix: FloatArray) -> FloatArray:
     """The matrix with its diagonal increased by a share of 1e-10, to be factorised with undetermined parameters too."""
     return np.asarray(matrix + np.diag(1e-10 * np.diag(matrix) + 1e-300))
+
+
+def covariance_of(information: FloatArray) -> FloatArray:
+    """Inverse of an information matrix whose entries may have very different units."""
+    scale = np.sqrt(np.diag(information))
+    even = np.outer(scale, scale)
+    return np.asarray(np.linalg.inv(conditioned(information / even)) / even)
 
 
 def with_functions(model: Linearised, functions: Functions | None) -> Linearised:

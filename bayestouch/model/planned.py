@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
 from bayestouch.errors import InputError
 from bayestouch.results.objects import Calibration
+
+# Columns of places, of all bodies.
+PLACES = ("angle_deg", "x_mm", "y_mm")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,19 +142,23 @@ def planned_table(table: Touches, calibration: Calibration) -> TouchMeans:
     if means.n_touches == 0:
         raise InputError("no touch to choose from: give touches in contact")
     usual = float(np.nanmean(rows.load)) if np.isfinite(rows.load).any() else 1.0
-    reads = means.counts.max(axis=1)
-    columns = {name: getattr(means, name) for name in body.location_columns}
-    one_each = touches_from(
-        np.arange(means.n_touches),
-        means.readings,
-        time_s=means.time_s,
-        indenter_radius_mm=means.indenter_radius_mm,
-        load=np.where(np.isnan(means.load), usual, means.load),
-        contact=1.0,
-        reads=reads,
-        **columns,
-    )
-    return one_each.averaged()
+    others = dict.fromkeys(set(PLACES) - set(body.location_columns))
+    load = np.where(np.isnan(means.load), usual, means.load)
+    return one_row_each(means, touch=np.arange(means.n_touches), load=load, **others).averaged()
+
+
+def one_row_each(means: TouchMeans, **changed: Any) -> Touches:
+    """Table with one row for each touch; `changed` columns of `Touches` replace those of the means."""
+    columns: dict[str, Any] = {
+        "touch": means.touch,
+        "readings": means.readings,
+        "time_s": means.time_s,
+        "indenter_radius_mm": means.indenter_radius_mm,
+        "load": means.load,
+        "reads": means.counts.max(axis=1),
+        **{name: getattr(means, name) for name in PLACES},
+    }
+    return touches_from(contact=1.0, **(columns | changed))
 
 
 def with_load_error(variance: FloatArray, by_load: FloatArray, load_sd: FloatArray) -> FloatArray:

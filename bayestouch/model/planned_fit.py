@@ -9,14 +9,13 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.smooth import PlaceBasis, SmoothBasis
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.touches import touches_from
 from bayestouch.effects.effect import Values
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.correction import Correction
 from bayestouch.model.fitting import Fitted, drift_columns
-from bayestouch.model.linear import conditioned
+from bayestouch.model.linear import covariance_of
 from bayestouch.model.observations import Observations
-from bayestouch.model.planned import PlannedReadings, with_load_error
+from bayestouch.model.planned import PlannedReadings, one_row_each, with_load_error
 
 # Largest number of distinct times of planned touches at which a drift is exact; smallest distance from the end of the
 # fit, in correlation lengths, at which a time counts as another one.
@@ -58,8 +57,7 @@ def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction
         slope[:d] += linear.deviation_jacobian.T @ linear.deviation.ravel()
     information[np.diag_indices_from(information)] += np.append(linear.precision, np.ones(len(slope) - d))
     slope[:d] += linear.precision * linear.pull
-    scale = np.sqrt(np.diag(information))
-    covariance = np.linalg.inv(conditioned(information / np.outer(scale, scale))) / np.outer(scale, scale)
+    covariance = covariance_of(information)
     jacobian = there.derivatives(vector)[0]
     if linear.held is not None:
         jacobian = np.where(linear.held[:, None, None], 0.0, jacobian)
@@ -69,7 +67,7 @@ def planned_readings(fitted: Fitted, touches: TouchMeans, correction: Correction
     return PlannedReadings(
         np.where(alive, mean + total @ (covariance @ slope), 0.0),
         total,
-        np.asarray(covariance),
+        covariance,
         _noise(fitted, touches, mean, there.by_load(vector)),
     )
 
@@ -104,17 +102,7 @@ def _going_on(
 
 def _observed(touches: TouchMeans, time: FloatArray, known: Observations) -> Observations:
     """The touches on the clock of the observations `known`, after their history."""
-    places = {name: getattr(touches, name) for name in ("angle_deg", "x_mm", "y_mm")}
-    table = touches_from(
-        touches.touch,
-        touches.readings,
-        time_s=time,
-        indenter_radius_mm=touches.indenter_radius_mm,
-        load=touches.load,
-        contact=1.0,
-        reads=touches.counts.max(axis=1),
-        **places,
-    )
+    table = one_row_each(touches, time_s=time)
     return Observations.of(table, time, np.zeros(len(time)), known.unit, known.history, known.span)
 
 

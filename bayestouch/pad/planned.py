@@ -19,7 +19,7 @@ from bayestouch.chain.pad import COORDINATES, PadChain, element_pitch
 from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches, touches_from
-from bayestouch.model.linear import conditioned
+from bayestouch.model.linear import covariance_of
 from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, planned_table, with_load_error
 from bayestouch.pad.candidates import kernel_shape
 from bayestouch.pad.priors import PadPriors, pad_priors
@@ -65,8 +65,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     of_prior = [_precision(each, value) for each, value in zip(prior, chain.flat, strict=True)]
     precision = np.append(of_prior, np.ones(functions.shape[2]))
     information = white.T @ white + np.diag(precision)
-    scale = np.sqrt(np.diag(information))
-    covariance = np.linalg.inv(conditioned(information / np.outer(scale, scale))) / np.outer(scale, scale)
+    covariance = covariance_of(information)
     slopes = np.concatenate([of_signal.along, of_signal.by_load[:, :, None]], axis=2)[t:]
     slopes = np.where(usable[:, None], slopes, 0.0)
     map_ = of_signal.map
@@ -77,7 +76,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
         readings=PlannedReadings(
             np.where(usable, of_signal.mean[t:] + map_.offset, 0.0),
             columns[t:],
-            np.asarray(covariance),
+            covariance,
             with_load_error((variance + left)[t:], of_signal.by_load[t:], load_sd[t:]),
         ),
         parameters=(*_parameters(calibration, chain, usable, len(covariance)), *_sensitivity(calibration, columns[:t])),

@@ -1,4 +1,4 @@
-"""Greedy choice of touches by what they are expected to tell, in closed form for normal distributions.
+"""Greedy choice of touches by what they are expected to determine, in closed form for normal distributions.
 
 Each step takes the touch with the largest gain, given those that were taken before. A posterior covariance does not
 depend on the readings, so no touch is simulated. The gain of a set of touches is nearly submodular, and the greedy
@@ -39,7 +39,7 @@ class ChosenTouches:
 
 
 def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> ChosenTouches:
-    """ChosenTouches of touches that lower standard deviations.
+    """Choose touches that lower standard deviations.
 
     The gain of a touch is the decrease of the mean over the groups of (sum of the variances of a group over that sum
     before the first touch): within a group, where all quantities have one unit, this is their rms standard deviation
@@ -69,11 +69,11 @@ def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> C
     chosen, gains, values = list[int](), list[FloatArray](), [np.sqrt(before / sizes)]
     for _ in range(count):
         cross = planned.columns @ about.T
-        told = (cross * np.linalg.solve(knowledge.total, cross)).sum(axis=1)
-        gain = told @ weight
+        decrease = (cross * np.linalg.solve(knowledge.total, cross)).sum(axis=1)
+        gain = decrease @ weight
         gain[chosen] = np.nan
         best = int(np.nanargmax(gain))
-        variance = variance - told[best]
+        variance = variance - decrease[best]
         about = about - cross[best].T @ np.linalg.solve(knowledge.total[best], knowledge.through[best])
         knowledge = knowledge.after(best)
         chosen.append(best)
@@ -83,7 +83,7 @@ def lowest_sd(planned: PlannedReadings, asked: Sequence[Group], count: int) -> C
 
 
 def most_decisive(one: PlannedReadings, other: PlannedReadings, count: int) -> ChosenTouches:
-    """ChosenTouches of touches that tell which of two models of the same touches is right.
+    """Choose touches that decide which of two models of the same touches is right.
 
     The gain of a touch is the expected increase of the log Bayes factor in favour of the right model, as the mean of
     the cases that the one or the other is right: half the sum of the two Kullback-Leibler divergences between what the

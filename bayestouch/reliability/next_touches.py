@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import TouchMeans
-from bayestouch.data.touches import Touches, touches_from
+from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.errors import InputError, shown
 from bayestouch.model.body import body_of
-from bayestouch.model.planned import Group, planned_table
+from bayestouch.model.planned import Group, one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
 from bayestouch.output.text import number, plural
@@ -274,14 +274,4 @@ def _check(names: Sequence[str] | None, known: list[str]) -> None:
 def _rows_of(means: TouchMeans, chosen: NDArray[np.int64]) -> Touches:
     """Some touches, one row each, without readings."""
     some = means.select(chosen)
-    places = {name: getattr(some, name) for name in ("angle_deg", "x_mm", "y_mm")}
-    return touches_from(
-        np.arange(len(chosen)),
-        np.full(some.readings.shape, np.nan),
-        time_s=some.time_s,
-        indenter_radius_mm=some.indenter_radius_mm,
-        load=some.load,
-        contact=1.0,
-        reads=some.counts.max(axis=1),
-        **places,
-    )
+    return one_row_each(some, touch=np.arange(len(chosen)), readings=np.full(some.readings.shape, np.nan))

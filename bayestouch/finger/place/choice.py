@@ -30,7 +30,8 @@ from bayestouch.finger.place.functions import (
 )
 from bayestouch.finger.place.linear import LinearElement, LinearPosterior, linear_elements
 
-# Largest and smallest number of groups of neighbouring places that are held out; with fewer, no choice is made.
+# Largest and smallest number of groups of neighbouring places that are held out, and smallest number of places in each;
+# with fewer places than that, no choice is made.
 MOST_FOLDS, LEAST_FOLDS, PLACES_A_FOLD = 24, 6, 3
 LEAST_PLACES = LEAST_FOLDS * PLACES_A_FOLD
 # Functions are tried on held-out places only if they increase the log marginal likelihood by more than LEAST_GAIN.
