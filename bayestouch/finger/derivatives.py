@@ -9,10 +9,11 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
+from bayestouch.effects.effect import Effect
 from bayestouch.model.base import Predicted, SensorModel, difference
 
-# Step of the central difference of readings over a signal, over the peak.
-SIGNAL_STEP = 1e-4
+# Steps of the central differences of readings: over a signal, in peaks, and over the logarithm of a peak.
+SIGNAL_STEP, PEAK_STEP = 1e-4, 1e-4
 
 
 def through_effects(
@@ -33,14 +34,45 @@ def through_effects(
     """
     m, own = model.n_elements, range(3)
     if any(effect.mixes for effect in model.effects):
-        of_own = [_along(model, recording, vector, of_signal[block], [e]) for block in own for e in range(m)]
-        return of_own + [_along(model, recording, vector, of_signal[block], range(m)) for block in (3, 4)]
-    # Effects that do not mix elements: one difference for all elements together.
-    out = []
-    for block, direction in enumerate(of_signal):
-        whole = _along(model, recording, vector, direction, range(m))
-        out += [_of_element(whole, e) for e in range(m)] if block in own else [whole]
+        out = [_along(model, recording, vector, of_signal[block], [e]) for block in own for e in range(m)]
+        out += [_along(model, recording, vector, of_signal[block], range(m)) for block in (3, 4)]
+    else:
+        # Effects that do not mix elements: one difference for all elements together.
+        out = []
+        for block, direction in enumerate(of_signal):
+            whole = _along(model, recording, vector, direction, range(m))
+            out += [_of_element(whole, e) for e in range(m)] if block in own else [whole]
+    for e, more in enumerate(by_peak(model, recording, vector)):
+        out[e] = _sum(out[e], more)
     return out
+
+
+def by_peak(model: SensorModel, recording: Recording, vector: FloatArray) -> list[Predicted]:
+    """Derivative of the readings over the logarithm of each element's peak, to which shares of effects refer.
+
+    Parameters are as in `through_effects`. The list has m entries; it is empty if no effect uses the peaks.
+    """
+    if not any(type(effect).signal is not Effect.signal for effect in model.effects):
+        return []
+
+    def along(elements: Sequence[int]) -> Predicted:
+        moved = np.isin(np.arange(model.n_elements), elements)
+
+        def at(sign: float) -> Predicted:
+            peak = recording.peak * np.exp(sign * PEAK_STEP * moved)
+            return model.readings(replace(recording, peak=peak), vector)
+
+        return difference(at, PEAK_STEP)
+
+    whole = along(range(model.n_elements))
+    used = np.flatnonzero(whole.touches.any(axis=0))
+    if not len(used):
+        return []
+    # An effect may use the mean peak of all elements: then the peak of one moves the readings of others.
+    first = along([int(used[0])]).touches
+    if np.allclose(first, _of_element(whole, int(used[0])).touches, rtol=1e-6, atol=1e-9 * np.abs(whole.touches).max()):
+        return [_of_element(whole, e) for e in range(model.n_elements)]
+    return [along([e]) for e in range(model.n_elements)]
 
 
 def by_signal(model: SensorModel, recording: Recording, vector: FloatArray) -> FloatArray:
@@ -70,6 +102,12 @@ def _along(
         return model.readings(replace(recording, signal=recording.signal + sign * step * moved), vector)
 
     return difference(at, step)
+
+
+def _sum(one: Predicted, other: Predicted) -> Predicted:
+    """Sum of two derivatives."""
+    samples = None if one.samples is None or other.samples is None else one.samples + other.samples
+    return Predicted(one.touches + other.touches, samples)
 
 
 def _of_element(whole: Predicted, element: int) -> Predicted:

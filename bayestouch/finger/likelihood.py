@@ -25,6 +25,8 @@ LOAD_REACH = 3.2
 PRIOR_REACH, POSTERIOR_REACH = 4.0, 6.0
 # Largest number of ranges that a fit tries; two are usual.
 MOST_RANGES = 6
+# With functions of place a fit ends when a step increases the log density by less than this.
+NEGLIGIBLE = 1e-4
 
 
 class FingerLikelihood:
@@ -172,7 +174,12 @@ class FingerLikelihood:
         for place, ends in ((at.sigma, self.series.reach.sigma), (at.log_mu, self.series.reach.log_mu)):
             low[place], high[place] = max(low[place], ends[0]), min(high[place], ends[1])
         high[at.depth] = np.minimum(high[at.depth], self.series.reach.depth)
-        return least_squares_map(residuals, jacobian, np.clip(self.start, low, high), (low, high))
+        start = np.clip(self.start, low, high)
+        if held is None:
+            return least_squares_map(residuals, jacobian, start, (low, high))
+        # The misfit of the model slows the last steps down. The mode is only the centre of proposals and derivatives.
+        enough = NEGLIGIBLE / (0.5 * float((residuals(start) ** 2).sum()))
+        return least_squares_map(residuals, jacobian, start, (low, high), enough)
 
     def with_prior_about(self, vector: FloatArray) -> FingerLikelihood:
         """The likelihood with the normal approximation of Student-t priors about a flat vector."""

@@ -195,7 +195,7 @@ class FingerModel(SensorModel):
             time_s=observed.touch_time_s,
             held_s=observed.touch_held_s,
             element_place=(np.asarray(self.finger.element_angles_deg),),
-            peak=self.peak,
+            peak=self.peak_at(vector),
             reference_load=self.reference_load,
             signal=np.zeros((observed.n_touches, self.n_elements)),
             history=observed.history,

@@ -196,6 +196,11 @@ class Budget:
     enough: float = ENOUGH
 
 
+# With effects or functions of place evaluations take longer. Two steps per draw are enough if three of four proposals
+# are accepted; otherwise six often are.
+DEAR = Budget((2, 6, *THIN[1:]))
+
+
 def sample_fit(
     fit: FingerFit, draws: int, seed: int, progress: Progress | None = None, moves: Any = None
 ) -> BlockDraws:
@@ -210,7 +215,8 @@ def sample_fit(
     covariance = np.eye(layout.size)
     covariance[n:, n:] = shape.covariance
 
-    return draw_points(density, to_vectors, centre, covariance, draws, seed, progress, moves)
+    budget = Budget() if fit.likelihood.placed is None else DEAR
+    return draw_points(density, to_vectors, centre, covariance, draws, seed, progress, moves, budget)
 
 
 def draw_points(
@@ -222,14 +228,13 @@ def draw_points(
     seed: int,
     progress: Progress | None,
     moves: Any,
-    budget: Budget | None = None,
+    budget: Budget,
 ) -> BlockDraws:
     """Draw flat vectors with proposals that are normal in the map `to_vectors`.
 
     The proposals begin with this centre and covariance. They are refined if the posterior differs from them, as is
     usual with effects.
     """
-    budget = budget or Budget()
 
     def log_density(points: FloatArray, blocks: NDArray[np.intp] | None = None) -> FloatArray:
         vectors, log_derivative = to_vectors(points)

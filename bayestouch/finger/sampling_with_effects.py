@@ -13,7 +13,7 @@ from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterio
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import THIN, Budget, PosteriorMap, draw_points
+from bayestouch.finger.sampling import DEAR, Budget, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import WhiteColumns, seen_columns
 from bayestouch.model.fitting import Fitted
@@ -24,12 +24,10 @@ from bayestouch.sampling.rank_one import inverse_root
 
 # Number of Newton steps of the chain's parameters, each with the noise after the previous step.
 STEPS = 3
-# Evaluations take longer than without effects. Two steps per draw are enough if three of four proposals are accepted.
-WITH_EFFECTS = Budget((2, *THIN[1:]))
 # With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
 # takes. With a correction whose columns have more than MANY numbers it takes longer: 15 ms for 16 elements and 468
 # touches.
-DEAR, DEAREST, MANY = Budget((4, 16), enough=0.5), Budget((2, 4), 2, 0.5), 1_000_000
+TIED, DEAREST, MANY = Budget((4, 16), enough=0.5), Budget((2, 4), 2, 0.5), 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,7 +170,7 @@ def sample_effects(
     covariance[n:, n:] = shape.covariance
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
-    columns, budget = density.posterior.columns, DEAR if density.tied else WITH_EFFECTS
+    columns, budget = density.posterior.columns, TIED if density.tied else DEAR
     if columns is not None and columns.size > MANY:
         budget = DEAREST
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, budget)

@@ -57,6 +57,7 @@ def least_squares_map(
     jacobian: Callable[[FloatArray], FloatArray],
     start: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
+    enough: float = 1e-10,
 ) -> LaplaceFit:
     """Return the maximum a posteriori fit of a model with normal residuals.
 
@@ -70,10 +71,12 @@ def least_squares_map(
         Starting point, inside the bounds.
     bounds : pair of (d,) arrays
         Lower and upper bounds.
+    enough : float
+        The fit ends when a step decreases the objective by less than this share of it.
     """
     from scipy.optimize import least_squares
 
-    solution = least_squares(residuals, start, jac=jacobian, bounds=bounds, x_scale="jac", xtol=1e-10, ftol=1e-10)
+    solution = least_squares(residuals, start, jac=jacobian, bounds=bounds, x_scale="jac", xtol=1e-10, ftol=enough)
     jac = np.asarray(solution.jac)
     scale = np.linalg.norm(jac, axis=0)
     scale[scale == 0] = 1.0
