@@ -130,11 +130,10 @@ def add_map(problem: PadProblem, model: PadCandidate) -> PadCandidate:
     """Add an empirical map to a kernel that was fitted without one."""
     known = problem.known
     fit = model.fit
-    # A constant kernel has no shape that a second round could improve.
-    for again in range(_MAP_ROUNDS if model.kernel.parameters else 1):
+    for again in range(_MAP_ROUNDS):
         chain = fit.chain
         base = replace(fit.misfit, shape=kernel_shape(chain, known.location))
-        # In the second round the signal is that of kernel and map together.
+        # In the second round the signal, of which the noise is a share, is that of kernel and map together.
         misfit = fit_misfit(
             base,
             fit.residual,

@@ -9,6 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.recording import Recording
+from bayestouch.chain.smooth import matern_3_2
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
@@ -16,6 +17,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
 from bayestouch.effects.effect import STAGES
 from bayestouch.effects.kinds import of_time
+from bayestouch.effects.random import RandomEffect
 from bayestouch.effects.stated import StatedModel
 from bayestouch.model.effect_list import named_effects
 from bayestouch.model.split_data import SplitData
@@ -142,5 +144,22 @@ class SimulatedEffects:
             signal=press(by_touch)[group],
         )
         for effect, each in pairs:
-            rows = replace(rows, signal=effect.simulate(rows, each, rng))
+            if isinstance(effect, RandomEffect):
+                signal = rows.signal + effect.scale(rows) * drift_of(effect, each, by_touch, rng)[group]
+            else:
+                signal = effect.simulate(rows, each, rng)
+            rows = replace(rows, signal=signal)
         return rows.signal
+
+
+def drift_of(effect: RandomEffect, values: Values, touches: Recording, rng: np.random.Generator) -> FloatArray:
+    """One drift at the times of t touches, (t, m) or (t, 1): a draw of the exact process, as a calibration assumes it.
+
+    `Effect.simulate` interpolates between knots, so that the function has less variance between them.
+    """
+    sd, time = values[:2]
+    distance = np.abs(touches.time_s[:, None] - touches.time_s) / time
+    # A slight noise keeps the factor finite where the function is nearly constant.
+    root = np.linalg.cholesky(matern_3_2(distance) + 1e-9 * np.eye(len(distance)))
+    columns = touches.signal.shape[1] if effect.own(values) else 1
+    return np.asarray(sd * root @ rng.standard_normal((len(root), columns)))

@@ -12,6 +12,7 @@ from scipy.stats import multivariate_normal
 from bayestouch.chain.kernel_choice import kernel_for
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.noise import Noise
+from bayestouch.data.dataset import DataSet
 from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.pad.calibration import calibrate_pad
@@ -24,9 +25,10 @@ from bayestouch.pad.noise import LeftOut, fit_noise, left_out_density
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.pad.table import tabulate
+from bayestouch.simulation import PadDesign, simulate
 
 
-def problem_of(pad: SimulatedPad, touches: Touches) -> PadProblem:
+def problem_of(pad: SimulatedPad | DataSet, touches: Touches) -> PadProblem:
     return pad_problem(pad.sensor, touches, samples="auto", seed=0)[0]
 
 
@@ -104,6 +106,22 @@ def test_map_finds_what_the_kernel_misses() -> None:
     assert np.mean(scores) == pytest.approx(1, abs=4 * np.std(scores, ddof=1) / np.sqrt(len(scores)))
     # 208 scores of which some 40 are independent, in six data sets: no coarser than four standard errors of these
     assert np.std(scores, ddof=1) < 2 * np.sqrt(2 / 40)
+
+
+def test_a_map_without_a_kernel_finds_the_noise() -> None:
+    """The noise may have a share of the signal, which is that of the map, and not that of the constant."""
+    corners = {"element_x_mm": (0.0, 0.0, 6.75, 6.75), "element_y_mm": (0.0, 6.75, 0.0, 6.75)}
+    design, found = PadDesign(**corners), []
+    for seed in range(1, 4):
+        dataset = simulate(design, seed=seed).dataset
+        assert dataset.calibration is not None
+        problem = problem_of(dataset, dataset.calibration)
+        fit = add_map(problem, fit_kernel(problem, kernel_for("constant", dataset.sensor, problem.pitch_mm))).fit
+        found.append(np.mean(fit.misfit.variance))
+    truth = (design.noise_percent_peak / 100 * design.peak_reading) ** 2 / design.samples_per_touch
+    # 81 touches of four elements each, with three samples: the variance is known to 5 %. Gains differ by 15 %, and the
+    # noise with them.
+    assert np.mean(found) == pytest.approx(truth, rel=0.2)
 
 
 def test_left_out_is_what_a_fit_without_the_reading_predicts(known_line: tuple[SimulatedPad, PadProblem]) -> None:
