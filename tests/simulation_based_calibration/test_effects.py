@@ -9,9 +9,12 @@ import pytest
 from scipy import stats
 
 import bayestouch
+from bayestouch.chain.recording import Recording
+from bayestouch.effects.random import RandomEffect
 from bayestouch.errors import InputError
 from bayestouch.simulation import FingerDesign, PadDesign
 from bayestouch.simulation_based_calibration.calibrations import CalibrationDesign, simulate_calibration
+from bayestouch.simulation_based_calibration.effects import drift_of
 from bayestouch.simulation_based_calibration.pads import GAIN_FACTOR, OFFSET_SHARE, PLACE_MM, PadCalibrationDesign
 
 FINGER = FingerDesign(
@@ -144,3 +147,26 @@ def test_effects_that_cannot_occur_are_refused() -> None:
     silent = replace(LINE, force_noise_sd=0.0)
     with pytest.raises(InputError, match="noise of the force sensor"):
         PadCalibrationDesign.of(bayestouch.simulate(silent, seed=1).dataset, "gaussian", 100, 1)
+
+
+def test_drifts_have_the_covariance_of_their_process() -> None:
+    """Written out: sd² (1 + s) exp(-s) with s = √3 gap / time, also between touches far closer than the time."""
+    effect = finger_design("baseline_drift").added.effects[0]
+    assert isinstance(effect, RandomEffect)
+    time = np.array([0.0, 1.0, 5.0, 30.0])
+    touches = Recording(
+        indenter_radius_mm=np.full(4, np.nan),
+        place=(np.zeros(4),),
+        load=np.ones(4),
+        time_s=time,
+        held_s=np.zeros(4),
+        element_place=(np.zeros(4000),),
+        peak=np.ones(4000),
+        reference_load=1.0,
+        signal=np.zeros((4, 4000)),
+    )
+    course = drift_of(effect, (0.3, 10.0), touches, np.random.default_rng(2))
+    scaled = np.sqrt(3) * np.abs(time[:, None] - time) / 10.0
+    exact = 0.3**2 * (1 + scaled) * np.exp(-scaled)
+    # Standard error of a covariance of 4,000 pairs: at most sqrt(2 / 4000) of the variance, 2.2 %.
+    assert np.abs(course @ course.T / 4000 - exact).max() < 4.5 * np.sqrt(2 / 4000) * 0.3**2
