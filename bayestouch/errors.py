@@ -97,5 +97,11 @@ def misspelt(name: str, unknown: Iterable[str]) -> str:
     return f"; is it {found[0]}?" if found else ""
 
 
+def not_a(expected: str, value: object, how: str) -> InputError:
+    """Return the error that an argument is something else than expected, with how to get it."""
+    got = shown(str(value)) if isinstance(value, str | Path) else type(value).__name__
+    return InputError(f"expected {expected}, got {got}; {how}")
+
+
 def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else text[: length - 1] + "…"
