@@ -12,7 +12,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.output.pictures import ORDERED
 from bayestouch.output.text import fixed, number
-from bayestouch.reporting.sketch import Shape, Sketch, band, element, fractions, label
+from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, highest, label
 
 # Longest side of the map in the drawing, and the free space around it.
 _LONGEST, _MARGIN = 300.0, 18.0
@@ -42,15 +42,18 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
         rubber = {"width": f"{width:.2f}", "height": f"{height:.2f}", "class": "rubber"}
         shapes = [Shape("rect", rubber), *band(line, fractions(error, logarithmic=True), 8.0)]
         shapes += [element(scale * (each[0] - x.min()), 18.0, 4.0) for each in elements]
+    labels = []
     for name, place in (("best", best), ("worst", worst)):
         left, down = at(place)
         if plane:
             shapes.append(Shape("circle", {"cx": f"{left:.2f}", "cy": f"{down:.2f}", "r": "7", "class": "mark"}))
-        shapes.append(label(left, down - 9.0 if plane else down, name))
+        labels.append(label(left, down - 9.0 if plane else down, name))
+    labels = apart(labels)
+    top_margin = max(_MARGIN, -highest(labels))
     ends = number(float(error.min()), 2), number(float(error.max()), 2)
     return Sketch(
-        f"{-_MARGIN:g} {-_MARGIN:g} {width + 2 * _MARGIN:.2f} {height + 2 * _MARGIN:.2f}",
-        shapes,
+        f"{-_MARGIN:g} {-top_margin:g} {width + 2 * _MARGIN:.2f} {height + _MARGIN + top_margin:.2f}",
+        [*shapes, *labels],
         f"{ends[0]} mm",
         f"{ends[1]} mm",
         f"Error of the location to expect at each place (rms, logarithmic colours), over "
