@@ -81,3 +81,19 @@ def test_labels_of_near_places_do_not_overlap(first: float, second: float) -> No
     assert not near or abs(float(best["y"]) - float(worst["y"])) >= 9
     top = float(drawn.view.split()[1])
     assert all(float(each["y"]) - 9 >= top for each in (best, worst))
+
+
+@pytest.mark.parametrize("plane", [False, True])
+def test_elements_outside_the_touched_places_are_drawn(plane: bool) -> None:
+    x = np.repeat(np.linspace(10.0, 90.0, 5), 5)
+    columns = {"x_mm": list(x), "error_mm": list(1.0 + x)}
+    elements, best = [[0.0], [100.0]], {"x_mm": 10.0, "error_mm": 1.0}
+    if plane:
+        columns["y_mm"] = list(np.tile(np.linspace(0.0, 40.0, 5), 5))
+        elements, best = [[0.0, -20.0], [100.0, 60.0]], best | {"y_mm": 0.0}
+    drawn = pad_sketch({"places": {"by_location": columns, "elements_mm": elements, "best": best, "worst": best}})
+    left, top, width, height = map(float, drawn.view.split())
+    found = [points(shape) for shape in drawn.shapes if shape.attributes.get("class") == "element"]
+    assert len(found) == 2 and np.ptp([each[:, 0].mean() for each in found]) == pytest.approx(100 / 80 * 300, abs=0.1)
+    for each in found:
+        assert (each > [left, top]).all() and (each < [left + width, top + height]).all()
