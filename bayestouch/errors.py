@@ -91,5 +91,17 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {found[0]}?" if found else ""
 
 
+def misspelt(name: str, unknown: Iterable[str]) -> str:
+    """Return a question with the unknown name most similar to a missing one, for a message; empty if none is."""
+    found = get_close_matches(name, list(unknown), n=1)
+    return f"; is it {found[0]}?" if found else ""
+
+
+def not_a(expected: str, value: object, how: str) -> InputError:
+    """Return the error that an argument is something else than expected, with how to get it."""
+    got = shown(str(value)) if isinstance(value, str | Path) else type(value).__name__
+    return InputError(f"expected {expected}, got {got}; {how}")
+
+
 def _cut(text: str, length: int) -> str:
     return text if len(text) <= length else text[: length - 1] + "…"

@@ -21,6 +21,7 @@ from _error_rate_tables import (
     of_kind,
     print_tables,
 )
+from _error_rate_text import FRESH, LOOKED_AT, PAGE, SECTION, TABLES
 from _error_rate_versions import the_version
 from independent.dataset import LISTED
 from independent.unlisted import PLACED as PLACED_EFFECTS
@@ -31,108 +32,6 @@ PLACED = tuple(effect.name for effect in PLACED_EFFECTS)
 
 #: Fingers that were looked at while the catalogue and the search were changed.
 DEVELOPMENT = range(10)
-
-PAGE = """# Error rates of the diagnosis
-
-How often `bayestouch diagnose` is right, on simulated fingers of which it knows nothing. The simulator
-(`tests/independent`) shares no code with the package.
-
-{development}
-
-This page is written by `studies/error_rates.py` from its results: {n} diagnoses of {fingers}. For each of these
-fingers, up to four others without an effect were simulated. All results are of one version of the code, `{version}`:
-the number of the release and a hash of the sources of the package and of the simulator. Results of another version
-are not put beside them.
-
-A *size* is what an effect leaves in the touch means after the base parameters have absorbed what they can, root mean
-square, over the noise of an averaged touch: the lack of fit is about 1 + size². Small fingers have 8 elements, 175
-touches that are fitted and 52 that are held out; whole ones are as the practice fingers, with 16 elements, 468
-touches that are fitted and 225 that are held out. Cases of a finger are run in random order, so that a part of a run
-is a smaller study:
-
-    python studies/error_rates.py -o FOLDER --small --light --fingers 2                    fingers 0 to 1
-    python studies/error_rates.py -o FOLDER --small --light --fingers 2 --seeds-from 100   fingers 100 to 101
-    python studies/error_rates.py -o FOLDER --light --seeds-from 100 --minutes 60          whole fingers, for an hour
-    python studies/error_rates.py -o FOLDER --tables --docs docs/error_rates.md            this page
-
-`--light` reads held-out touches only of effects of size 2, and of fingers without an effect. So the tables of errors
-are of these. The last line of each block of tables has the time of a diagnosis. Words such as held out, coverage, R,
-θ_c and P are in the [glossary](glossary.md).
-
-Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms and sizes of the study.
-Cases of one finger share its touches, so the intervals are a little too narrow. The noise of readings is drawn anew
-for each case. The *aim* is the rate that was set as a goal. A case is *out of reach*, and is not run, where only an
-absurd value of the effect would have its size. Terms of the tables:
-
-- *Before*: the calibration without effects. *After*: with what the diagnosis found. Both are of the same held-out
-  touches. *Against references as stated*: errors against the data set's own columns
-  ([](diagnosis.md#references-that-a-diagnosis-moves)).
-- *Adequate*: the verdict that nothing is missing. *Detected*: any other verdict. *Named first*: the first effect that
-  was added is the one that was simulated. Names are those of [effects](effects.md).
-- *Nothing is left that the test sees*: the verdict is "explained". *Lack of fit at most 1.1*: this limit does not
-  allow for chance; the row "no effect" shows how often chance alone exceeds it.
-- *Excess*: the held-out lack of fit before, less 1. *Corrected* or *cut*: the share of the excess that is removed
-  after.
-- In the blocks of text `-` means that no case was run, and `nan` that no touches were read.
-
-An effect is hard to find where its size is small beside 1. It is hard to name where another effect changes the readings
-in the same way. If `bayestouch diagnose` calls two causes indistinguishable, `measure` in its output says which touches
-would decide.
-
-## Which formulas the effects have
-
-An effect of the simulator has the catalogue's name for its physical cause, and a formula of its own. Not every formula
-differs from the catalogue's: some are members of the catalogue's family, which means that some plausible values of the
-catalogue's parameters do the same to 1 % (at size 2). `tests/simulator/test_forms.py` checks this, except for the
-forms of the noise, whose formulas were compared by reading them. Rates of members and of other forms are listed
-separately. In large effects the difference between another formula and the catalogue's can exceed the noise; then the
-verdict is "partly explained", and a correction takes what it can.
-
-{forms}
-
-{headlines}
-
-```{{figure}} figures/error_rates_detection.png
-Share of fingers in which an effect was detected and named, against its size.
-```
-
-```{{figure}} figures/error_rates_confusion.png
-What was named first, for what was there (size 1 and above). Both figures are of {first}.
-```
-
-{tables}
-"""
-
-LOOKED_AT = """**Development set: fingers {fingers}.** They were looked at while the catalogue and the search were
-changed, and some changes followed failures on these same cases: a memory with two exponentials, proximity together with
-a drift of gains, and a loose patch. Rates on them are rates on data that the method was adjusted to, and may be too
-good."""
-
-FRESH = """**Fresh: fingers {fingers}.** None of them was looked at while the catalogue and the search were changed. The
-effects, their forms and their sizes are still those of the development set, on which some changes
-followed failures: a memory with two exponentials, proximity together with a drift of gains, and a loose patch. For an
-effect or a form that is not in this study the rates say nothing.
-
-A cause that `bayestouch diagnose` names on your finger is as sure as these rates only if it is like one of the study.
-So look at its evidence too: the errors of held-out touches before and after, and the causes that the data cannot
-distinguish from it. A small effect is found more often with more touches and more samples of each: what counts is its
-size over the noise of an averaged touch."""
-
-SECTION = """## {Title}
-
-| what | how often | interval | aim |
-|---|---|---|---|
-{rows}
-
-{read}
-"""
-
-TABLES = """## Tables of the {title}
-
-```text
-{tables}
-```
-"""
 
 #: Errors of readings: what, key.
 READ = (

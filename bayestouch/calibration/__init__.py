@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.data.dataset import DataSet
+from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.data.splits import with_calibration
 from bayestouch.errors import InputError, about
 from bayestouch.model.body import body_of
@@ -109,6 +109,7 @@ def calibrate(
     """
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
+    require_dataset(dataset)
     body = body_of(dataset.sensor)
     chosen = chosen_groups(groups) or None
     given = {

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from bayestouch.calibration.with_effects import fit_stated
-from bayestouch.data.dataset import DataSet
+from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.errors import InputError, about
 from bayestouch.model.body import body_of
 from bayestouch.model.log_density import LogDensity
+from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration
 
 __all__ = ["LogDensity", "log_density"]
@@ -52,6 +53,8 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     >>> bool(difference > 0)  # the density is largest at the mode
     True
     """
+    require_calibration(calibration)
+    require_dataset(touches)
     if touches.sensor.body != calibration.sensor.body:
         raise InputError("the data set is of another sensor than the calibration", file=touches.path)
     with about(touches.path):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.data.dataset import DataSet
+from bayestouch.data.dataset import DataSet, require_dataset
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 
@@ -143,4 +143,5 @@ def check(dataset: DataSet) -> DataCheck:
     """
     from bayestouch.checking.facts import dataset_facts
 
+    require_dataset(dataset)
     return DataCheck(dataset, dataset_facts(dataset), dataset.notes)

@@ -12,7 +12,7 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.data.sensor_toml import read_sensor, sensor_writer
 from bayestouch.data.touch_table import check_fit, read_touches, table_columns, touches_writer
 from bayestouch.data.touches import Touches
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, not_a
 from bayestouch.output.summary import Summarised, notes_line, path_in_short, span
 from bayestouch.output.text import plural
 
@@ -97,6 +97,22 @@ class DataSet(Summarised):
                 load = f", load{known} {self.sensor.body.load_unit}" if (known := span(table.load)) else ""
                 lines.append(f"{name}: {plural(table.n_touches, 'touch')}, {plural(table.n_rows, 'row')}{load}")
         return [*lines, *notes_line(self.notes), *([] if self.path is None else [f"from {path_in_short(self.path)}"])]
+
+
+def require_dataset(value: object) -> None:
+    """Raise an error with the way to a data set if `value` is none.
+
+    Raises
+    ------
+    InputError
+        It is a path, a simulated data set with its truth, a table of touches or something else.
+    """
+    if isinstance(value, DataSet):
+        return
+    how = "use its attribute dataset" if hasattr(value, "dataset") else "read one: bayestouch.load_dataset(folder)"
+    if isinstance(value, str | Path):
+        how = f"read it: bayestouch.load_dataset({str(value)!r})"
+    raise not_a("a data set", value, how)
 
 
 def load_dataset(path: str | Path) -> DataSet:

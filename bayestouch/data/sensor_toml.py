@@ -13,7 +13,7 @@ import tomli_w
 
 from bayestouch.data.sensor import BODIES, Rubber, Sensor
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, misspelt, nearest, shown
 
 _RUBBER = ("shear_modulus_MPa", "poisson_ratio")
 _READINGS = ("unit", "quantity")
@@ -109,8 +109,8 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
             given = tables.get("geometry", {})
             fitting = [other.kind for other in others if other.elements_key in given]
             hint = "".join(f', or body = "{other}" at the top' for other in fitting)
-            needed = ", ".join(body.required_keys)
-            raise InputError(f"missing; a {kind} needs {needed} under [geometry]{hint}", column=f"geometry.{key}")
+            needed = ", ".join(body.required_keys) + f" under [geometry]{hint or misspelt(key, given)}"
+            raise InputError(f"missing; a {kind} needs {needed}", column=f"geometry.{key}")
     rubber = _take(tables, "rubber", _RUBBER)
     force = _take(tables, "force_sensor", (body.force_noise_key,))
     for key in (other.force_noise_key for other in others):
@@ -130,7 +130,10 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
             reading_quantity=readings.get("quantity", ""),
             source={key: value if isinstance(value, str) else str(value) for key, value in source.items()},
             extra=tables,
-            notes=tuple(f"{file}: {key} is not known here, kept and not used" for key in _leaves(tables)),
+            notes=tuple(
+                f"{file}: {key} is not known here, kept and not used{_question(key, table_of)}"
+                for key in _leaves(tables)
+            ),
         )
 
 
@@ -163,6 +166,13 @@ def _leaves(tables: Mapping[str, Any]) -> list[str]:
         for name, value in tables.items()
         for leaf in ([f"{name}.{key}" for key in value] if name in known and isinstance(value, dict) else [name])
     ]
+
+
+def _question(unknown: str, table_of: Mapping[str, str]) -> str:
+    """Question with the key of the same table, or the table, that an unknown name is most similar to; or nothing."""
+    table, _, key = unknown.rpartition(".")
+    keys = [each for each, of in table_of.items() if of == table]
+    return nearest(key, keys if table else ("name", "body", *table_of.values()))
 
 
 def _plain(value: object) -> object:

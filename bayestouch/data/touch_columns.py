@@ -14,23 +14,33 @@ from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.data.arrays import MAX_ID
 from bayestouch.data.sensor import BODIES, Sensor
 from bayestouch.data.tables import Header
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, misspelt, nearest
 
 #: Columns that have the same name for every sensor.
 COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
 
 LOAD_COLUMNS = frozenset(body.load_column for body in BODIES.values())
 
+#: Unknown names of a header for which the known one is looked for.
+_ASKED = 100
+
 _ELEMENT = re.compile(r"e([0-9]{1,9})")
 _ELEMENT_SD = re.compile(r"e([0-9]{1,9})_sd")
 
 
 class Columns(NamedTuple):
-    """Column names as in the header: readings, their sd by element (None if absent), and all number columns."""
+    """Column names: readings, their sd by element (None if absent), all number columns; and those not in the header."""
 
     readings: tuple[str, ...]
     readings_sd: tuple[str | None, ...]
     numeric: frozenset[str]
+    absent: frozenset[str]
+
+    def unknown_among(self, names: tuple[str, ...]) -> str:
+        """Names of a header that are not used, as text, with known names that may be meant; empty if there are none."""
+        unknown = [name for name in names if name not in self.numeric]
+        meant = {nearest(name, self.absent) for name in unknown[:_ASKED]}
+        return few(unknown) + "".join(sorted(meant))
 
 
 def element_name(index: int) -> str:
@@ -64,7 +74,8 @@ def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
     for name in body.location_columns:
         if name not in names and (location or here):
             kind = f"{body.kind} in the plane" if name == "y_mm" else body.kind
-            message = f"missing: the reference location on a {kind}"
+            known = {*COMMON, *LOAD_COLUMNS, *body.location_columns}
+            message = f"missing: the reference location on a {kind}{misspelt(name, set(names) - known)}"
             raise InputError(message, file=file, row=row, column=name)
     readings = _elements(header, sensor)
     sds: dict[int, str] = {}
@@ -78,6 +89,7 @@ def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
         readings=readings,
         readings_sd=tuple(sds.get(i) for i in range(1, sensor.n_elements + 1)),
         numeric=frozenset(numeric & set(names)),
+        absent=frozenset(numeric - set(names)),
     )
 
 
@@ -103,7 +115,9 @@ def _elements(header: Header, sensor: Sensor) -> tuple[str, ...]:
     for number in range(1, len(found) + 1):
         if number not in found:
             column = element_name(number - 1)
-            raise InputError(f"missing: {expected}", file=header.file, row=header.row, column=column)
+            others = [name for name in header.names if not (_ELEMENT.fullmatch(name) or _ELEMENT_SD.fullmatch(name))]
+            message = f"missing: {expected}{misspelt(column, others)}"
+            raise InputError(message, file=header.file, row=header.row, column=column)
     if len(found) != sensor.n_elements:
         raise InputError(expected, file=header.file, row=header.row)
     return tuple(found[number] for number in sorted(found))

@@ -25,7 +25,7 @@ from bayestouch.data.touch_columns import (
     understand,
 )
 from bayestouch.data.touches import Touches, numbered
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError
 
 
 def read_touches(path: str | Path, sensor: Sensor, *, location: bool = False) -> Touches:
@@ -160,8 +160,8 @@ def notes_on(header: Header, columns: Columns, tally: Tally) -> tuple[str, ...]:
         raise InputError("no reading in any row of any element", file=file, column=columns.readings[0])
     if "sample" not in columns.numeric and tally.touches < tally.rows:
         notes.append(f"{file.name}: no column sample, rows of the same touch are numbered in order")
-    if unknown := tuple(name for name in header.names if name not in columns.numeric):
-        notes.append(f"{file.name}: columns not known here, kept and not used: {few(unknown)}")
+    if unknown := columns.unknown_among(header.names):
+        notes.append(f"{file.name}: columns not known here, kept and not used: {unknown}")
     return (*notes, *(f"{file.name}: {remark}" for remark in remarks(tally)))
 
 

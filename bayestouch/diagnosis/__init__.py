@@ -74,12 +74,14 @@ def diagnose(
     >>> round(before["lack_of_fit"]), round(after["lack_of_fit"])  # 1 if the model is right
     (4, 1)
     """
+    from bayestouch.data.dataset import require_dataset
     from bayestouch.diagnosis.follow import trace
     from bayestouch.diagnosis.result import Diagnosis
     from bayestouch.model.body import body_of
 
     if draws < 8:
         raise InputError(f"draws: expected at least 8, got {draws}")
+    require_dataset(dataset)
     body = body_of(dataset.sensor)
     options = {**body.own({"contact": contact, "kernel": kernel}), "draws": draws, "sample": sample, "seed": seed}
     with about(dataset.path):

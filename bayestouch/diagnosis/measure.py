@@ -19,7 +19,7 @@ from bayestouch.model.whitening import Whitening
 NUMBERS = (3, 5, 10, 20, 30, 50, 75, 100, 150, 200, 300, 500)
 # Squared whitened difference that is needed for a decision.
 ENOUGH = (2 * ERRORS) ** 2
-NOTHING = "no 500 touches with the tips, locations and loads that were used tell them apart"
+NOTHING = "no 500 touches with the tips, locations and loads that were used distinguish them"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ VERDICTS = {
     "adequate": "Adequate: the model",
     "explained": "Explained: with what was found the model",
     "partly explained": "Partly explained: an effect was found, and structure remains that no effect explains.",
-    "unattributed": "Unattributed: the model misses something, and no known effect explains it.",
+    "unattributed": "Unattributed: the model has an error, and no known effect explains it.",
 }
 _BEYOND_NOISE = {"adequate": "unattributed", "explained": "partly explained"}
 # Limits of a lack of fit if a file of an earlier version has none; largest `expected` of a fit that leaves little open.
@@ -50,7 +50,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
     for effect in numbers["effects"]:
         line = f"Found {effect['name']} ({effect['summary']}): {_values(effect['parameters'])}."
         if effect["indistinguishable_from"]:
-            line += f" These data cannot tell it from {' or '.join(effect['indistinguishable_from'])}."
+            line += f" These data cannot distinguish it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
     left, structure_left = numbers["unexplained"], numbers["verdict"] in ("partly explained", "unattributed")
     causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)]
@@ -201,7 +201,7 @@ def _of_final_model(numbers: Mapping[str, Any]) -> str:
         return f"{begin} fits its touches as well as the noise allows; none were held out."
     if lack is None:
         why = "" if numbers.get("loads_measured", True) else ": the loads were not measured"
-        return f"{begin} leaves nothing that these data show; they cannot be held against the noise{why}."
+        return f"{begin} leaves nothing that these data show; they cannot be compared with the noise{why}."
     if low is not None and lack < low:
         return f"{begin} leaves less than the noise that is assumed for readings and loads, which is too large."
     if limits["expected"] > _LITTLE_OPEN:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+from bayestouch.data.dataset import DataSet
 from bayestouch.data.survey import survey
 from bayestouch.data.touch_source import InMemory, Scattered, TouchSource, source_of
 from bayestouch.data.touches import Touches
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, not_a
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress
 from bayestouch.priors.indenters import IndenterPrior
@@ -23,6 +24,7 @@ from bayestouch.reading.driver import (
 )
 from bayestouch.reading.options import Kept, Options
 from bayestouch.reading.run import touch_run
+from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration, TouchPosteriors
 from bayestouch.results.reading import load_touches
 from bayestouch.results.schema import chosen_groups
@@ -125,6 +127,9 @@ def infer(
     True
     >>> touches.save("posterior.nc")
     """
+    if isinstance(touches, DataSet):
+        raise not_a("touches", touches, "use its attribute touches")
+    require_calibration(calibration)
     kept = Kept(draws, thin, summary_only, summarised=output is not None)
     chosen = chosen_groups(groups)
     options = Options(indenter, plug_in, use_load, check_sensor, each_sample, method, kept, seed, chosen)

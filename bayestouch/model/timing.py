@@ -48,7 +48,7 @@ class Timing:
         why = "times are missing" if np.isnan(time).any() else "times do not increase from touch to touch"
         most = max(int(touches.sample.max(initial=0)), 1)
         held = HELD_SHARE * touches.sample / most
-        return cls(group + held, held, "touch", f"{why}: the order of the rows stands for time, one unit a touch.")
+        return cls(group + held, held, "touch", f"{why}: the order of the rows is taken as time, one unit a touch.")
 
     def after(self, end: float, gap: float) -> Timing:
         """The clock started at `end` + `gap`, for a table that was recorded after another."""

@@ -80,12 +80,12 @@ class PublishedComparison(Summarised):
         by_key: dict[str, Beside] = {}
         for row in rows:
             if row.key in by_key:
-                raise InputError(f"two numbers to hold against {row.key}")
+                raise InputError(f"two numbers to compare with {row.key}")
             by_key[row.key] = row
         keys = [number.key for number in published.all_numbers()]
         missing = [key for key in keys if key not in by_key]
         if missing:
-            raise InputError(f"nothing to hold against {len(missing)} printed numbers: {', '.join(missing)}")
+            raise InputError(f"nothing to compare with {len(missing)} printed numbers: {', '.join(missing)}")
         return cls(tuple(by_key[key] for key in keys))
 
     @property

@@ -154,10 +154,13 @@ def report(
     >>> len(report.posteriors), report.calibration.sensor.n_elements
     (45, 4)
     """
+    from bayestouch.data.dataset import require_dataset
     from bayestouch.output.files import new_folder
     from bayestouch.reporting.gather import GATHERED, gather
     from bayestouch.reporting.writing import write_report
 
+    if dataset is not None:
+        require_dataset(dataset)
     output = Path(output)
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:

@@ -44,9 +44,7 @@ def _verdict(rows: list[dict[str, Any]]) -> str:
     grade, words = coverage_verdict(rows)
     if grade == "unknown":
         return words
-    trust = {"bad": "are too small", "fair": "are somewhat too small", "good": "can be taken at their word"}[grade]
-    if words.startswith("as often as they should or more"):
-        trust = "can be relied on"
+    trust = {"bad": "are too small", "fair": "are somewhat too small", "good": "can be trusted"}[grade]
     return f"{words}, so the stated uncertainties {trust}"
 
 
@@ -54,14 +52,14 @@ def coverage_verdict(rows: list[dict[str, Any]]) -> tuple[str, str]:
     """Grade of the coverage of 90 % intervals (``good``, ``fair``, ``bad``, ``unknown``), and the same in words."""
     touches = min(row["touches"] for row in rows)
     if touches < _FEWEST:
-        return "unknown", f"{plural(touches, 'touch')} cannot tell whether that is as often as it should be"
+        return "unknown", f"{plural(touches, 'touch')} cannot show whether that is as often as it should be"
     off = [(row["percent_inside"]["90"] - 90, max(_AS_CLAIMED, 2 * row["se_90"])) for row in rows]
     below = min(difference + tolerance for difference, tolerance in off)
     if below < _AS_CLAIMED - _NEARLY:
         return "bad", "less often than they should"
     if below < 0:
         return "fair", "a little less often than they should"
-    caution = f" (as far as {plural(touches, 'touch')} can tell)" if max(t for _, t in off) > _NEARLY else ""
+    caution = f", as far as {plural(touches, 'touch')} can show" if max(t for _, t in off) > _NEARLY else ""
     if any(difference > tolerance for difference, tolerance in off):
         return "good", f"as often as they should or more{caution}"
     return "good", f"as often as they should{caution}"
@@ -78,8 +76,8 @@ def _model(numbers: dict[str, Any]) -> list[str]:
     lack = numbers["calibration"]["lack_of_fit"]
     if lack is not None and lack > _LACK_OF_FIT:
         sentences.append(
-            f"The calibrated model misses its own touches by more than noise explains (lack of fit {number(lack, 2)}, "
-            "1 for a model that is right): something systematic is missing from it."
+            f"The calibrated model does not fit its own touches to within noise (lack of fit {number(lack, 2)}, "
+            "1 for a model that is right): it has a systematic error."
         )
     elif lack is not None:
         sentences.append(
@@ -109,9 +107,9 @@ def _linearity(found: dict[str, Any]) -> list[str]:
     if exponent is None or linear is None or abs(exponent - 1) < _NOT_LINEAR or linear < 1.1 * power:
         return []
     return [
-        f"Linearity does not hold: what readings have beyond an offset grows as {_power(exponent)}, and the linear "
-        f"model misses readings left out of its calibration by {number(linear, 2)} % of the peak where that law misses "
-        f"them by {number(power, 2)} %."
+        f"The readings are not linear in the load: beyond an offset they grow as {_power(exponent)}. On readings left "
+        f"out of the calibration, the error of the linear model is {number(linear, 2)} % of the peak, and that of this "
+        f"law {number(power, 2)} %."
     ]
 
 

@@ -42,8 +42,8 @@ def _limit(places: dict[str, Any], quantity: str) -> list[dict[str, str]]:
         return [
             {
                 "what": "Make more calibration touches, densest where readings are to be trusted",
-                "why": f"{percent(shared)} % of the {quantity}'s variance is shared by all touches at a place: what "
-                "the calibration leaves open and the model misses. Averaging more samples cannot lower it.",
+                "why": f"{percent(shared)} % of the {quantity}'s variance is shared by all touches at a place: the "
+                "uncertainty of the calibration and the error of the model. Averaging more samples cannot lower it.",
             }
         ]
     if shared < 100 - _MOST:

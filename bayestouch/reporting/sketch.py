@@ -12,6 +12,8 @@ from bayestouch.array_types import FloatArray
 from bayestouch.output.pictures import ORDERED
 
 _STOPS = 7
+# Height of a line and width of a letter of a label, whose font has 9 units (style.css).
+_LINE, _LETTER = 11.0, 5.5
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,36 @@ def element(x: float, y: float, size: float) -> Shape:
 def label(x: float, y: float, text: str, anchor: str = "middle") -> Shape:
     """Text at a point."""
     return Shape("text", {"x": f"{x:.2f}", "y": f"{y:.2f}", "text-anchor": anchor}, text)
+
+
+def apart(labels: Sequence[Shape]) -> list[Shape]:
+    """Labels in the same order, moved up until no two overlap, the lowest first."""
+    done: dict[int, Shape] = {}
+    for number in sorted(range(len(labels)), key=lambda i: -float(labels[i].attributes["y"])):
+        each = labels[number]
+        low, high = _span(each)
+        y = float(each.attributes["y"])
+        for other in done.values():
+            left, right = _span(other)
+            if low < right and left < high and y > float(other.attributes["y"]) - _LINE:
+                y = float(other.attributes["y"]) - _LINE
+        done[number] = Shape("text", {**each.attributes, "y": f"{y:.2f}"}, each.text)
+    return [done[number] for number in range(len(labels))]
+
+
+def highest(labels: Sequence[Shape]) -> float:
+    """Top of the labels, above which the drawing may end."""
+    return min(float(each.attributes["y"]) for each in labels) - _LINE
+
+
+def _span(label: Shape) -> tuple[float, float]:
+    """Left and right end of a label, about."""
+    width = _LETTER * len(label.text)
+    left = (
+        float(label.attributes["x"])
+        - width * {"start": 0.0, "middle": 0.5, "end": 1.0}[label.attributes["text-anchor"]]
+    )
+    return left, left + width
 
 
 def _named(attributes: dict[str, Any]) -> dict[str, str]:

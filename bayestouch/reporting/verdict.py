@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bayestouch.diagnosis.outcome import errors_of_samples, not_used, verdict_sentence, verdict_word, worse_lines
-from bayestouch.output.text import listed, number, percent
+from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
@@ -25,21 +25,21 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
     coverage, found = numbers["trust"]["coverage"], _verdict_of_diagnosis(numbers["diagnosis"])
     said = "" if found is None else f" Verdict of the diagnosis: {found}."
     if not coverage:
-        reason = "The touches have no references that stated intervals could be held against."
+        reason = "The touches have no references with which stated intervals could be compared."
         return verdict_row(_FIRST, "Not shown by these data", reason + said)
     grade, words = coverage_verdict(coverage)
     worst = min(coverage, key=lambda row: float(row["percent_inside"]["90"]))
-    reason = (
-        f"Stated 90 % intervals hold the reference {words} (least: {percent(worst['percent_inside']['90'])} %, "
-        f"{worst['touches']} touches)."
-    )
+    least = f"least: {percent(worst['percent_inside']['90'])} %, {plural(worst['touches'], 'touch')}"
+    reason = f"Stated 90 % intervals hold the reference {words} ({least})."
+    if grade == "unknown":
+        reason = f"{percent(worst['percent_inside']['90'])} % of the stated 90 % intervals hold the reference; {words}."
     # A diagnosis tests the model on held-out touches, and may show that a lack of fit is due to chance.
     missed = has_lack_of_fit(numbers["calibration"]) if found is None else found != "adequate"
     if missed and found is None:
-        said = " The model misses more than noise explains."
-    short = {"good": "Yes", "fair": "With care", "bad": "Not as stated", "unknown": "Too few touches to tell"}[grade]
+        said = " The model has a larger error than noise explains."
+    short = {"good": "Yes", "fair": "With care", "bad": "Not as stated", "unknown": "Too few touches to say"}[grade]
     if grade == "good" and missed:
-        short = "Yes, though the model misses something"
+        short = "Yes, though the model has an error"
     return verdict_row(_FIRST, short, reason + said)
 
 
@@ -49,7 +49,7 @@ def _verdict_of_diagnosis(found: dict[str, Any] | None) -> str | None:
     if found is None or word is None:
         return None
     if word == "unattributed":
-        return "unattributed, the model misses something that no known effect explains"
+        return "unattributed, the model has an error that no known effect explains"
     names = _names(found)
     return f"{word} by {listed(names)}" if names else word
 
@@ -88,11 +88,11 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         ]
         short = f"{listed(names)[:1].upper()}{listed(names)[1:]}"
     elif _word(found) == "unattributed":
-        parts.append("The model misses something that no known effect explains.")
+        parts.append("The model has an error that no known effect explains.")
         short = "Something that no known effect explains"
     elif found is not None and _word(found) == "adequate":
         parts.append(f"The search for effects found none. {verdict_sentence(found)}")
-        short = "Nothing that was looked for"
+        short = "No known cause"
     else:
         parts.append("No effect was searched for: bayestouch diagnose does that.")
         short = "See what to measure next"

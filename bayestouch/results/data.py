@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -13,6 +14,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.noise import Noise
 from bayestouch.data.arrays import quantiles
 from bayestouch.data.sensor import Sensor
+from bayestouch.errors import InputError, few, nearest, not_a
 from bayestouch.output.summary import Summarised
 from bayestouch.priors.parameters import Parameter
 from bayestouch.results.keys import E_MAP, EFFECTS, IDENTIFIED_MAP, REST_READING
@@ -88,6 +90,23 @@ class CalibrationData(Summarised):
         return EFFECTS in self.settings
 
 
+def require_calibration(value: object) -> None:
+    """Raise an error with the way to a calibration if `value` is none.
+
+    Raises
+    ------
+    InputError
+        It is a path, a diagnosis or something else.
+    """
+    if isinstance(value, CalibrationData):
+        return
+    after = hasattr(value, "calibration_after")
+    how = "use its attribute calibration_after" if after else "make one: bayestouch.calibrate(dataset)"
+    if isinstance(value, str | Path):
+        how = f"read it: bayestouch.load({str(value)!r})"
+    raise not_a("a calibration", value, how)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PosteriorsData(Summarised):
     """Data of posteriors of touches; `bayestouch.results.objects.TouchPosteriors` describes each field."""
@@ -104,14 +123,21 @@ class PosteriorsData(Summarised):
     estimates: Mapping[str, FloatArray] = field(default_factory=dict)
     groups: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
 
+    def _check(self, name: str) -> None:
+        known = [*self.posterior, *self.estimates]
+        if name not in known:
+            raise InputError(f"{name}: no such parameter{nearest(name, known)}; expected one of {few(known, 20)}")
+
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""
+        self._check(name)
         if name in self.estimates:
             return np.asarray(self.estimates[name][0])
         return np.asarray(self.posterior[name].mean(axis=(0, 1)))
 
     def sd(self, name: str) -> FloatArray:
         """Posterior standard deviation of a parameter, shape (t,); NaN where a draw is infinite (r_c of a flat tip)."""
+        self._check(name)
         if name in self.estimates:
             return np.asarray(self.estimates[name][1])
         with np.errstate(invalid="ignore"):
@@ -123,10 +149,16 @@ class PosteriorsData(Summarised):
         Raises
         ------
         InputError
-            If only summaries were kept and the probability is not 0.9.
+            If there is no such parameter, the probability is not between 0 and 1, or only summaries were kept and it
+            is not 0.9.
         """
+        self._check(name)
+        if not 0 < probability < 1:
+            raise InputError(f"probability: expected a number between 0 and 1, got {probability:g}")
         if name in self.estimates and probability == 0.9:
             return self.estimates[name][2], self.estimates[name][4]
+        if name not in self.posterior:
+            raise InputError(f"probability: only summaries were kept, expected 0.9, got {probability:g}")
         tail = (1 - probability) / 2
         low, high = quantiles(self.posterior[name], [tail, 1 - tail], axis=(0, 1))
         return low, high

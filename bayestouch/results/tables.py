@@ -19,6 +19,8 @@ def touch_table(posteriors: PosteriorsData) -> DataFrame:
     """Return the mean and sd of every parameter, one row a touch, see `bayestouch.TouchPosteriors.summary`."""
     import pandas as pd
 
+    from bayestouch.results.summary_table import SummaryTable
+
     columns = {name: values for name, values in coordinates_of(posteriors.rows).items() if name != "touch"}
     units = {parameter.name: parameter.unit for parameter in posteriors.parameters}
     known = {*posteriors.posterior, *posteriors.estimates}
@@ -26,14 +28,14 @@ def touch_table(posteriors: PosteriorsData) -> DataFrame:
         if name in known:
             columns |= {name: posteriors.mean(name), f"{name}_sd": posteriors.sd(name)}
     columns["grade"] = posteriors.sample_stats["grade"].astype(int)
-    table = pd.DataFrame(columns, index=pd.Index(posteriors.rows.touch, name="touch"))
+    table = SummaryTable(columns, index=pd.Index(posteriors.rows.touch, name="touch"))
     table.attrs["units"] = {name: units[name] for name in units if name in known}
     return table
 
 
 def parameter_table(calibration: CalibrationData) -> DataFrame:
     """Return the posterior of every parameter, one row each, see `bayestouch.Calibration.summary`."""
-    import pandas as pd
+    from bayestouch.results.summary_table import SummaryTable
 
     rows = {}
     for name, (symbol, unit, meaning, prior) in described(calibration).items():
@@ -50,7 +52,7 @@ def parameter_table(calibration: CalibrationData) -> DataFrame:
             "prior": prior,
             "meaning": meaning,
         }
-    table = pd.DataFrame.from_dict(rows, orient="index")
+    table = SummaryTable.from_dict(rows, orient="index")
     table.index.name = "parameter"
     return table
 

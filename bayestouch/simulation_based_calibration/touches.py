@@ -24,6 +24,7 @@ from bayestouch.errors import InputError
 from bayestouch.inference import infer
 from bayestouch.output.progress import Progress
 from bayestouch.priors.parameters import Prior
+from bayestouch.results.data import require_calibration
 from bayestouch.results.objects import Calibration
 from bayestouch.simulation_based_calibration.ranks import BINS, RankStatistics, rank_statistics
 
@@ -127,6 +128,7 @@ def sbc(
             "priors, contact, effects, kernel and scheduler are options of a data set's calibration; this one has "
             "its own"
         )
+    require_calibration(of)
     finger_of(of.sensor, "simulation-based calibration")
     if of.has_effects or of.has_identified_map:
         raise InputError(

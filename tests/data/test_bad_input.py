@@ -133,6 +133,8 @@ HEADERS = [
         "touch,x_mm,e01,e03",
         f"row 1, column e02: missing: {TWO}, found 2",
     ),
+    ("touch,x_m,e01,e02", "row 1, column x_mm: missing: the reference location on a pad; is it x_m?"),
+    ("touch,x_mm,e01,e_02,e03", f"row 1, column e02: missing: {TWO}, found 2; is it e_02?"),
     ("touch,x_mm,e00,e01", "row 1, column e00: elements are counted from e01"),
     ("touch,x_mm,e01,e1", "row 1, column e1: the same element as e01"),
     ("touch,x_mm,e01,e02,e01_sd,e1_sd", "row 1, column e1_sd: the same as e01_sd"),

@@ -162,6 +162,12 @@ def test_rows_without_contact_are_counted_and_contradictions_said(write: Callabl
     ]
 
 
+def test_a_misspelt_column_is_kept_and_the_right_name_asked_for(write: Callable[..., Path]) -> None:
+    path = write("touch,x_mm,lod_N,operator,e01,e02\n0,5,1,7,2,3\n1,6,1,7,3,4\n")
+    assert good(path).load.tolist() == pytest.approx([np.nan, np.nan], nan_ok=True)
+    assert notes(path)[0] == "columns not known here, kept and not used: lod_N, operator; did you mean load_N?"
+
+
 def test_a_column_without_a_name_is_kept(write: Callable[..., Path]) -> None:
     path = write(",touch,x_mm,load_N,e01,e02\n0,5,1,1,2,3\n1,6,1,1,3,4\n")
     assert good(path).extra["column_1"].tolist() == ["0", "1"]

@@ -101,6 +101,15 @@ def test_unknown_keys_are_kept_said_and_written_back() -> None:
     assert sensor_from_toml(sensor_to_toml(sensor)) == sensor
 
 
+def test_a_misspelt_key_is_asked_for() -> None:
+    text = FINGER.replace("[rubber]", "[rubber]\npoison_ratio = 0.4\nbatch = 7") + "\n[foce_sensor]\nnoise = 1\n"
+    assert set(sensor_from_toml(text).notes) == {
+        "sensor.toml: rubber.poison_ratio is not known here, kept and not used; did you mean poisson_ratio?",
+        "sensor.toml: rubber.batch is not known here, kept and not used",
+        "sensor.toml: foce_sensor is not known here, kept and not used; did you mean force_sensor?",
+    }
+
+
 def test_byte_order_mark_and_windows_line_ends(tmp_path) -> None:
     file = tmp_path / "sensor.toml"
     file.write_bytes(b"\xef\xbb\xbf" + FINGER.replace("\n", "\r\n").encode())
@@ -177,7 +186,13 @@ PAD_NEEDS = "element_x_mm under [geometry]"
 @pytest.mark.parametrize(
     ("text", "old", "new", "key", "message"),
     [
-        (FINGER, "core_radius_mm", "core_radius", "core_radius_mm", f"a finger needs {FINGER_NEEDS}"),
+        (
+            FINGER,
+            "core_radius_mm",
+            "core_radius",
+            "core_radius_mm",
+            f"a finger needs {FINGER_NEEDS}; is it core_radius?",
+        ),
         (
             FINGER,
             'name = "f"',

@@ -55,7 +55,7 @@ def test_all_of_it() -> None:
     assert sentences(numbers("partly explained", effects=[effect], correction={}, measure=advice)) == [
         VERDICTS["partly explained"],
         "Found crosstalk (neighbours are heard): crosstalk_share 0.0612 ± 0.0023, crosstalk_width 3 mm. "
-        "These data cannot tell it from bleed or sag.",
+        "These data cannot distinguish it from bleed or sag.",
         "Unexplained: 55 % of the misfit, most at load 3 to 4 N/m.",
         "Errors after are with a correction by element and location, which is no cause.",
         "To decide: measure.",
@@ -163,10 +163,10 @@ def test_references_that_are_said_to_be_off() -> None:
         ({"noise_from_repeats": None, "noise_floor_percent_peak": None}, "the noise is not known from repeats."),
         ({"noise_from_repeats": None}, "predicts held-out touches as well as the noise allows."),
         ({"data": {"held_out_touches": 0}}, "fits its touches as well as the noise allows; none were held out."),
-        ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be held against the noise."),
+        ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be compared with the noise."),
         (
             {"after": AFTER | {"lack_of_fit": None}, "loads_measured": False},
-            "they cannot be held against the noise: the loads were not measured.",
+            "they cannot be compared with the noise: the loads were not measured.",
         ),
         ({"after": AFTER | {"lack_of_fit": 1.11}}, "Partly explained: an effect was found, and structure remains"),
     ],

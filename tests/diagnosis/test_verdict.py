@@ -60,7 +60,7 @@ def numbers(word: str = "explained", **changes: Any) -> dict[str, Any]:
     ("changes", "within", "said"),
     [
         ({}, True, "1.02 (0.90 to 1.10 if nothing is missing)"),
-        ({"after": {"lack_of_fit": 1.5}}, False, "structure remains|misses something"),
+        ({"after": {"lack_of_fit": 1.5}}, False, "structure remains|the model has an error"),
         ({"after": {"lack_of_fit": 0.2}}, False, "less than the noise that is assumed"),
         ({"noise_from_repeats": False, "noise_floor_percent_peak": None}, False, "not known from repeats"),
         ({"after": {"lack_of_fit": None}, "loads_measured": False}, False, "loads were not measured"),

@@ -49,7 +49,7 @@ def test_order_of_rows_where_there_is_no_clock(time: list[float], why: str) -> N
     np.testing.assert_allclose(found.time_s, [0, 0.1, 0.2, 1, 1.1])
     np.testing.assert_allclose(found.held_s, [0, 0.1, 0.2, 0, 0.1])
     assert found.unit == "touch"
-    assert found.note == f"{why}: the order of the rows stands for time, one unit a touch."
+    assert found.note == f"{why}: the order of the rows is taken as time, one unit a touch."
     one = Timing.of(table([np.nan, np.nan], [0, 1]))
     np.testing.assert_array_equal(one.time_s, [0.0, 1.0])
 

@@ -179,7 +179,7 @@ def test_measured_errors_in_the_readme_are_those_of_the_tutorial() -> None:
         ((before, after, unit),) = re.findall(pattern, printed)
         assert f"| {row} | {before} {unit} | {after} {unit} |" in readme
     assert "Partly explained:" in printed and 'the verdict is "partly explained"' in readme
-    assert "tell it from gain_drift" in printed and "A drift of the gain explains" in readme
+    assert "distinguish it from gain_drift" in printed and "A drift of the gain explains" in readme
 
 
 def test_every_page_is_in_one_list_of_the_first_page() -> None:

@@ -1,7 +1,8 @@
-"""The pages are in the words of the field: none of the words of `docs/style/words.toml` is in them."""
+"""Pages and messages are in the words of the field: none of the words of `docs/style/words.toml` is in them."""
 
 from __future__ import annotations
 
+import ast
 import json
 import re
 import tomllib
@@ -50,6 +51,36 @@ def found(name: str, text: str) -> Iterator[str]:
 def test_pages_have_none_of_these_words() -> None:
     lines = [line for page in PAGES for line in found(page.name, page.read_text("utf-8"))]
     assert not lines, f"{len(lines)} words of docs/style/words.toml:\n" + "\n".join(lines)
+
+
+def texts(source: str) -> Iterator[str]:
+    """Texts of a module that a user may see: strings of more than one word that are no docstrings, values left out."""
+    tree = ast.parse(source)
+    inside = {id(part) for each in ast.walk(tree) if isinstance(each, ast.JoinedStr) for part in each.values}
+    docstrings = {id(each.value) for each in ast.walk(tree) if isinstance(each, ast.Expr)}
+    for each in ast.walk(tree):
+        if isinstance(each, ast.JoinedStr):
+            yield "".join(str(part.value) if isinstance(part, ast.Constant) else "0" for part in each.values)
+        elif isinstance(each, ast.Constant) and isinstance(each.value, str) and id(each) not in inside | docstrings:
+            yield each.value
+
+
+def test_messages_and_reports_have_none_of_these_words() -> None:
+    lines = [
+        line
+        for path in sorted((ROOT / "bayestouch").rglob("*.py"))
+        for text in texts(path.read_text("utf-8"))
+        if " " in text.strip()
+        for line in found(path.name, text)
+    ]
+    for path in sorted((ROOT / "bayestouch").rglob("*.html")):
+        lines += found(path.name, re.sub(r"<[^>]+>", " ", path.read_text("utf-8")))
+    assert not lines, f"{len(lines)} words of docs/style/words.toml:\n" + "\n".join(lines)
+
+
+def test_texts_of_a_module_are_its_messages() -> None:
+    source = '"""It stands."""\nx = f"{y} is told"\n\ndef f():\n    """Stands."""\n    return "a b"\n'
+    assert sorted(texts(source)) == ["0 is told", "a b"]
 
 
 def linted(name: str, text: str) -> Iterator[str]:

@@ -163,12 +163,12 @@ def test_convergence_counts_touches_that_miss(calibration: Calibration) -> None:
 @pytest.mark.parametrize(
     ("inside", "touches", "words"),
     [
-        (90.5, 2000, "taken at their word"),
+        (90.5, 2000, "can be trusted"),
         (87.0, 2000, "somewhat too small"),
         (70.0, 2000, "are too small"),
-        (97.0, 2000, "can be relied on"),
-        (81.0, 30, "as far as 30 touches can tell"),
-        (0.0, 1, "1 touch cannot tell"),
+        (97.0, 2000, "or more, so the stated uncertainties can be trusted"),
+        (81.0, 30, "as far as 30 touches can show"),
+        (0.0, 1, "1 touch cannot show"),
     ],
 )
 def test_verdict_on_coverage(inside: float, touches: int, words: str) -> None:

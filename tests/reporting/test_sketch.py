@@ -62,3 +62,38 @@ def test_colours_follow_the_values() -> None:
     assert fractions(np.array([3.0, 3.0])) == pytest.approx([0.5, 0.5])
     first, last = colours(np.array([0.0, 1.0]))
     assert first != last and re.fullmatch("#[0-9a-f]{6}", first)
+
+
+@pytest.mark.parametrize("second", [-27.0, -20.0, 0.0, 40.0])
+@pytest.mark.parametrize("first", [-23.0, 0.0, 30.0])
+def test_labels_of_near_places_do_not_overlap(first: float, second: float) -> None:
+    places = {
+        "by_location": {"angle_deg": [-60.0, 0.0, 60.0], "R_error_mm": [2.0, 1.0, 2.0]},
+        "body_mm": {"outer_radius": 10.0, "core_radius": 6.0, "sensing_radius": 8.0},
+        "elements_deg": [0.0],
+        "best": {"angle_deg": first, "R_error_mm": 1.0},
+        "worst": {"angle_deg": second, "R_error_mm": 2.0},
+    }
+    drawn = finger_sketch({"places": places})
+    best, worst = (each.attributes for each in drawn.shapes if each.text.startswith(("best", "worst")))
+    # a line of the font is 9 units high, and "worst -27°" about 55 units wide
+    near = abs(float(best["x"]) - float(worst["x"])) < 20 or best["text-anchor"] == worst["text-anchor"] == "end"
+    assert not near or abs(float(best["y"]) - float(worst["y"])) >= 9
+    top = float(drawn.view.split()[1])
+    assert all(float(each["y"]) - 9 >= top for each in (best, worst))
+
+
+@pytest.mark.parametrize("plane", [False, True])
+def test_elements_outside_the_touched_places_are_drawn(plane: bool) -> None:
+    x = np.repeat(np.linspace(10.0, 90.0, 5), 5)
+    columns = {"x_mm": list(x), "error_mm": list(1.0 + x)}
+    elements, best = [[0.0], [100.0]], {"x_mm": 10.0, "error_mm": 1.0}
+    if plane:
+        columns["y_mm"] = list(np.tile(np.linspace(0.0, 40.0, 5), 5))
+        elements, best = [[0.0, -20.0], [100.0, 60.0]], best | {"y_mm": 0.0}
+    drawn = pad_sketch({"places": {"by_location": columns, "elements_mm": elements, "best": best, "worst": best}})
+    left, top, width, height = map(float, drawn.view.split())
+    found = [points(shape) for shape in drawn.shapes if shape.attributes.get("class") == "element"]
+    assert len(found) == 2 and np.ptp([each[:, 0].mean() for each in found]) == pytest.approx(100 / 80 * 300, abs=0.1)
+    for each in found:
+        assert (each > [left, top]).all() and (each < [left + width, top + height]).all()

@@ -36,15 +36,15 @@ def numbers(found: dict[str, Any] | None, *, lack_of_fit: float | None, inside: 
     }
 
 
-MISSES = "Yes, though the model misses something"
+MISSES = "Yes, though the model has an error"
 
 
 @pytest.mark.parametrize(
     ("found", "lack_of_fit", "short", "said"),
     [
         (None, 1.0, "Yes", None),
-        (None, 1.4, MISSES, "The model misses more than noise explains."),
-        ({"missing": "No effect was searched for."}, 1.4, MISSES, "The model misses more than noise explains."),
+        (None, 1.4, MISSES, "The model has a larger error than noise explains."),
+        ({"missing": "No effect was searched for."}, 1.4, MISSES, "The model has a larger error than noise explains."),
         # The fit misses its own touches, but the test on held-out touches decides.
         (diagnosis("adequate"), 1.4, "Yes", "Verdict of the diagnosis: adequate."),
         (diagnosis("explained", "creep"), 1.0, MISSES, "Verdict of the diagnosis: explained by creep."),
@@ -81,7 +81,7 @@ def test_the_last_row_has_the_same_verdict() -> None:
     """What is fixed first is not said to be nothing where the lack of fit says that something is missing."""
     beyond = numbers(diagnosis("adequate", lack_of_fit=1.5), lack_of_fit=1.0)
     assert _fix(beyond)["short"] == "Something that no known effect explains"
-    assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing that was looked for"
+    assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "No known cause"
 
 
 def test_prediction_errors_are_stated_to_two_digits() -> None:
@@ -92,3 +92,13 @@ def test_prediction_errors_are_stated_to_two_digits() -> None:
         "correction": None,
     }
     assert _gain(found) == " (3.1 % of the peak falls to 1.2 %)"
+
+
+def test_few_touches_are_a_sentence_too() -> None:
+    few = numbers(None, lack_of_fit=1.0)
+    few["trust"]["coverage"][0] |= {"touches": 5, "percent_inside": {"90": 80.0}}
+    row = _trusted(few)
+    assert row["short"] == "Too few touches to say"
+    assert row["reason"].startswith(
+        "80 % of the stated 90 % intervals hold the reference; 5 touches cannot show whether that is as often as"
+    )

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from posterior_cases import PAD, calibration, same, touches
 
@@ -182,3 +183,20 @@ def test_one_row_a_parameter() -> None:
     assert table["unit"].to_dict() == {"sigma": "", "mu": "MPa", "r_s": "mm", "gain": "counts/strain"}
     assert made.to_dataframe().set_index("parameter")["unit"]["gain"].unique().tolist() == ["counts/strain"]
     assert "counts/strain" in made._repr_html_()
+
+
+@pytest.mark.parametrize("width", [50, 80, 200])
+def test_every_column_is_printed(
+    posteriors: bayestouch.TouchPosteriors, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(width))
+    for table in (posteriors.summary(), calibration().summary()):
+        lines = repr(table).splitlines()
+        assert set(table.columns) <= set(" ".join(lines).split()) and max(map(len, lines)) <= width
+        assert set(table.columns) <= set(repr(table.head(2)).split())
+    table = posteriors.summary()
+    assert repr(table).splitlines()[-1] == "units: R mm, theta_c degree, P N/m"
+    assert repr(table[["P"]]).splitlines()[-1] == "units: P N/m" and "units" not in repr(table[["tip"]])
+    assert "NaN" not in repr(table)
+    long = pd.concat([table] * 5)
+    assert len(repr(long.reset_index(drop=True)[["P"]]).splitlines()) == 1 + 20 + 1 + 1

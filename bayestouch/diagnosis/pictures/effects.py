@@ -71,7 +71,7 @@ def three_maps(file: str, title: str, middle: str, before: HeldOut, after: HeldO
         file,
         "effects",
         title,
-        f"Mean over held-out touches, against {quantity.name}, where it shows most. Left: what the model misses "
+        f"Mean over held-out touches, against {quantity.name}, where it shows most. Left: the error of the model "
         f"without it. Middle: what adding it changes. Right: what is left. Rms of all residuals {one:.2f} % of the "
         f"peak before, {two:.2f} % after.",
         f"Three maps of residuals by element and {quantity.name}; rms {one:.2f} % before, {two:.2f} % after.",

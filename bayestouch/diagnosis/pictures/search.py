@@ -31,7 +31,7 @@ def search_picture(traced: Traced) -> Picture:
         "search",
         "Which effects were tried",
         "What each effect of the catalogue explains, if it is added alone, of the residual that can be explained. Blue "
-        "was added; orange cannot be told from it with these data.",
+        "was added; these data cannot distinguish orange from it.",
         f"Rounds of the search; added: {', '.join(added) or 'nothing'}.",
         content,
         "png",

@@ -46,7 +46,7 @@ def view_picture(before: HeldOut, after: HeldOut) -> Picture:
         "residual",
         "Where the residual lives",
         "Mean square of held-out residuals over that of the noise, with the standard error that noise alone would "
-        "give. 1 (dotted) is a model that misses nothing.",
+        "give. 1 (dotted) is a model without error.",
         f"Mean square residual over noise by {', '.join(one.name for one, _ in pairs)}: on the whole "
         f"{before.lack_of_fit:.2f} before and {after.lack_of_fit:.2f} after.",
         content,

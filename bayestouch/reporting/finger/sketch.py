@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.output.text import fixed, number
-from bayestouch.reporting.sketch import Shape, Sketch, band, element, fractions, label
+from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, highest, label
 
 # Radius of the surface in the drawing.
 _OUTER = 100.0
@@ -24,16 +24,19 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
     shapes = [_circle(_OUTER, "rubber"), _circle(core, "core"), label(0.0, 4.0, "core")]
     shapes += band(_at(angle, 1.06 * _OUTER), fractions(error), 9.0)
     shapes += [element(x, y, 3.6) for x, y in _at(np.asarray(places["elements_deg"], dtype=float), sensing)]
+    labels = []
     for name, place in (("best", best), ("worst", worst)):
         x, y = _at(np.array([place["angle_deg"]]), 1.15 * _OUTER)[0]
         anchor = "start" if x > 20 else "end" if x < -20 else "middle"
-        shapes.append(label(x, y, f"{name} {fixed(place['angle_deg'], 0)}°", anchor))
+        labels.append(label(x, y, f"{name} {fixed(place['angle_deg'], 0)}°", anchor))
+    labels = apart(labels)
     low, high = number(best["R_error_mm"], 2), number(worst["R_error_mm"], 2)
+    top = max(128.0, -highest(labels))
     # Elements that reach round the sides need the whole section.
     bottom = 112.0 if np.abs(angle).max() > 110 else 48.0
     return Sketch(
-        f"-165 -128 330 {128 + bottom:g}",
-        shapes,
+        f"-165 {-top:g} 330 {top + bottom:g}",
+        [*shapes, *labels],
         f"{low} mm",
         f"{high} mm",
         "Error of the radius R to expect at each place (rms)",

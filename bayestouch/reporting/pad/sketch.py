@@ -12,7 +12,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.output.pictures import ORDERED
 from bayestouch.output.text import fixed, number
-from bayestouch.reporting.sketch import Shape, Sketch, band, element, fractions, label
+from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, highest, label
 
 # Longest side of the map in the drawing, and the free space around it.
 _LONGEST, _MARGIN = 300.0, 18.0
@@ -34,23 +34,31 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
     def at(place: Mapping[str, float]) -> tuple[float, float]:
         return scale * (place["x_mm"] - float(x.min())), scale * (top - place["y_mm"]) if plane else -6.0
 
+    drawn = np.array([at(dict(zip(("x_mm", "y_mm"), each, strict=False))) for each in elements])
+    # Elements may be outside the places that were touched: a channel has them at its ends.
+    left, right = min(0.0, drawn[:, 0].min() - 6.0), max(width, drawn[:, 0].max() + 6.0)
     if plane:
         shapes = [_map(columns, width, height)]
-        shapes += [element(*at({"x_mm": each[0], "y_mm": each[1]}), 5.0) for each in elements]
+        shapes += [element(each[0], each[1], 5.0) for each in drawn]
     else:
         line = np.stack([scale * (x - x.min()), np.full(len(x), 4.0)], axis=1)
-        rubber = {"width": f"{width:.2f}", "height": f"{height:.2f}", "class": "rubber"}
+        rubber = {"x": f"{left:.2f}", "width": f"{right - left:.2f}", "height": f"{height:.2f}", "class": "rubber"}
         shapes = [Shape("rect", rubber), *band(line, fractions(error, logarithmic=True), 8.0)]
-        shapes += [element(scale * (each[0] - x.min()), 18.0, 4.0) for each in elements]
+        shapes += [element(each[0], 18.0, 4.0) for each in drawn]
+    labels = []
     for name, place in (("best", best), ("worst", worst)):
-        left, down = at(place)
+        across, down = at(place)
         if plane:
-            shapes.append(Shape("circle", {"cx": f"{left:.2f}", "cy": f"{down:.2f}", "r": "7", "class": "mark"}))
-        shapes.append(label(left, down - 9.0 if plane else down, name))
+            shapes.append(Shape("circle", {"cx": f"{across:.2f}", "cy": f"{down:.2f}", "r": "7", "class": "mark"}))
+        labels.append(label(across, down - 9.0 if plane else down, name))
+    labels = apart(labels)
+    up, bottom = (drawn[:, 1].min() - 6.0, drawn[:, 1].max() + 6.0) if plane else (0.0, height)
+    top_margin = max(_MARGIN - min(0.0, up), -highest(labels))
+    bottom = max(height, bottom) + _MARGIN
     ends = number(float(error.min()), 2), number(float(error.max()), 2)
     return Sketch(
-        f"{-_MARGIN:g} {-_MARGIN:g} {width + 2 * _MARGIN:.2f} {height + 2 * _MARGIN:.2f}",
-        shapes,
+        f"{left - _MARGIN:g} {-top_margin:g} {right - left + 2 * _MARGIN:.2f} {bottom + top_margin:.2f}",
+        [*shapes, *labels],
         f"{ends[0]} mm",
         f"{ends[1]} mm",
         f"Error of the location to expect at each place (rms, logarithmic colours), over "

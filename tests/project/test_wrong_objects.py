@@ -1,0 +1,68 @@
+"""An argument of another kind is refused in a line that says how to get the right one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from report_cases import FINGER
+
+import bayestouch
+
+NO_DATA_SET = {
+    "calibrate": bayestouch.calibrate,
+    "check": bayestouch.check,
+    "diagnose": bayestouch.diagnose,
+    "report": lambda dataset: bayestouch.report(dataset, "report"),
+}
+
+
+@pytest.fixture(scope="module")
+def simulated() -> bayestouch.SimulatedDataSet:
+    return bayestouch.simulate(FINGER, seed=3)
+
+
+@pytest.fixture(scope="module")
+def calibration(simulated: bayestouch.SimulatedDataSet) -> bayestouch.Calibration:
+    return bayestouch.calibrate(simulated.dataset, draws=100, discrepancy="touch")
+
+
+@pytest.mark.parametrize("verb", NO_DATA_SET)
+def test_what_is_no_data_set(verb: str, simulated: bayestouch.SimulatedDataSet) -> None:
+    call: Callable[[Any], object] = NO_DATA_SET[verb]
+    for given, message in (
+        ("my-finger", "got 'my-finger'; read it: bayestouch.load_dataset('my-finger')"),
+        (simulated, "got SimulatedDataSet; use its attribute dataset"),
+        (simulated.dataset.touches, "got Touches; read one: bayestouch.load_dataset(folder)"),
+    ):
+        with pytest.raises(bayestouch.InputError, match=f"^{re.escape(f'expected a data set, {message}')}$"):
+            call(given)
+
+
+def test_what_is_no_calibration(simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration) -> None:
+    touches: Any = simulated.dataset.touches
+    with pytest.raises(bayestouch.InputError, match=r"^expected a calibration, got 'c.nc'; read it: .*load\('c.nc'\)$"):
+        bayestouch.infer(touches, "c.nc")  # type: ignore[arg-type]
+    with pytest.raises(bayestouch.InputError, match=r"^expected a calibration, got Touches; make one: "):
+        bayestouch.infer(calibration, touches)  # type: ignore[arg-type]
+    with pytest.raises(bayestouch.InputError, match=r"^expected touches, got DataSet; use its attribute touches$"):
+        bayestouch.infer(simulated.dataset, calibration)  # type: ignore[arg-type]
+    with pytest.raises(bayestouch.InputError, match=r"^expected a data set, got Touches; "):
+        bayestouch.log_density(calibration, touches)
+
+
+def test_what_is_no_parameter(simulated: bayestouch.SimulatedDataSet, calibration: bayestouch.Calibration) -> None:
+    posteriors = bayestouch.infer(simulated.dataset.touches, calibration, draws=64)
+    for call in (posteriors.mean, posteriors.sd, posteriors.interval):
+        with pytest.raises(bayestouch.InputError, match=r"^theta: .*; did you mean theta_c\?; expected one of .*R"):
+            call("theta")
+    with pytest.raises(bayestouch.InputError, match=r"^probability: expected a number between 0 and 1, got 90$"):
+        posteriors.interval("R", 90)
+    kept = bayestouch.infer(simulated.dataset.touches, calibration, draws=64, summary_only=True)
+    assert len(kept.interval("R")) == 2
+    with pytest.raises(
+        bayestouch.InputError, match=r"^probability: only summaries were kept, expected 0\.9, got 0\.5$"
+    ):
+        kept.interval("R", 0.5)
