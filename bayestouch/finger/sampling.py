@@ -23,12 +23,15 @@ from bayestouch.sampling.attempts import draw_until_good
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.refine import ENOUGH, ROUNDS, refined
+from bayestouch.sampling.ridge import Ridges
 
 # Degrees of freedom of the Student-t proposal: with heavier tails, few proposals are accepted in eighty dimensions.
 PROPOSAL_DOF = 300.0
 # Steps per draw that is kept, by attempt: 75 % of proposals are accepted on a finger of 16 elements (83 unknowns). With
 # few touches the posterior is less normal, fewer are accepted, and the chains must be longer.
 THIN = (4, 16, 48)
+# Without ridges, the coordinates are those of the flat vector.
+NO_RIDGES = Ridges()
 # Number of points that are evaluated together; it limits the memory for their matrices.
 POINTS_HELD = 256
 
@@ -44,7 +47,8 @@ class PosteriorMap:
 
     Values of effects come last among the coordinates of the chain. In the normal distribution above they are drawn
     first, from the last to the first; each is cut off at its bounds, given those drawn before it. `bend` then shifts
-    the other coordinates of the chain to where their mode is given these values.
+    the other coordinates of the chain to where their mode is given these values. The coordinates of the chain are those
+    along the `ridges` of the posterior, which are the coordinates themselves where there is no ridge.
 
     Attributes
     ----------
@@ -55,7 +59,7 @@ class PosteriorMap:
     prior_spread : (n,) array
         Prior standard deviations of the coordinates of the chain.
     vector : (d,) array
-        Flat vector at which the chain is linearised.
+        Flat vector at which the chain is linearised, in the coordinates along the ridges.
     quantiles : QuantileMaps or None
         Log discrepancies from normal variables.
     precision, gradient : (m, n, n), (m, n) arrays
@@ -71,6 +75,8 @@ class PosteriorMap:
         Standard deviations of the values of drifts and noise effects.
     bend : Bend or None
         Second-order shift of the other coordinates of the chain by the values of its effects.
+    ridges : Ridges
+        From the coordinates along the ridges to the flat vector.
     """
 
     known: KnownTouches
@@ -85,6 +91,7 @@ class PosteriorMap:
     ends: tuple[FloatArray, FloatArray] | None = None
     further_sd: FloatArray | None = None
     bend: Bend | None = None
+    ridges: Ridges = NO_RIDGES
 
     @classmethod
     def of(cls, fit: FingerFit) -> PosteriorMap:
@@ -143,7 +150,9 @@ class PosteriorMap:
         vectors[:, :n] = self.vector[:n] + solve_lower(root, standard + shift, transposed=True)
         if self.bend is not None:
             vectors[:, : at.n_base] += self.bend(vectors[:, at.values])
-        return vectors, log_derivative - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+        log_derivative = log_derivative - np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
+        vectors, more = self.ridges(vectors)
+        return vectors, log_derivative + more
 
     def _cut_off(self, standard: FloatArray, shift: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Standard variables that keep the values of effects inside their bounds, and the log of the derivative."""

@@ -11,19 +11,22 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.noise import NoiseShape, Residuals, StandardErrors, first_guess, noise_shape
+from bayestouch.finger.linearised import LinearChain, linearised
+from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
 from bayestouch.finger.sampling import DEAR, Budget, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
-from bayestouch.model.columns import WhiteColumns, seen_columns
+from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
-from bayestouch.model.linear import Functions
+from bayestouch.model.ridges import ridges_of
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
-from bayestouch.sampling.rank_one import inverse_root
+from bayestouch.sampling.ridge import Ridges
 
 # Number of Newton steps of the chain's parameters, each with the noise after the previous step.
 STEPS = 3
+# Least precision of the prior of a coordinate along a ridge.
+LEAST = 1e-3
 # With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
 # takes. With a correction whose columns have more than MANY numbers it takes longer: 15 ms for 16 elements and 468
 # touches.
@@ -66,22 +69,6 @@ class EffectFit:
         return EffectDensity(posterior, EffectPrediction.of(posterior.model, self.vector[:n], sd, spread.sd))
 
 
-@dataclass(frozen=True, eq=False)
-class _Linear:
-    """The chain linearised about a vector, with the contribution of the readings to the posterior; m elements."""
-
-    residuals: Residuals
-    precision: FloatArray  # (m, n, n)
-    gradient: FloatArray  # (m, n)
-    constant: FloatArray | None  # (n, n)
-    prior_pull: FloatArray  # (n,)
-
-    @property
-    def hessian(self) -> FloatArray:
-        total = self.precision.sum(axis=0)
-        return np.asarray(total if self.constant is None else total + self.constant)
-
-
 def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: EffectPosterior) -> EffectFit:
     """Normal approximation about the mode of a fit, with the noise as unknown.
 
@@ -107,56 +94,123 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     vector = np.concatenate([fitted.vector, guess])
     shape = None
     for _ in range(STEPS):
-        linear = _linearised(fitted, posterior, vector)
+        linear = linearised(fitted, posterior, vector)
         hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
-        step = np.linalg.solve(hessian, linear.gradient.sum(axis=0) + linear.prior_pull)
+        step = np.linalg.solve(hessian, linear.pull)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
-        linear = _linearised(fitted, posterior, vector)
+        linear = linearised(fitted, posterior, vector)
         shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
     assert shape is not None
-    linear = _linearised(fitted, posterior, vector)
+    linear = linearised(fitted, posterior, vector)
     hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
-    total = linear.gradient.sum(axis=0) + linear.prior_pull
+    covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
+    ridges = _ridges(fitted, posterior, vector, covariance)
+    start = _Start(vector, linear, prior.spread[:n])
+    if ridges.each:
+        start = _Start.along(ridges, fitted, posterior, vector)
+        low, high = low.copy(), high.copy()
+        low[ridges.standard], high[ridges.standard] = -np.inf, np.inf
     to_vectors = PosteriorMap(
         known=posterior.known,
         layout=at,
-        prior_spread=prior.spread[:n],
-        vector=vector,
+        prior_spread=start.prior_spread,
+        vector=start.vector,
         quantiles=shape.quantiles,
-        precision=linear.precision,
-        gradient=linear.gradient,
-        constant=linear.constant,
-        pull=total,
+        precision=start.linear.precision,
+        gradient=start.linear.gradient,
+        constant=start.linear.constant,
+        pull=start.linear.pull,
         ends=(low, high),
         further_sd=further_sd,
-        bend=_bend(fitted, posterior, vector, hessian) if at.n_values else None,
+        bend=_bend(fitted, posterior, start, ridges, (low, high)) if at.n_values else None,
+        ridges=ridges,
     )
-    return EffectFit(posterior, vector, np.asarray(np.linalg.inv(hessian), dtype=np.float64), shape, to_vectors)
+    return EffectFit(posterior, vector, covariance, shape, to_vectors)
 
 
-def _bend(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, hessian: FloatArray) -> Bend | None:
-    """Shift of the other coordinates of the chain by the values of its effects; None if it is nearly linear."""
+@dataclass(frozen=True, eq=False)
+class _Start:
+    """Centre of the normal approximation in the coordinates along the ridges.
+
+    Attributes
+    ----------
+    vector : (d,) array
+        Centre.
+    linear : LinearChain
+        The chain linearised there.
+    prior_spread : (n,) array
+        Standard deviations that the priors have there.
+    """
+
+    vector: FloatArray
+    linear: LinearChain
+    prior_spread: FloatArray
+
+    @classmethod
+    def along(cls, ridges: Ridges, fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> _Start:
+        """The centre of the ridges, from the mode (d,)."""
+        n, at = posterior.layout.n_chain, ridges.standard
+        vector, spread = vector.copy(), posterior.prior.spread[:n].copy()
+        vector[at] = 0.0
+        real, _ = ridges(vector[None])
+        linear = linearised(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
+        linear.gradient[:, at] = linear.prior_pull[at] = 0.0
+        # What the readings and the prior together say of these coordinates is in the ridges: variances of one.
+        spread[at] = 1 / np.sqrt(LEAST)
+        data = np.linalg.inv(linear.hessian + np.diag(spread**-2.0))
+        spread[at] = 1 / np.sqrt(np.maximum(1 - 1 / np.diag(data)[at], LEAST))
+        return cls(vector, linear, spread)
+
+
+def _ridges(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, covariance: FloatArray) -> Ridges:
+    """Ridges of the posterior of the chain and of the values of its effects, with the noise of a vector (d,)."""
     at, n = posterior.layout, posterior.layout.n_chain
-    base, low, high = slice(0, at.n_base), *posterior.bounds
+    prior_precision = np.diag(posterior.prior.spread[:n] ** -2.0)
+
+    def linearise(chain: FloatArray) -> tuple[FloatArray, FloatArray]:
+        linear = linearised(fitted, posterior, np.concatenate([chain, vector[n:]]))
+        return linear.pull, linear.hessian + prior_precision
+
+    margin = 1e-6 * posterior.prior.spread[:n]
+    low, high = (ends[:n] for ends in posterior.bounds)
+    bounds = low + margin, high - margin
+    return ridges_of(
+        posterior.model.effects, at.n_base, np.arange(at.n_base), linearise, vector[:n], covariance, bounds
+    )
+
+
+def _bend(
+    fitted: Fitted,
+    posterior: EffectPosterior,
+    start: _Start,
+    ridges: Ridges,
+    ends: tuple[FloatArray, FloatArray],
+) -> Bend | None:
+    """Shift of the other coordinates of the chain by the values of its effects; None if it is nearly linear."""
+    at, n, vector = posterior.layout, posterior.layout.n_chain, start.vector
+    base, low, high = slice(0, at.n_base), *ends
     margin = 1e-6 * posterior.prior.spread[base]
+    hessian = start.linear.hessian + np.diag(start.prior_spread**-2.0)
     linear_part = -np.linalg.solve(hessian[base, base], hessian[base, at.values])
 
     def step(values: FloatArray) -> tuple[FloatArray, float]:
         moved = vector.copy()
         moved[at.values] = values
-        first = vector[base] + linear_part @ (values - vector[at.values])
+        moved[base] = vector[base] + linear_part @ (values - vector[at.values])
+        moved = ridges(moved[None])[0][0]
+        first = moved[base].copy()
         moved[base] = np.clip(first, low[base] + margin, high[base] - margin)
-        linear = _linearised(fitted, posterior, moved)
+        linear = linearised(fitted, posterior, moved)
         precision = linear.hessian[base, base] + np.diag(posterior.prior.spread[base] ** -2.0)
-        total = (linear.gradient.sum(axis=0) + linear.prior_pull)[base]
+        total = linear.pull[base]
         found = np.linalg.solve(precision, total)
         return moved[base] + found - first, float(np.sqrt(abs(total @ found)))
 
     covariance = np.asarray(np.linalg.inv(hessian)[at.values, at.values], dtype=np.float64)
-    ends = low[at.values], high[at.values]
-    return Bend.of(step, vector[at.values], covariance, ends, np.random.default_rng([n, 5]))
+    limits = low[at.values], high[at.values]
+    return Bend.of(step, vector[at.values], covariance, limits, np.random.default_rng([n, 5]))
 
 
 def sample_effects(
@@ -205,77 +259,3 @@ def _own_scatter(posterior: EffectPosterior, fitted: Fitted, chain: FloatArray) 
         return known
     squares = (posterior.noise.squares.about(samples) ** 2).sum(axis=0)
     return replace(known, scatter=np.where(some, squares, known.scatter))
-
-
-def _linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> _Linear:
-    """The chain linearised about a vector, whitened by the noise at this vector."""
-    model, known, at = posterior.model, posterior.known, posterior.layout
-    n, m = at.n_chain, at.n_elements
-    chain = vector[:n]
-    predicted, by_load = model.predict(chain), model.by_load(chain)
-    touches, samples = model.derivatives(chain)
-    spread = StandardErrors.of(known, at, vector)
-    added, counts = posterior.noise.added(vector), np.maximum(known.counts, 1)
-    own = np.where(known.missing, 1.0, spread.sd**2)
-    more = added.variance(predicted.touches, posterior.noise.peak) / counts
-    shared = np.sqrt(added.shared_variance(np.maximum(known.counts.max(axis=1), 1)))[:, None]
-    shared = shared * added.together(posterior.noise.peak)
-    root = inverse_root(own + more, (by_load * spread.load_sd[:, None], shared), ~known.missing)
-    left = np.where(known.missing, 0.0, known.readings) - predicted.touches
-    white = np.einsum("tij,dtj->dti", root, touches, optimize=True)
-    row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
-    functions, spent = None, np.zeros(m)
-    if fitted.linear.functions is not None:
-        raw = fitted.linear.functions.raw
-        functions = Functions.of(raw, WhiteColumns.of(raw, root))
-        half = np.linalg.solve(functions.root, functions.white.dense().T)
-        spent = _spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
-        weights = functions.weights(row.reshape(-1, 1))[:, 0]
-        left = left - np.tensordot(weights, raw, axes=1)
-        row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
-    # With functions: of the residuals that they leave, so that the parts of the elements are small, and not only their
-    # sum is. The map takes each part in proportion to the precision of its element.
-    gradient = np.einsum("itm,tm->mi", white, row)
-    if functions is None:
-        precision = np.einsum("itm,jtm->mij", white, white, optimize=True)
-        constant = None
-    else:
-        flat = white.reshape(n, -1).T
-        inside = functions.without(flat)
-        white = inside.T.reshape(white.shape)
-        constant, precision = flat.T @ inside, np.zeros((m, n, n))
-    if samples is not None:
-        assert predicted.samples is not None
-        observed = model.known
-        sd = np.exp(vector[at.noise]) / np.sqrt(observed.weight)[:, None]
-        within = np.where(np.isnan(observed.deviation), 0.0, samples / sd)
-        off = np.nan_to_num((observed.deviation - predicted.samples) / sd)
-        precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
-        gradient = gradient + np.einsum("inm,nm->mi", within, off)
-    hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
-    covariance = np.linalg.inv(hessian if constant is None else hessian + constant)
-    half = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64).T @ white.reshape(n, -1)
-    spent = spent + _spent(half.reshape(white.shape), root, own)
-    share = np.sqrt(own / (own + more + shared**2))
-    there = ~known.missing
-    residuals = Residuals(np.where(there, left * share, 0.0), np.where(there, by_load, 0.0), spent)
-    pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
-    return _Linear(residuals, precision, gradient, constant, pull)
-
-
-def _spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:
-    """Degrees of freedom (m,) of fitted functions in the readings of each element.
-
-    They are the sum over touches of the diagonal of ``D (S⁻¹ - (S + C Cᵀ)⁻¹)``. D is the noise of each reading, S is D
-    plus the errors of the loads, and C are the functions.
-
-    Parameters
-    ----------
-    half : (k, t, m) array
-        Whitened functions times the root of the covariance of their weights.
-    root : (t, m, m) array
-        Whitening matrix of each touch.
-    own : (t, m) array
-        Variance of each reading by its own noise.
-    """
-    return np.asarray(((half.transpose(1, 0, 2) @ root) ** 2 * own[:, None]).sum(axis=(0, 1)))

@@ -9,9 +9,11 @@ from scipy.linalg import solve_triangular
 from scipy.special import ndtr
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.model.ridges import ridges_of
 from bayestouch.pad.density import PadDensity
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
+from bayestouch.sampling.ridge import Ridges
 
 # If the mode is at a bound, the mean of the normal approximation is at most so many standard deviations beyond it.
 FARTHEST = 8.0
@@ -77,6 +79,9 @@ class BoundedNormal:
 class PadPosteriorMap:
     """Change of variables from standard normal variables to the vector of a pad.
 
+    The distribution below is that of the coordinates along the `ridges` of the posterior, which are those of the vector
+    itself where there is no ridge.
+
     The k shared entries (kernel and effects) are computed first, within their bounds. Given the shared entries, the
     entries of the elements (gains, offsets and positions) are nearly normal, because readings are linear in gains and
     offsets, and nearly linear in ``gain * shift`` of a position. The mean of the entries of the elements, and the
@@ -99,6 +104,8 @@ class PadPosteriorMap:
         Polynomial coefficients of the mean of the entries of the elements minus the mode.
     root : (c, q, q) array
         Polynomial coefficients of the lower Cholesky factor of the precision of the entries of the elements.
+    ridges : Ridges
+        From the coordinates to the vector.
     """
 
     shared: IntArray
@@ -109,6 +116,7 @@ class PadPosteriorMap:
     gain: IntArray
     step: FloatArray
     root: FloatArray
+    ridges: Ridges
 
     @classmethod
     def of(cls, density: PadDensity, seed: int) -> PadPosteriorMap:
@@ -124,15 +132,17 @@ class PadPosteriorMap:
         # The entry is ``gain * shift``: one unit of it is a change of the position by 1/gain.
         unit = np.where(gain >= 0, 1 / np.where(gain >= 0, mode[gain], 1.0), 1.0)[own]
         low, high = (ends[shared] for ends in density.bounds)
-        centre, spread = mean[shared], covariance[np.ix_(shared, shared)]
+        ridges = _ridges(density, mode, covariance, own)
+        centre, spread = _along(ridges, mean, covariance, shared)
         rng, count = np.random.default_rng([seed, 11]), int(POINTS * _terms(np.zeros((1, len(shared)))).shape[1])
         for _ in range(MOST_ROUNDS):
             wide = BoundedNormal.of(centre, WIDER**2 * spread, (low, high))
             points = rng.standard_normal((count, len(shared)))
             found, log_derivative = wide(points)
-            solved = [_Solved.at(density, np.concatenate([mode[own], each]), own, unit) for each in found]
+            vectors, more = ridges(np.concatenate([np.tile(mode[own], (count, 1)), found], axis=1))
+            solved = [_Solved.at(density, each, own, unit) for each in vectors]
             log_weight = np.array([each.log_density for each in solved])
-            log_weight += 0.5 * (points**2).sum(axis=1) + log_derivative
+            log_weight += 0.5 * (points**2).sum(axis=1) + log_derivative + more
             if not len(shared) or effective_number(log_weight) >= ENOUGH * count:
                 break
             # The posterior is not normal, or far from the points: the next points follow from weighted moments. A power
@@ -153,6 +163,7 @@ class PadPosteriorMap:
             gain,
             np.asarray(fit @ np.array([each.step for each in solved]), dtype=np.float64),
             np.asarray(np.tensordot(fit, np.array([each.root for each in solved]), axes=1), dtype=np.float64),
+            ridges,
         )
 
     def __call__(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -167,12 +178,32 @@ class PadPosteriorMap:
         root = np.asarray(np.tensordot(terms, self.root, axes=1), dtype=np.float64)
         step = terms @ self.step + solve_lower(root, points[:, k:], transposed=True)
         log_derivative = log_derivative - np.log(np.abs(np.diagonal(root, axis1=1, axis2=2))).sum(axis=1)
-        vectors[:, self.own] = self.centre[self.own] + step
+        vectors[:, self.own] = self.centre[self.own] + np.where(self.gain[self.own] >= 0, 0.0, step)
+        vectors, more = self.ridges(vectors)
+        log_derivative = log_derivative + more
         for i in np.flatnonzero(self.gain >= 0):
             gain = vectors[:, self.gain[i]]
-            vectors[:, i] = self.centre[i] + step[:, i] / gain
+            vectors[:, i] += step[:, i] / gain
             log_derivative = log_derivative - np.log(np.abs(gain))
         return vectors, log_derivative
+
+
+def _ridges(density: PadDensity, mode: FloatArray, covariance: FloatArray, own: IntArray) -> Ridges:
+    """Ridges of the posterior of a pad with effects, from its mode (d,) and covariance (d, d)."""
+    model = density.model
+
+    def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+        linear = density.linearised(vector)
+        return linear.gradient(), linear.hessian()
+
+    return ridges_of(model.effects, model.n_base, own, linearise, mode, covariance, density.bounds)
+
+
+def _along(ridges: Ridges, mean: FloatArray, covariance: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and covariance of the entries `which` (k,) of a normal approximation, in the coordinates of the ridges."""
+    mean, covariance, at = mean.copy(), covariance.copy(), ridges.standard
+    mean[at], covariance[at], covariance[:, at], covariance[at, at] = 0.0, 0.0, 0.0, 1.0
+    return mean[which], covariance[np.ix_(which, which)]
 
 
 def _terms(x: FloatArray) -> FloatArray:

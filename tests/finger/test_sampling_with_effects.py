@@ -9,7 +9,8 @@ import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.sampling_with_effects import _spent, effect_fit
+from bayestouch.finger.linearised import degrees_spent
+from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.sampling.rank_one import inverse_root
 
 
@@ -30,7 +31,7 @@ def test_degrees_of_freedom_are_those_of_each_reading_as_it_is() -> None:
     flat = columns.reshape(c, -1)
     less = np.linalg.inv(without) - np.linalg.inv(without + flat.T @ flat)
     expected = (np.diag(less).reshape(t, m) * own).sum(axis=0)
-    assert _spent(half, root, own) == pytest.approx(expected, rel=1e-9)
+    assert degrees_spent(half, root, own) == pytest.approx(expected, rel=1e-9)
     # All together they are fewer than the columns, which the errors of the loads partly hide.
     assert expected.sum() < c
 

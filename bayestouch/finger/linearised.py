@@ -1,0 +1,135 @@
+"""The chain of a finger with effects linearised about a vector, with what each element contributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bayestouch.array_types import FloatArray
+from bayestouch.finger.density_with_effects import EffectPosterior
+from bayestouch.finger.noise import Residuals, StandardErrors
+from bayestouch.model.columns import WhiteColumns
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.linear import Functions
+from bayestouch.sampling.rank_one import inverse_root
+
+
+@dataclass(frozen=True, eq=False)
+class LinearChain:
+    """The chain linearised about a vector, with the contribution of the readings to the posterior.
+
+    There are m elements and n coordinates of the chain with the values of its effects.
+
+    Attributes
+    ----------
+    residuals : Residuals
+        Residuals of the mean readings, for the noise.
+    precision, gradient : (m, n, n), (m, n) arrays
+        Contributions of the readings of each element.
+    constant : (n, n) array or None
+        Contribution to the precision of readings that drifts or a correction make dependent.
+    prior_pull : (n,) array
+        Gradient of the log prior.
+    """
+
+    residuals: Residuals
+    precision: FloatArray
+    gradient: FloatArray
+    constant: FloatArray | None
+    prior_pull: FloatArray
+
+    @property
+    def hessian(self) -> FloatArray:
+        """Precision without that of the prior, (n, n)."""
+        total = self.precision.sum(axis=0)
+        return np.asarray(total if self.constant is None else total + self.constant)
+
+    @property
+    def pull(self) -> FloatArray:
+        """Gradient of the log posterior, (n,)."""
+        return np.asarray(self.gradient.sum(axis=0) + self.prior_pull, dtype=np.float64)
+
+    def along(self, tangent: FloatArray) -> LinearChain:
+        """The same in coordinates over which the derivative of those of the chain is `tangent` (n, n)."""
+        return replace(
+            self,
+            precision=tangent.T @ self.precision @ tangent,
+            gradient=self.gradient @ tangent,
+            constant=None if self.constant is None else tangent.T @ self.constant @ tangent,
+            prior_pull=self.prior_pull @ tangent,
+        )
+
+
+def linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:
+    """Linearise the chain about a vector (d,), whitened by the noise at this vector."""
+    model, known, at = posterior.model, posterior.known, posterior.layout
+    n, m = at.n_chain, at.n_elements
+    chain = vector[:n]
+    predicted, by_load = model.predict(chain), model.by_load(chain)
+    touches, samples = model.derivatives(chain)
+    spread = StandardErrors.of(known, at, vector)
+    added, counts = posterior.noise.added(vector), np.maximum(known.counts, 1)
+    own = np.where(known.missing, 1.0, spread.sd**2)
+    more = added.variance(predicted.touches, posterior.noise.peak) / counts
+    shared = np.sqrt(added.shared_variance(np.maximum(known.counts.max(axis=1), 1)))[:, None]
+    shared = shared * added.together(posterior.noise.peak)
+    root = inverse_root(own + more, (by_load * spread.load_sd[:, None], shared), ~known.missing)
+    left = np.where(known.missing, 0.0, known.readings) - predicted.touches
+    white = np.einsum("tij,dtj->dti", root, touches, optimize=True)
+    row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
+    functions, spent = None, np.zeros(m)
+    if fitted.linear.functions is not None:
+        raw = fitted.linear.functions.raw
+        functions = Functions.of(raw, WhiteColumns.of(raw, root))
+        half = np.linalg.solve(functions.root, functions.white.dense().T)
+        spent = degrees_spent(np.asarray(half, dtype=np.float64).reshape(-1, *left.shape), root, own)
+        weights = functions.weights(row.reshape(-1, 1))[:, 0]
+        left = left - np.tensordot(weights, raw, axes=1)
+        row = np.einsum("tij,tj->ti", root, np.where(known.missing, 0.0, left))
+    # With functions: of the residuals that they leave, so that the parts of the elements are small, and not only their
+    # sum is. The map takes each part in proportion to the precision of its element.
+    gradient = np.einsum("itm,tm->mi", white, row)
+    if functions is None:
+        precision = np.einsum("itm,jtm->mij", white, white, optimize=True)
+        constant = None
+    else:
+        flat = white.reshape(n, -1).T
+        inside = functions.without(flat)
+        white = inside.T.reshape(white.shape)
+        constant, precision = flat.T @ inside, np.zeros((m, n, n))
+    if samples is not None:
+        assert predicted.samples is not None
+        observed = model.known
+        sd = np.exp(vector[at.noise]) / np.sqrt(observed.weight)[:, None]
+        within = np.where(np.isnan(observed.deviation), 0.0, samples / sd)
+        off = np.nan_to_num((observed.deviation - predicted.samples) / sd)
+        precision = precision + np.einsum("inm,jnm->mij", within, within, optimize=True)
+        gradient = gradient + np.einsum("inm,nm->mi", within, off)
+    hessian = precision.sum(axis=0) + np.diag(posterior.prior.spread[:n] ** -2.0)
+    covariance = np.linalg.inv(hessian if constant is None else hessian + constant)
+    half = np.asarray(np.linalg.cholesky(covariance), dtype=np.float64).T @ white.reshape(n, -1)
+    spent = spent + degrees_spent(half.reshape(white.shape), root, own)
+    share = np.sqrt(own / (own + more + shared**2))
+    there = ~known.missing
+    residuals = Residuals(np.where(there, left * share, 0.0), np.where(there, by_load, 0.0), spent)
+    pull = (posterior.prior.mean[:n] - chain) / posterior.prior.spread[:n] ** 2
+    return LinearChain(residuals, precision, gradient, constant, pull)
+
+
+def degrees_spent(half: FloatArray, root: FloatArray, own: FloatArray) -> FloatArray:
+    """Degrees of freedom (m,) of fitted functions in the readings of each element.
+
+    They are the sum over touches of the diagonal of ``D (S⁻¹ - (S + C Cᵀ)⁻¹)``. D is the noise of each reading, S is D
+    plus the errors of the loads, and C are the functions.
+
+    Parameters
+    ----------
+    half : (k, t, m) array
+        Whitened functions times the root of the covariance of their weights.
+    root : (t, m, m) array
+        Whitening matrix of each touch.
+    own : (t, m) array
+        Variance of each reading by its own noise.
+    """
+    return np.asarray(((half.transpose(1, 0, 2) @ root) ** 2 * own[:, None]).sum(axis=(0, 1)))

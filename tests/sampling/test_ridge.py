@@ -1,0 +1,112 @@
+"""Coordinates along a ridge, against a ridge written out by hand and its moments by quadrature."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bayestouch.array_types import FloatArray
+from bayestouch.sampling.ridge import Ridge, Ridges, follow, normal_variable
+
+# Readings at two times t of share (1 - exp(-t/time)) + level, their noise, and the priors. Both times are shorter than
+# the time constant, so that the readings determine little but share/time.
+TIMES, READ, NOISE = np.array([0.2, 0.5]), np.array([0.05, 0.11]), 0.004
+SHARE_SD, LEVEL_SD, LOG_TIME, LOG_TIME_SD = 0.3, 0.02, 0.5, 1.2
+MODE = np.array([0.0, 0.3, 0.5])
+BOUNDS = np.full(3, -np.inf), np.full(3, np.inf)
+
+
+def rows(vectors: FloatArray) -> FloatArray:
+    """Whitened residuals (n, 5) of readings and priors at vectors (n, 3): level, share and log time."""
+    level, share, log_time = vectors.T
+    shape = 1 - np.exp(-TIMES / np.exp(log_time)[:, None])
+    read = (level[:, None] + share[:, None] * shape - READ) / NOISE
+    return np.column_stack([read, level / LEVEL_SD, share / SHARE_SD, (log_time - LOG_TIME) / LOG_TIME_SD])
+
+
+def log_density(vectors: FloatArray) -> FloatArray:
+    return np.asarray(-0.5 * (rows(vectors) ** 2).sum(axis=1))
+
+
+def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Gradient and Gauss-Newton precision by central differences."""
+    step = 1e-5 * np.eye(3)
+    slope = (rows(vector + step) - rows(vector - step)) / 2e-5
+    return -slope @ rows(vector[None])[0], slope @ slope.T
+
+
+def along(scaled: list[int], moved: list[int]) -> Ridge:
+    found = follow(
+        linearise, MODE, 2, BOUNDS, (LOG_TIME, LOG_TIME_SD), np.array(scaled, dtype=int), np.array(moved, dtype=int)
+    )
+    assert found is not None
+    return found
+
+
+def quadrature() -> tuple[FloatArray, FloatArray]:
+    """Means and standard deviations of share and log time; the level is integrated out by hand."""
+    share, log_time = np.meshgrid(np.linspace(-1.5, 3.0, 4001), np.linspace(-5.0, 6.0, 1001), indexing="ij")
+    shape = 1 - np.exp(-TIMES / np.exp(log_time)[..., None])
+    left = READ - share[..., None] * shape
+    covariance = NOISE**2 * np.eye(2) + LEVEL_SD**2
+    squares = np.einsum("...i,ij,...j->...", left, np.linalg.inv(covariance), left)
+    density = np.exp(-0.5 * (squares + (share / SHARE_SD) ** 2 + ((log_time - LOG_TIME) / LOG_TIME_SD) ** 2))
+    weight = density / density.sum()
+    means = np.array([(weight * each).sum() for each in (share, log_time)])
+    squares = np.array([(weight * each**2).sum() for each in (share, log_time)])
+    return means, np.sqrt(squares - means**2)
+
+
+def test_moments_are_those_of_quadrature() -> None:
+    """The draws reach along the whole ridge: standard deviations to 2 %, at which 5 % would be noticed."""
+    to_vectors, n = Ridges((along([1], [0]),)), 100_000
+    covariance = np.linalg.inv(linearise(MODE)[1])
+    level = np.sqrt(covariance[0, 0])
+    z = np.random.default_rng(1).standard_normal((n, 3))
+    vectors, log_derivative = to_vectors(z * [level, 1.0, 1.0])
+    log_weight = log_density(vectors) + log_derivative + 0.5 * (z**2).sum(axis=1)
+    weight = np.exp(log_weight - log_weight.max())
+    assert weight.sum() ** 2 / (weight**2).sum() > 0.2 * n
+    means, sds = quadrature()
+    found = weight @ vectors[:, 1:] / weight.sum()
+    spread = np.sqrt(weight @ (vectors[:, 1:] - found) ** 2 / weight.sum())
+    assert (found - means) / sds == pytest.approx(0.0, abs=0.02)
+    assert spread == pytest.approx(sds, rel=0.02)
+
+
+def test_without_a_bend_in_the_other_entries_the_points_are_those_of_the_posterior() -> None:
+    """Share relative to its most probable value: independent, standard normal, at every time."""
+    ridge = along([0, 1], [])
+    z = np.random.default_rng(2).standard_normal((20_000, 3))
+    # Given the time, level and share are normal exactly. Their correlation is not part of the map.
+    vectors, _ = ridge(z)
+    slope = np.stack([np.ones((2, len(z))), 1 - np.exp(-TIMES[:, None] / np.exp(vectors[:, 2]))], axis=-1) / NOISE
+    precision = np.einsum("tni,tnj->nij", slope, slope) + np.diag([LEVEL_SD**-2, SHARE_SD**-2])
+    covariance = np.linalg.inv(precision)
+    centre = np.einsum("nij,tnj,t->ni", covariance, slope, READ / NOISE)
+    sd = np.sqrt(np.einsum("nii->ni", covariance))
+    inside = np.abs(z[:, 2]) < 3
+    assert (((vectors[:, :2] - centre) / sd)[inside]) == pytest.approx(z[inside, :2], abs=0.05)
+
+
+def test_log_derivative_and_tangent() -> None:
+    ridge = along([1], [0])
+    for point in (np.array([0.01, -0.4, 0.3]), np.array([-0.02, 1.5, -2.2])):
+        step = 1e-5 * np.eye(3)
+        numerical = ((ridge(point + step)[0] - ridge(point - step)[0]) / 2e-5).T
+        assert ridge.tangent(point) == pytest.approx(numerical, rel=1e-4, abs=1e-7)
+        assert ridge(point[None])[1][0] == pytest.approx(np.linalg.slogdet(numerical)[1], abs=1e-5)
+
+
+def test_quantiles_of_a_normal_density() -> None:
+    values = np.linspace(-12.0, 20.0, 4001)
+    z, at = normal_variable(values, -0.5 * ((values - 3) / 2) ** 2)
+    assert z == pytest.approx((at - 3) / 2, abs=1e-4)
+    assert z[0] < -4.9 and z[-1] > 4.9 and (np.diff(z) > 0).all()
+
+
+def test_no_ridge_leaves_points_as_they_are() -> None:
+    points = np.array([[1.0, 2.0]])
+    vectors, log_derivative = Ridges()(points)
+    np.testing.assert_array_equal(vectors, points)
+    np.testing.assert_array_equal(log_derivative, 0.0)
