@@ -14,7 +14,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.linearised import LinearChain, linearised
 from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
-from bayestouch.finger.sampling import DEAR, Budget, PosteriorMap, draw_points
+from bayestouch.finger.sampling import DEAR, THIN, Budget, PosteriorMap, draw_points
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
@@ -27,6 +27,8 @@ from bayestouch.sampling.ridge import Ridges
 STEPS = 3
 # Least precision of the prior of a coordinate along a ridge.
 LEAST = 1e-3
+# On a ridge the normal approximation in the new coordinates is worse.
+ON_RIDGES = Budget(THIN, enough=0.5)
 # With drifts or a correction an evaluation takes milliseconds: one more round of refinement saves more time than it
 # takes. With a correction whose columns have more than MANY numbers it takes longer: 15 ms for 16 elements and 468
 # touches.
@@ -225,6 +227,8 @@ def sample_effects(
     centre[at.further], covariance[at.further, at.further] = 0.0, np.eye(at.n_further)
     density = fit.density()
     columns, budget = density.posterior.columns, TIED if density.tied else DEAR
+    if fit.to_vectors.ridges.each and not density.tied:
+        budget = ON_RIDGES
     if columns is not None and columns.size > MANY:
         budget = DEAREST
     return draw_points(density, fit.to_vectors, centre, covariance, draws, seed, progress, moves, budget)
