@@ -169,6 +169,8 @@ class _Station:
             unit = 1 / np.sqrt(np.diag(precision)[at])
             covariance = np.linalg.inv(precision[np.ix_(at, at)] * np.outer(unit, unit)) * np.outer(unit, unit)
             step = covariance @ gradient[at]
+            if not np.isfinite(step).all():
+                break
             vector[at] = np.clip(vector[at] + step, low[at], high[at])
             if step @ gradient[at] < CLOSE**2:
                 break

@@ -110,3 +110,16 @@ def test_no_ridge_leaves_points_as_they_are() -> None:
     vectors, log_derivative = Ridges()(points)
     np.testing.assert_array_equal(vectors, points)
     np.testing.assert_array_equal(log_derivative, 0.0)
+
+
+def test_a_ridge_ends_where_the_posterior_cannot_be_computed() -> None:
+    def limited(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+        gradient, precision = linearise(vector)
+        return (gradient if vector[2] < 1.0 else gradient * np.nan), precision
+
+    prior = (LOG_TIME, LOG_TIME_SD)
+    none = np.zeros(0, dtype=int)
+    found = follow(limited, MODE, 2, BOUNDS, prior, np.array([1]), none)
+    assert found is not None and found.ends[0] < -2.0 and 0.5 <= found.ends[1] < 1.0
+    beyond = np.array([0.0, 0.3, 2.5])
+    assert follow(limited, beyond, 2, BOUNDS, prior, np.array([1]), none) is None

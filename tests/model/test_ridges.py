@@ -1,0 +1,60 @@
+"""Which values of effects a ridge is followed along: also of effects that the package does not know."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bayestouch.array_types import FloatArray
+from bayestouch.effects.effect import EffectParameter
+from bayestouch.model.ridges import ridges_of
+from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
+
+SHARE = EffectParameter("share", "", "", Normal(0.0, 0.2), (0.1,), 0.0)
+TIME = EffectParameter("time", "s", "", LogNormal(1.0, 1.0), (1.0,))
+WIDTH = EffectParameter("width", "mm", "", LogNormal(1.0, 0.5), (1.0,))
+
+
+def effect(*parameters: EffectParameter) -> Any:
+    amplitudes = tuple(i for i, each in enumerate(parameters) if each.null is not None)
+    return SimpleNamespace(parameters=parameters, amplitudes=amplitudes)
+
+
+def amplitude(prior: Prior) -> EffectParameter:
+    return EffectParameter("share", "", "", prior, (0.1,), 0.0)
+
+
+def found(effects: list[Any], sd: list[float]) -> list[tuple[int, list[int]]]:
+    """Free and scaled entries of the ridges of a normal posterior; two entries come before those of the effects."""
+    d, priors = 2 + len(sd), [each.normal_prior for one in effects for each in one.parameters]
+    low, high = (np.array([edge, edge, *(p[i] for p in priors)]) for i, edge in ((2, -np.inf), (3, np.inf)))
+    covariance = np.diag(np.array([0.1, 0.1, *sd]) ** 2)
+    precision = np.linalg.inv(covariance)
+
+    def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return -precision @ vector, precision
+
+    ridges = ridges_of(effects, 2, np.arange(2), linearise, np.zeros(d), covariance, (low, high))
+    return [(each.free, each.standard.tolist()) for each in ridges.each]
+
+
+@pytest.mark.parametrize(
+    ("effects", "sd", "expected"),
+    [
+        # Only one amplitude, and no shape; an amplitude with bounds; a shape value whose prior is not log-normal.
+        ([effect(SHARE)], [0.1], []),
+        ([effect(amplitude(Normal(0.0, 1.0, 0.0)), TIME)], [0.1, 0.5], []),
+        ([effect(SHARE, EffectParameter("tails", "", "", Normal(0.0, 0.5), (0.0,)))], [0.1, 0.3], []),
+        ([effect(SHARE, TIME)], [0.1, 0.5], [(3, [2])]),
+        # Of two shape values, the one that the data determine least against its prior; values with bounds stay.
+        ([effect(SHARE, TIME, WIDTH)], [0.1, 0.5, 0.4], [(4, [2, 3])]),
+        ([effect(SHARE, TIME, EffectParameter("lean", "", "", Uniform(0, 1), (0.5,)))], [0.1, 0.5, 0.2], [(3, [2])]),
+        # One ridge for each effect.
+        ([effect(SHARE), effect(SHARE, TIME), effect(WIDTH, SHARE)], [0.1] * 5, [(4, [3]), (5, [6])]),
+    ],
+)
+def test_free_and_scaled_entries(effects: list[Any], sd: list[float], expected: list[tuple[int, list[int]]]) -> None:
+    assert found(effects, sd) == expected
