@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.finger.bend import Bend
 from bayestouch.finger.density_with_effects import EffectDensity, EffectPosterior
 from bayestouch.finger.known_touches import KnownTouches
-from bayestouch.finger.linearised import LinearChain, linearised
+from bayestouch.finger.linear_chain import LinearChain, linearised_chain
 from bayestouch.finger.noise import NoiseShape, StandardErrors, first_guess, noise_shape
 from bayestouch.finger.prediction_with_effects import EffectPrediction
 from bayestouch.finger.sampling import DEAR, THIN, Budget, PosteriorMap, draw_points
@@ -96,16 +96,16 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     vector = np.concatenate([fitted.vector, guess])
     shape = None
     for _ in range(STEPS):
-        linear = linearised(fitted, posterior, vector)
+        linear = linearised_chain(fitted, posterior, vector)
         hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
         step = np.linalg.solve(hessian, linear.pull)
         vector[:n] = np.clip(vector[:n] + step, low[:n] + margin, high[:n] - margin)
-        linear = linearised(fitted, posterior, vector)
+        linear = linearised_chain(fitted, posterior, vector)
         shape = noise_shape(_own_scatter(posterior, fitted, vector[:n]), prior, vector, linear.residuals)
         shape.mean[at.further.start - n :] = further
         vector[n:] = shape.mean
     assert shape is not None
-    linear = linearised(fitted, posterior, vector)
+    linear = linearised_chain(fitted, posterior, vector)
     hessian = linear.hessian + np.diag(prior.spread[:n] ** -2.0)
     covariance = np.asarray(np.linalg.inv(hessian), dtype=np.float64)
     ridges = _ridges(fitted, posterior, vector, covariance)
@@ -157,7 +157,7 @@ class _Start:
         vector, spread = vector.copy(), posterior.prior.spread[:n].copy()
         vector[at] = 0.0
         real, _ = ridges(vector[None])
-        linear = linearised(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
+        linear = linearised_chain(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
         linear.gradient[:, at] = linear.prior_pull[at] = 0.0
         # What the readings and the prior together say of these coordinates is in the ridges: variances of one.
         spread[at] = 1 / np.sqrt(LEAST)
@@ -172,7 +172,7 @@ def _ridges(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, cova
     prior_precision = np.diag(posterior.prior.spread[:n] ** -2.0)
 
     def linearise(chain: FloatArray) -> tuple[FloatArray, FloatArray]:
-        linear = linearised(fitted, posterior, np.concatenate([chain, vector[n:]]))
+        linear = linearised_chain(fitted, posterior, np.concatenate([chain, vector[n:]]))
         return linear.pull, linear.hessian + prior_precision
 
     margin = 1e-6 * posterior.prior.spread[:n]
@@ -204,7 +204,7 @@ def _bend(
         moved = ridges(moved[None])[0][0]
         first = moved[base].copy()
         moved[base] = np.clip(first, low[base] + margin, high[base] - margin)
-        linear = linearised(fitted, posterior, moved)
+        linear = linearised_chain(fitted, posterior, moved)
         precision = linear.hessian[base, base] + np.diag(posterior.prior.spread[base] ** -2.0)
         total = linear.pull[base]
         found = np.linalg.solve(precision, total)

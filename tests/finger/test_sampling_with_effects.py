@@ -9,7 +9,7 @@ import bayestouch
 from bayestouch.calibration.with_effects import fit_stated
 from bayestouch.effects.stated import StatedModel
 from bayestouch.finger.density_with_effects import EffectPosterior
-from bayestouch.finger.linearised import degrees_spent
+from bayestouch.finger.linear_chain import degrees_spent
 from bayestouch.finger.sampling_with_effects import effect_fit
 from bayestouch.sampling.rank_one import inverse_root
 

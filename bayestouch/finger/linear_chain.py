@@ -61,7 +61,7 @@ class LinearChain:
         )
 
 
-def linearised(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:
+def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:
     """Linearise the chain about a vector (d,), whitened by the noise at this vector."""
     model, known, at = posterior.model, posterior.known, posterior.layout
     n, m = at.n_chain, at.n_elements
