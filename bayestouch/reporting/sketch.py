@@ -114,7 +114,7 @@ def apart(labels: Sequence[Shape]) -> list[Shape]:
     return [done[number] for number in range(len(labels))]
 
 
-def highest(labels: Sequence[Shape]) -> float:
+def top_of(labels: Sequence[Shape]) -> float:
     """Top of the labels, above which the drawing may end."""
     return min(float(each.attributes["y"]) for each in labels) - _LINE
 

@@ -144,11 +144,8 @@ class SimulatedEffects:
             signal=press(by_touch)[group],
         )
         for effect, each in pairs:
-            if isinstance(effect, RandomEffect):
-                signal = rows.signal + effect.scale(rows) * drift_of(effect, each, by_touch, rng)[group]
-            else:
-                signal = effect.simulate(rows, each, rng)
-            rows = replace(rows, signal=signal)
+            drifts = [rows.signal + d.scale(rows) * drift_of(d, each, by_touch, rng)[group] for d in of_time([effect])]
+            rows = replace(rows, signal=drifts[0] if drifts else effect.simulate(rows, each, rng))
         return rows.signal
 
 

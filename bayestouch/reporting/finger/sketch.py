@@ -9,7 +9,7 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.output.text import fixed, number
-from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, highest, label
+from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, label, top_of
 
 # Radius of the surface in the drawing.
 _OUTER = 100.0
@@ -31,7 +31,7 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
         labels.append(label(x, y, f"{name} {fixed(place['angle_deg'], 0)}°", anchor))
     labels = apart(labels)
     low, high = number(best["R_error_mm"], 2), number(worst["R_error_mm"], 2)
-    top = max(128.0, -highest(labels))
+    top = max(128.0, -top_of(labels))
     # Elements that reach round the sides need the whole section.
     bottom = 112.0 if np.abs(angle).max() > 110 else 48.0
     return Sketch(

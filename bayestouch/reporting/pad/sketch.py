@@ -12,7 +12,7 @@ import numpy as np
 from bayestouch.array_types import FloatArray
 from bayestouch.output.pictures import ORDERED
 from bayestouch.output.text import fixed, number
-from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, highest, label
+from bayestouch.reporting.sketch import Shape, Sketch, apart, band, element, fractions, label, top_of
 
 # Longest side of the map in the drawing, and the free space around it.
 _LONGEST, _MARGIN = 300.0, 18.0
@@ -53,7 +53,7 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
         labels.append(label(across, down - 9.0 if plane else down, name))
     labels = apart(labels)
     up, bottom = (drawn[:, 1].min() - 6.0, drawn[:, 1].max() + 6.0) if plane else (0.0, height)
-    top_margin = max(_MARGIN - min(0.0, up), -highest(labels))
+    top_margin = max(_MARGIN - min(0.0, up), -top_of(labels))
     bottom = max(height, bottom) + _MARGIN
     ends = number(float(error.min()), 2), number(float(error.max()), 2)
     return Sketch(
