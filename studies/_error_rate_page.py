@@ -166,7 +166,7 @@ def headline(records: list[Record]) -> list[tuple[str, int, int, str]]:
         count("outside the catalogue: `unattributed`", outside, says("unattributed"), "90 %"),
         count("... and half of the held-out excess or more corrected", outside, lambda r: excess_cut(r) >= 0.5),
         count(
-            "... the same, for effects that depend only on element, place from element to touch, and load",
+            f"... half or more corrected, of {', '.join(PLACED)}",
             [r for r in outside if r["names"][0] in PLACED],
             lambda r: excess_cut(r) >= 0.5,
         ),

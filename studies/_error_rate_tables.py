@@ -97,7 +97,7 @@ def detection(records: list[Record]) -> None:
     ones = of_kind(records, "one")
     sizes = sorted({record["effects"][0][1] for record in ones})
     print("detected / named first / named first or declared indistinguishable, by size (noise of an averaged touch)")
-    print("* forms that the catalogue's formula can be")
+    print("* members: the catalogue's formula can give the readings of this form")
     print(f"{'':42s}" + "".join(f"{size:>22g}" for size in sizes))
     forms = sorted({record["effects"][0][0] for record in ones}, key=list(EFFECTS).index)
     for form in [*forms, "all"]:

@@ -15,7 +15,9 @@ Its rows say:
 - *Outside the catalogue: `unattributed`*: the catalogue does not have the cause, and the diagnosis said that no known
   effect explains the readings.
 
-The table below it has the errors of touches that no fit has seen, before and after.
+The table below it has the errors of touches that no fit has seen: *before*, with the calibration without effects, and
+*after*, with what the diagnosis found. The column *no effect* is of fingers without an effect: noise alone makes these
+errors.
 
 {development}
 
@@ -38,9 +40,11 @@ part of a run is a smaller study:
 `--light` reads held-out touches only of effects of size 2, and of fingers without an effect. So the tables of errors
 are of these. The last line of each block of text at the end of this page has the time of a diagnosis, in seconds.
 
-An effect is hard to find where its size is small beside 1. It is hard to name where another effect changes the readings
-in the same way. If `bayestouch diagnose` calls two causes indistinguishable, `measure` in its output says which touches
-would decide.
+An effect is hard to find if all touches together do not show it beside the noise. The size is relative to the noise of
+one touch, and a finger has many touches. So an effect of size 0.5, the smallest of this study, is often found too: see
+the row *all* of the tables at the end of this page. For smaller sizes this study says nothing. An effect is hard to
+name where another effect changes the readings in the same way. If `bayestouch diagnose` calls two causes
+indistinguishable, `measure` in its output says which touches would decide.
 
 Terms of the tables:
 
@@ -58,18 +62,34 @@ Terms of the tables:
   allow for chance; the row "no effect" shows how often chance alone exceeds it.
 - *Excess*: the held-out lack of fit before, less 1. *Corrected* or *cut*: the share of the excess that is removed
   after.
-- In the blocks of text `-` means that no case was run, and `nan` that no touches were read.
+- In the blocks of text `-` means that no case was run, and `nan` that no touches were read. The first table of a block
+  has three columns for each size: how often the effect was detected, how often it was named first, and how often it was
+  named first or declared indistinguishable from what was named.
 
 ## Which formulas the effects have
 
 An effect of the simulator has the catalogue's name for its physical cause, and a formula of its own. Some formulas are
 *members* of the catalogue's family: with plausible values of its parameters, the catalogue's formula gives the same
 readings to 1 % (at size 2). `tests/simulator/test_forms.py` checks this, except for the forms of the noise, whose
-formulas were compared by reading them. Rates of members and of other forms are listed separately. In large effects the
-difference between another formula and the catalogue's can exceed the noise. Then the verdict is "partly explained", and
-a correction describes a part of the rest.
+formulas were compared by reading them. Rates of members and of other forms are listed separately. If the form is not a
+member and the effect is large, the catalogue's formula may differ from the true one by more than the noise. Then the
+verdict is "partly explained", and a correction describes a part of the rest.
 
 {forms}
+
+## Causes outside the catalogue
+
+Some fingers of the study have a cause that the catalogue does not have. A correct diagnosis is `unattributed`:
+
+- `far_lobe`: the core bends, so that an element also reads a little of touches that are 45° away, on one side.
+- `ripple`: the reading of an element changes in waves with the place of the touch, three waves within 20°.
+- `distant_pair`: wires cross, so that two pairs of elements that are far apart leak into each other.
+- `gear`: a wheel with 20 teeth turns the finger. It is cut unevenly, so the angle has an error that comes back with
+  every tooth.
+- `loose_patch`: under four elements the rubber has come off the core, and heavy touches press it back.
+- `load_history`: a touch that is heavier than the touch before it reads more, and a lighter one less (hysteresis).
+
+All but `load_history` depend only on the element, the place and the load. A correction can describe these.
 
 {headlines}
 

@@ -95,9 +95,9 @@ class Crosstalk(Effect):
 class ChannelLag(Effect):
     """A multiplexed amplifier does not settle fully: each channel holds a share of the channel scanned before it.
 
-    Channels are scanned in the order of the table; the first one follows the last one of the previous scan. The weight
-    of each earlier channel is `carry` times that of the channel scanned after it: `carry` is 0 if each channel starts
-    from zero, and equals `share` if one capacitor settles from channel to channel.
+    Channels are scanned in the order of the table; the first one follows the last one of the previous scan. All
+    earlier channels together have the weight `share`. With each step back the weight is smaller by the factor `carry`:
+    `carry` is 0 if each channel starts from zero, and equals `share` if one capacitor settles from channel to channel.
 
     Reference: P. Horowitz and W. Hill, The Art of Electronics (2015), on multiplexed converters.
     """

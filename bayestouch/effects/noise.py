@@ -191,6 +191,7 @@ class CommonModeNoise(NoiseEffect):
 class SignalDependentNoise(NoiseEffect):
     """The noise increases with the signal: sd² = sd_0² + (share |y/peak|^power)², sd in units of the peak.
 
+    sd is the standard deviation of the noise of a reading y, and sd_0 that of a reading without signal.
     Noise of the gain is proportional to the signal (power 1), shot noise of light or charge to its root (power 0.5).
 
     Reference: J. R. Janesick, Photon Transfer (2007), on noise against signal.

@@ -34,7 +34,8 @@ class SurfaceProfile(Effect):
     turn: a closed curve has no such parts. It is a cubic spline through knots at most 9° apart over the touched range.
     The weights are the values at the knots with their correlation removed. f changes the readings of a flat most, and
     those of a knife edge not at all. If the model has no f, the estimate of a composite radius R has an error of about
-    -R² f. The responses cannot explain this error, because they are those of knife edges.
+    -R² f. The responses of the elements cannot explain this error: they are readings under a knife edge, and f does not
+    change these.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), section 4.2 (relative curvature); D. J. Whitehouse, Handbook of
     Surface and Nanometrology (2010), on roundness (undulations per revolution); C. E. Rasmussen and C. K. I. Williams,

@@ -100,21 +100,25 @@ def page(comparison: PublishedComparison, fingers: int) -> str:
 Made by `python studies/nicolson_fearing/compare_published.py --docs`. The command takes minutes, with `--small`
 seconds. *The paper* is that of Nicolson and Fearing ([](published.md)); σ, r_s, R, θ_c and the E map are in
 [](physics.md) and the [glossary](glossary.md). Our numbers come from {fingers} simulated fingers with the printed
-sizes and noise. Their shear modulus is about {SHEAR_MODULUS:g} MPa: a draw each from what Table 3 implies, since the
-paper prints none. Errors of the elements and of the places touched are as large as the residuals of Tables 1 and 2
-(`studies/nicolson_fearing/paper_run.py`). Measured sensors are in [](measured_diagnosis.md).
+sizes and noise. Their shear modulus is about {SHEAR_MODULUS:g} MPa. Each finger has its own value, drawn from what
+Table 3 implies, since the paper prints none. Errors of the elements and of the places touched are as large as the
+residuals of Tables 1 and 2 (`studies/nicolson_fearing/paper_run.py`). Measured sensors are in
+[](measured_diagnosis.md).
 
 | column | meaning |
 |---|---|
 | number | key of the number in `bayestouch.paper.published` |
 | paper | as printed, with its unit |
 | bayestouch | our number, in the same unit: a mean over the fingers |
-| 90 % | the 90 % range of single fingers, since the paper made one; in Figure 4 the range due to the modulus |
+| 90 % | the 90 % range of single fingers, since the paper made one; Figure 4 has other ranges, see below |
 | difference | ours minus the paper's, in the same unit; 0 within the paper's rounding |
 | why | the reason of a difference, or from what our number comes |
 
-A number agrees if the printed one, within its rounding, is inside the interval. The difference need not be 0. Without
-an interval it must be equal to ours within the rounding.
+A number agrees if the printed one, within its rounding, is inside the interval. The difference need not be 0. Where
+there is no interval, the printed number must be equal to ours within the rounding of the printed one.
+
+Figure 4 is of one finger. So its ranges are not of several fingers: they are over the values of the modulus that
+Table 3 allows, and that of `figure_4.level` is over the locations of the touches.
 
 "Setting" marks what the simulation was set to: its agreement shows nothing. There may be a difference: some settings
 are true only on average over many fingers, and the elements are simulated where the paper's fit found them, not where

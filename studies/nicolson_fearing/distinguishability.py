@@ -134,7 +134,7 @@ def for_the_page() -> str:
         found = optimism(known, plain.annulus, list(PLACES.values()), span_deg=span)
         criteria.append([reading, f"{found[0].paper_mm:.2f}", *(f"{each.factor:.2f}" for each in found)])
     thresholds = markdown_table(["r_c distinguished from an edge at 95 %, mm", *PLACES], rows)
-    factors = [f"honest r_c over it, {place}" for place in PLACES]
+    factors = [f"honest r_c / paper's r_c, {place}" for place in PLACES]
     return thresholds + "\n" + markdown_table(["mean square over", "paper's r_c, mm", *factors], criteria)
 
 

@@ -61,13 +61,21 @@ def rows() -> list[Beside]:
     share = best_share()
     found = cut_offs(share)
     strain = min(slope(d, (found[d], 1.1 * found[d]), share) for d in DEPTHS)
-    why = f"both from one distance of the elements from the core, {share:.4f} r_b (the paper prints none)"
+    why = (
+        f"both cut-offs are calculated with one distance of the elements from the core, {share:.4f} r_b (the paper "
+        "prints none)"
+    )
     return [
-        Beside("rolloff.displacement", slope("deep", (10.0, 100.0)), why="between 10 and 100 cycles/radian"),
+        Beside(
+            "rolloff.displacement",
+            slope("deep", (10.0, 100.0)),
+            why="slope of the displacement between 10 and 100 cycles/radian",
+        ),
         Beside(
             "rolloff.strain_at_least",
             strain,
-            why="at the cut-off, the less steep of the two depths; printed: more than",
+            why="slope of the strain at the cut-off, for the depth where it is less steep; the paper prints it as a "
+            "lower limit",
         ),
         *(put_in(f"alpha.{depth}", body(depth)["core_radius_mm"] / OUTER) for depth in DEPTHS),
         put_in("cutoff.level", LEVEL),

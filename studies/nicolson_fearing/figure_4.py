@@ -88,7 +88,10 @@ def compared() -> list[Beside]:
         ("figure_4.r_c_over_r_b", "radius_share", by_radius),
     ):
         low, high = sorted(getattr(end, name) for end in ends)
-        why = f"mean square over the circumference; as printed at {modulus:.3f} MPa, which Table 3 gives too"
+        why = (
+            f"with the mean square over the circumference; at {modulus:.3f} MPa ours is as printed, and Table 3 allows "
+            "that modulus"
+        )
         rows.append(Beside(key, getattr(middle[0], name), low, high, why))
     return rows
 

@@ -76,7 +76,10 @@ def rows(found: list[PaperRun]) -> list[Beside]:
         put_in("table_1.n_elements_caption", elements),
         put_in("noise.force_sensor", noise_of_fit(found[0])[0]),
         over_fingers(
-            "noise.averaged_readings", lambda run: noise_of_fit(run)[1], found, "1.72 % over the root of 20 samples"
+            "noise.averaged_readings",
+            lambda run: noise_of_fit(run)[1],
+            found,
+            "1.72 %, divided by the square root of 20 samples",
         ),
         over_fingers(
             "noise.expected_fit",
@@ -84,7 +87,12 @@ def rows(found: list[PaperRun]) -> list[Beside]:
             found,
             "independent noise adds in quadrature; the paper adds it up",
         ),
-        over_fingers("noise.error_over_noise", ratio, found, "over 0.64 %, the sum in quadrature, not over 0.9 %"),
+        over_fingers(
+            "noise.error_over_noise",
+            ratio,
+            found,
+            "the error is divided by 0.64 %, the sum in quadrature; the paper divides by 0.9 %",
+        ),
         over_fingers(
             "flat_fit.hertz",
             lambda run: flat_error(run, "hertz"),

@@ -87,7 +87,7 @@ def rows(found: list[PaperRun], timed: int = 24) -> list[Beside]:
         Beside(
             "table_3.unbiased_to",
             unbiased_to(found),
-            why="means are within a tenth of r_c from 1.59 mm on; see the rows of Table 3",
+            why="for tips of 1.59 mm and more the means are within a tenth of r_c; see the rows of Table 3",
         ),
         Beside("fit_time.without_load", without, why=WHY_TIME),
         Beside("fit_time.with_load", with_load, why=WHY_TIME),

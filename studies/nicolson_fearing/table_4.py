@@ -22,14 +22,14 @@ PARTS = ("total", "location", "noise")
 NAMES = {"theta_c": ("angle_deg", "θ_c (degree)"), "P": ("load", "P (N/m)"), "R": ("composite_radius_mm", "R (mm)")}
 WHY = {
     "theta_c": "noise of 1.72 % gives more than is printed, unless the rubber is stiffer than Table 3 says (0.12 MPa)",
-    "P": "less than printed; no modulus, depth or Poisson's ratio gives as much by noise alone",
-    "R": "as P: the paper's estimates of R and P scatter together by more than noise explains",
+    "P": "ours is less than printed: noise alone gives less with every modulus, depth and Poisson's ratio",
+    "R": "as for P: in the paper the estimates of R and P scatter together, and by more than noise explains",
 }
 WHY_LOCATION = {
-    "theta_c": "errors of the size of Tables 1 and 2 explain it nearly",
-    "P": "as the noise row: the paper's estimates of R and P scatter together by more",
-    "R": "as the noise row. Besides, the paper's model calibration is worse than its empirical one by more than errors "
-    "of the size of Tables 1 and 2 explain",
+    "theta_c": "errors as large as those of Tables 1 and 2 explain nearly all of it",
+    "P": "as in the noise row: in the paper the estimates of R and P scatter together, and by more than noise explains",
+    "R": "as in the noise row. Besides, the paper's model calibration is worse than its empirical one, and errors as "
+    "large as those of Tables 1 and 2 do not explain all of this difference",
 }
 
 
@@ -83,20 +83,25 @@ def rows(found: list[PaperRun]) -> list[Beside]:
         parts = split(run, "model", "theta_c")
         return parts["noise"] / parts["total"]
 
-    spacing_why = "0.24° at the surface are 1/29 of the spacing; ours are of the same size"
+    spacing_why = "the printed 0.24° are 1/29 of the spacing, at the surface; our error is of the same size"
     return [
         *out.values(),
         *(put_in(f"table_4.{name}", value) for name, value in counts.items()),
         over_fingers("location_error.over_spacing", of_spacing, found, spacing_why),
         over_fingers("location_error.over_spacing_conclusion", of_spacing, found, spacing_why),
-        over_fingers("location_error.noise_part", of_noise, found, "Table 4 itself has 0.58"),
+        over_fingers(
+            "location_error.noise_part",
+            of_noise,
+            found,
+            "noise over total in Table 4; as printed these two give 0.58, not a half",
+        ),
         over_fingers(
             "load_error.over_load",
             lambda run: 100 * split(run, "model", "P")["noise"] / published.number("touches.load").value,
             found,
-            "its noise row, which is larger than noise explains",
+            "it is calculated from the noise of P in Table 4, and the printed noise of P is larger than noise explains",
         ),
-        Beside("radius_error.r_c_over_R", slope_at_outer_radius(), why="dr_c/dR = (r_c/R)², 4 at r_c = r_b"),
+        Beside("radius_error.r_c_over_R", slope_at_outer_radius(), why="dr_c/dR = (r_c/R)², which is 4 at r_c = r_b"),
         over_fingers("radius_error.noise", lambda run: split(run, "empirical", "R")["noise"], found, WHY["R"]),
         put_in("radius_error.n_averaged", design["samples_per_touch"]),
         over_fingers(
