@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS := 1
 # the newest Python at hand: ArviZ 1.x wants 3.12 or later
 NEWEST ?= $(shell for python in python3.14 python3.13 python3.12 $(CANDIDATES); do $$python $(NEW_ENOUGH) && echo $$python && break; done)
 
-.PHONY: help report test test-slow test-all test-oldest test-newest lint docs studies mutants gallery lock clean
+.PHONY: help report test test-slow test-all test-oldest test-newest lint docs studies mutants gallery wheel lock clean
 help:
 	@echo "make report     two reports, on a simulated finger and a measured pad: report/index.html"
 	@echo "make test       ruff, mypy and the tests"
@@ -24,6 +24,7 @@ help:
 	@echo "make docs       the documentation, in docs/_build/html"
 	@echo "make studies    every script in studies/ but the fuzzers and mutants.py, with its time"
 	@echo "make mutants    whether the tests notice small changes to the core: an hour or more"
+	@echo "make wheel      sdist and wheel, which is installed on two Pythons without constraints and tried"
 	@echo "make gallery    the pictures of docs/gallery.md anew, by their studies"
 	@echo "make lock       constraints.txt made anew (maintainers)"
 	@echo "make clean      remove what make made, except .venv"
@@ -71,6 +72,17 @@ mutants: $(VENV)/.ready-mutants
 gallery: $(VENV)/.ready-dev
 	$(BIN)/python studies/gallery.py
 
+# What a user gets: the newest libraries that pip finds, on the Python of .venv and on the newest one.
+wheel: $(VENV)/.ready-dev
+	rm -rf dist
+	$(BIN)/python -m hatchling build -d dist
+	@for python in $(BIN)/python $(NEWEST); do \
+		rm -rf .venv-wheel && $$python -m venv .venv-wheel && .venv-wheel/bin/python --version && \
+		.venv-wheel/bin/pip install -q --disable-pip-version-check dist/*.whl && \
+		.venv-wheel/bin/bayestouch example fluid-oil-1.5 -o .venv-wheel/channel && \
+		.venv-wheel/bin/bayestouch calibrate .venv-wheel/channel -o .venv-wheel/calibration.nc || exit 1; \
+	done
+
 # uv is a maintainer's tool; one file of exact versions with markers serves every Python and platform.
 # hatchling and editables build the package itself, setuptools a dependency of cosmic-ray, so they are locked with the rest.
 lock: $(VENV)/.created
@@ -79,7 +91,7 @@ lock: $(VENV)/.created
 		--universal --python-version 3.11 --all-extras --no-annotate --no-header --no-emit-index-url
 
 clean:
-	rm -rf report build dist docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
+	rm -rf report build dist .venv-wheel docs/_build .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	find bayestouch tests studies -name __pycache__ -type d -prune -exec rm -rf {} +
 
 $(VENV)/.created:

@@ -10,6 +10,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.pad.candidates import PadCandidate, percent_of_peak
 from bayestouch.pad.fit import fit_chain
 from bayestouch.pad.problem import PadProblem
+from bayestouch.pad.residual_map import MapDiscrepancy
 
 # Largest number of touches. The exponent is only a description; this number of touches determines it to 1 %.
 _MOST_TOUCHES = 400
@@ -29,7 +30,8 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
     -------
     dict
         ``load_exponent``: n for which ``offset + (map of location) P^n`` predicts left-out readings best, with the
-        kernel and hyper-parameters of the model for n = 1; n near 0 is a logarithm.
+        kernel and hyper-parameters of the model for n = 1, and a noise that is the same at all loads; n near 0 is a
+        logarithm.
         ``error_percent_peak_power``: rms error with this n, ``error_percent_peak_linear``: rms error with n = 1, both
         over the same touches, percent of peak.
         ``load_trend_share``: share of the variance of the errors of the linear model that a parabola in the load
@@ -44,7 +46,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
     if len(load) > _MOST_TOUCHES:
         chosen = np.sort(np.random.default_rng(problem.seed).choice(len(load), _MOST_TOUCHES, replace=False))
     known = problem.known.select(chosen)
-    misfit = model.fit.misfit.select(chosen)
+    misfit = _with_even_noise(model.fit.misfit.select(chosen))
     priors = problem.priors.of(model.kernel)
     typical = float(np.median(known.load))
 
@@ -61,6 +63,16 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
         "error_percent_peak_linear": error(1.0),
         "load_trend_share": _trend_share(model.left_out.residual, load),
     }
+
+
+def _with_even_noise(misfit: MapDiscrepancy) -> MapDiscrepancy:
+    """The discrepancy with the mean variance of each element in all its readings.
+
+    The noise of the linear model includes what it misses at high loads. With this noise few readings at low loads would
+    determine the exponent.
+    """
+    mean = np.where(misfit.present, misfit.variance, 0.0).sum(axis=0) / np.maximum(misfit.present.sum(axis=0), 1)
+    return replace(misfit, variance=np.where(misfit.present, mean, np.inf))
 
 
 def _trend_share(residual: FloatArray, load: FloatArray) -> float:
