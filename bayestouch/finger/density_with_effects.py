@@ -179,9 +179,10 @@ class EffectDensity:
         left = np.where(known.missing, 0.0, known.readings) - readings.touches
         spread = Precisions.of(known, posterior.layout, vectors)
         slopes = (readings.by_load * spread.load_sd[..., None])[None]
+        left, weight = posterior.noise.of_true_means(vectors, left, spread.weight)
         if posterior.noise.effects or posterior.noise.shared:
-            return left, *self._with_added(vectors, readings, spread.weight, slopes)
-        return left, spread.weight, slopes
+            return left, *self._with_added(vectors, readings, weight, slopes)
+        return left, weight, slopes
 
     def _with_added(
         self, vectors: FloatArray, readings: EffectReadings, weight: FloatArray, slopes: FloatArray

@@ -14,9 +14,10 @@ from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.noise import log_likelihood_of_scatter
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise
-from bayestouch.model.noise_posterior import Terms, terms_of
+from bayestouch.model.noise_posterior import Terms, outliers_of, terms_of
 from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
+from bayestouch.model.outlier_likelihood import OutlierLikelihood
 from bayestouch.model.whitening import Whitening
 
 # Up to this number of readings of samples, values of outliers are drawn together with all parameters: their likelihood
@@ -74,7 +75,8 @@ class EffectNoise:
 
     If the noise is normal, the deviations of k samples from their mean are independent of the mean. The deviations
     contribute a separate factor: with effects that add noise, the normal density of k - 1 independent samples of each
-    touch; with outliers, the likelihood of `bayestouch.model.outlier_likelihood`.
+    touch; with outliers, the likelihood of `bayestouch.model.outlier_likelihood`. With outliers the samples of a touch
+    say what its true mean is as a function that is not normal; a normal one of the same mean and variance replaces it.
 
     Attributes
     ----------
@@ -94,6 +96,10 @@ class EffectNoise:
         With outliers: sd of all noise of a reading.
     terms : callable or None
         With outliers: their likelihood.
+    outliers : OutlierLikelihood or None
+        The same, if it says what the true mean of each touch is.
+    raw : (t, m) array or None
+        With outliers: mean of all samples of each touch.
     """
 
     known: KnownTouches
@@ -104,6 +110,8 @@ class EffectNoise:
     squares: TouchSquares
     scale: FloatArray | None = None
     terms: Terms | None = None
+    outliers: OutlierLikelihood | None = None
+    raw: FloatArray | None = None
 
     @property
     def shared(self) -> bool:
@@ -123,6 +131,34 @@ class EffectNoise:
         for (effect, _), values in zip(self.effects, self.values(vector), strict=True):
             out = replace(out, **effect.added(values))
         return out
+
+    def of_true_means(self, vectors: FloatArray, left: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Errors of the mean readings and their inverse variances, both (n, t, m), with outliers among the samples.
+
+        Parameters
+        ----------
+        vectors : (n, d) array
+            Flat vectors.
+        left, weight : (n, t, m) arrays
+            The same for the means without the readings that are probably wrong.
+        """
+        if self.outliers is None:
+            return left, weight
+        assert self.scale is not None and self.raw is not None
+        at, known, out = self.layout, self.known, self.outliers
+        left, variance = left.copy(), np.empty(weight.shape)
+        for i, vector in enumerate(vectors):
+            own, (values, *_) = np.exp(2 * vector[at.noise]), self.values(vector)
+            _, mean, spread = out.about(values, own / self.scale**2)
+            # A single sample: its variance is that of usual and wrong readings together.
+            variance[i] = own + values[0] * (values[1] * self.peak) ** 2
+            variance[i, out.touch, out.element] = spread * self.scale[out.element] ** 2
+            true = self.raw.copy()
+            true[out.touch, out.element] += mean * self.scale[out.element]
+            left[i] += true - known.readings
+            if at.discrepancy:
+                variance[i] += own * np.exp(2 * vector[at.missed]) / known.typical_reads
+        return np.where(known.missing, 0.0, left), np.where(known.missing, 0.0, 1 / variance)
 
     def log_likelihood(self, vectors: FloatArray, touches: FloatArray, samples: FloatArray | None) -> FloatArray:
         """Log likelihood (n,) of the deviations of samples and repeated loads, given the predicted readings.
@@ -210,7 +246,13 @@ def noise_with_effects(
     whitening = Whitening.of(raw, fitted.noise, predicted, by_load)
     scatter = TouchScatter.of(replace(fitted, model=observing, whitening=whitening))
     assert scatter is not None
-    return replace(out, scale=scatter.sd * model.peak, terms=terms_of(scatter, effects[0]))
+    return replace(
+        out,
+        scale=scatter.sd * model.peak,
+        terms=terms_of(scatter, effects[0]),
+        outliers=outliers_of(scatter, effects[0]),
+        raw=raw.means.readings,
+    )
 
 
 def joint_effects(effects: tuple[NoiseEffect, ...], readings: int) -> tuple[NoiseEffect, ...]:

@@ -32,8 +32,12 @@ class OutlierLikelihood:
     ----------
     square : (p, k) array
         Square of each sample's distance from the node, over the variance of all noise; NaN missing.
+    place : (p,) array
+        Node of each pair, relative to the mean of the samples.
     pair_element : (p,) int array
         Element of each pair.
+    touch : (g,) int array
+        Touch of each group.
     first, step : (g,) arrays
         Index of the first pair of each group, and the distance of its nodes.
     sd : (m,) array
@@ -41,7 +45,9 @@ class OutlierLikelihood:
     """
 
     square: FloatArray
+    place: FloatArray
     pair_element: IntArray
+    touch: IntArray
     first: IntArray
     step: FloatArray
     sd: FloatArray
@@ -49,7 +55,7 @@ class OutlierLikelihood:
     @classmethod
     def of(cls, scatter: TouchScatter) -> OutlierLikelihood:
         """Likelihood for the scatter of a fitted model."""
-        deviation, element = _grouped(scatter)
+        deviation, element, touch = _grouped(scatter)
         count = (~np.isnan(deviation)).sum(axis=1)
         about = np.abs(deviation - np.nanmedian(deviation, axis=1, keepdims=True))
         usual = np.full(len(scatter.sd), LEAST)
@@ -65,7 +71,7 @@ class OutlierLikelihood:
         first = np.cumsum(nodes) - nodes
         group = np.repeat(np.arange(len(nodes)), nodes)
         place = low[group] + step[group] * (np.arange(len(group)) - first[group])
-        return cls((deviation[group] - place[:, None]) ** 2, element[group], first, step, scatter.sd)
+        return cls((deviation[group] - place[:, None]) ** 2, place, element[group], touch, first, step, scatter.sd)
 
     def __call__(self, values: Values, own: FloatArray) -> FloatArray:
         """Contribution of each element to the log likelihood, (m,), up to a constant.
@@ -77,6 +83,15 @@ class OutlierLikelihood:
         own : (m,) array
             Variance of the usual noise over that of all noise.
         """
+        return self.about(values, own)[0]
+
+    def about(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """What `__call__` gives, and mean and variance of the true mean of each group, both (g,), given its samples.
+
+        They are in units of the sd of all noise; the mean is relative to that of the samples. Whether a reading is
+        wrong is thus not decided: if two of four readings are far off, the variance says that any of them may be right.
+        Parameters are as in `__call__`.
+        """
         probability, size = values
         wide = own + (size / self.sd) ** 2
         narrow_sd, wide_sd = np.sqrt(own)[self.pair_element, None], np.sqrt(wide)[self.pair_element, None]
@@ -85,23 +100,30 @@ class OutlierLikelihood:
         wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * self.square / wide_sd**2, 700.0))
         log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
         most = np.maximum.reduceat(log, self.first)
-        count = np.diff(self.first, append=len(log))
-        total = most + np.log(self.step * np.add.reduceat(np.exp(log - np.repeat(most, count)), self.first))
-        return np.asarray(np.bincount(self.pair_element[self.first], total, minlength=len(self.sd)), dtype=np.float64)
+        density = np.exp(log - np.repeat(most, np.diff(self.first, append=len(log))))
+        mass, once, twice = (np.add.reduceat(density * self.place**k, self.first) for k in range(3))
+        log_likelihood = np.bincount(self.element, most + np.log(self.step * mass), minlength=len(self.sd))
+        return np.asarray(log_likelihood, dtype=np.float64), once / mass, twice / mass - (once / mass) ** 2
+
+    @property
+    def element(self) -> IntArray:
+        """Element of each group, (g,)."""
+        return self.pair_element[self.first]
 
 
-def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray]:
-    """Deviations of each element's samples in each touch (g, k), NaN missing, in units of the sd; and the element (g,).
+def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray, IntArray]:
+    """Deviations of each element's samples in each touch (g, k), NaN missing, in units of the sd.
 
-    Groups of one sample carry no information and are left out.
+    Also the element and the touch of each group, both (g,). Groups of one sample carry no information on the noise and
+    are left out.
     """
     n, m = scatter.z.shape
     order = np.argsort(scatter.touch, kind="stable")
-    _, touch, count = np.unique(scatter.touch[order], return_inverse=True, return_counts=True)
+    number, touch, count = np.unique(scatter.touch[order], return_inverse=True, return_counts=True)
     sample = np.arange(n) - (np.cumsum(count) - count)[touch]
     deviation = np.full((len(count), m, int(count.max())), np.nan)
     # `z` is a deviation divided by the root of its weight, which made its variance one; this is undone here.
     deviation[touch, :, sample] = (scatter.z * np.sqrt(scatter.weight)[:, None])[order]
     flat, element = deviation.reshape(-1, deviation.shape[2]), np.tile(np.arange(m), len(count))
     several = (~np.isnan(flat)).sum(axis=1) > 1
-    return flat[several], element[several]
+    return flat[several], element[several], np.repeat(number, m)[several]

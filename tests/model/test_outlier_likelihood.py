@@ -39,3 +39,20 @@ def test_mean_of_a_touch_is_integrated_out(probability: float) -> None:
         wanted += float(share) * integral(np.array(z), np.where(wrong, 4.8, 0.8))
     found = OutlierLikelihood.of(scatter(z))((probability, 1.0), np.array([0.8]))
     assert found == pytest.approx(np.array([np.log(wanted)]), abs=1e-4)
+
+
+def test_true_mean_of_a_touch_is_that_of_all_ways_to_be_wrong() -> None:
+    """One of five readings is off by so little that it may be usual: moments of the mixture of all 32 ways."""
+    z, probability = np.array([-3.0, 0.2, 0.4, -0.5, 0.9]), 0.2
+    mass, means, variances = [], [], []
+    for wrong in product((False, True), repeat=5):
+        v = np.where(wrong, 0.8 + 36.0, 0.8)
+        mass.append(float(np.where(wrong, probability, 1 - probability).prod()) * integral(z, v))
+        means.append(float((z / v).sum() / (1 / v).sum()))
+        variances.append(float(1 / (1 / v).sum()))
+    share = np.array(mass) / np.sum(mass)
+    mean = float(share @ means)
+    variance = float(share @ (np.array(variances) + np.square(means))) - mean**2
+    _, found, spread = OutlierLikelihood.of(scatter(z.tolist())).about((probability, 3.0), np.array([0.8]))
+    assert found == pytest.approx(np.array([mean]), abs=1e-4)
+    assert spread == pytest.approx(np.array([variance]), rel=1e-3)
