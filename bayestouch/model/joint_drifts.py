@@ -20,11 +20,16 @@ from bayestouch.model.base import SensorModel
 from bayestouch.model.drift_filter import filtered, gaps
 from bayestouch.model.drift_posterior import BEGINNING
 from bayestouch.model.fitting import Drift, Fitted, drift_columns
+from bayestouch.model.linear import Functions
 from bayestouch.model.observations import Observations
 from bayestouch.sampling.laplace import solve_lower
 
 #: Number of values of a drift that are entries of the vector; each further value selects a kind and is constant.
 FREE = len(BEGINNING)
+
+# Logarithm of a prior density that is zero in double precision. In the filter, a drift of a size beyond (some 38 sds of
+# its prior) would be lost to rounding.
+NOTHING = -700.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +74,17 @@ class DriftEntries:
     def names(self) -> tuple[str, ...]:
         """Public name of each parameter."""
         return tuple(each.name for drift, _ in self.drifts for each in drift.public_parameters()[:FREE])
+
+    def log_prior(self, logs: FloatArray) -> FloatArray:
+        """Log prior density (...) of entries (..., 2 q), with the derivative of the values over the logarithms.
+
+        It is ``-inf`` where the density of a value is `NOTHING`.
+        """
+        total = logs.sum(axis=-1)
+        for i, parameter in enumerate(self.parameters):
+            log_density = parameter.prior.log_density(np.exp(logs[..., i]))
+            total = total + np.where(log_density < NOTHING, -np.inf, log_density)
+        return np.asarray(total)
 
     def at(self, logs: FloatArray) -> tuple[Drift, ...]:
         """The drifts with other entries (2 q,)."""
@@ -150,6 +166,14 @@ def further_columns(fitted: Fitted) -> FloatArray | None:
         return None
     raw = functions.raw[len(drift_columns(fitted.model, fitted.vector, fitted.drifts)) :]
     return raw if len(raw) else None
+
+
+def further_functions(fitted: Fitted) -> Functions | None:
+    """Random functions of a fit other than its drifts; None if there are none."""
+    if not fitted.drifts:
+        return fitted.linear.functions
+    raw = further_columns(fitted)
+    return None if raw is None else Functions.of(raw, fitted.whitening.columns(raw))
 
 
 def exact_basis(drift: RandomEffect, values: Values, observed: Observations) -> FloatArray:
