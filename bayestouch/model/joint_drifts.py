@@ -17,6 +17,7 @@ from bayestouch.effects.effect import EffectParameter, Values
 from bayestouch.effects.random import RandomEffect
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.base import SensorModel
+from bayestouch.model.columns import seen_columns
 from bayestouch.model.drift_filter import filtered, gaps
 from bayestouch.model.drift_posterior import BEGINNING
 from bayestouch.model.fitting import Drift, Fitted, drift_columns
@@ -100,6 +101,7 @@ def without_drifts(
     touches: FloatArray,
     root: FloatArray,
     rows: Sequence[FloatArray],
+    together: int = 1,
 ) -> tuple[FloatArray, FloatArray]:
     """Gram matrix of whitened rows with the drifts integrated out, and log determinant of their covariance.
 
@@ -119,6 +121,8 @@ def without_drifts(
         Whitening of the readings.
     rows : sequence of (n or 1, t, m, r) arrays
         Whitened rows; the Gram matrix is that of all together.
+    together : int
+        See `bayestouch.model.drift_filter.filtered`.
 
     Returns
     -------
@@ -142,7 +146,7 @@ def without_drifts(
         return np.concatenate(each, axis=2)
 
     pairs = ((joined(int(i)), courses[:, i]) for i in order)
-    return filtered(pairs, gap, np.concatenate(time, axis=1))
+    return filtered(pairs, gap, np.concatenate(time, axis=1), together)
 
 
 def without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> FloatArray:
@@ -168,12 +172,24 @@ def further_columns(fitted: Fitted) -> FloatArray | None:
     return raw if len(raw) else None
 
 
-def further_functions(fitted: Fitted) -> Functions | None:
-    """Random functions of a fit other than its drifts; None if there are none."""
-    if not fitted.drifts:
+def other_functions(fitted: Fitted, columns: FloatArray | None = None) -> Functions | None:
+    """Random functions of a fit other than its drifts, after further columns (k, t, m); None if there are none.
+
+    With drifts only the `seen_columns` are left: a map may have more weights than there are readings, or be far below
+    the noise, and the cost of `without_drifts` goes with the square of their number.
+    """
+    if columns is None and not fitted.drifts:
         return fitted.linear.functions
-    raw = further_columns(fitted)
-    return None if raw is None else Functions.of(raw, fitted.whitening.columns(raw))
+    others = further_columns(fitted)
+    found = [each for each in (columns, others) if each is not None]
+    if not found:
+        return None
+    raw = np.concatenate(found)
+    if fitted.drifts:
+        with np.errstate(divide="ignore"):
+            sd = 1 / np.linalg.norm(fitted.whitening.root, axis=1)
+        raw = seen_columns(raw, sd)
+    return Functions.of(raw, fitted.whitening.columns(raw)) if len(raw) else None
 
 
 def exact_basis(drift: RandomEffect, values: Values, observed: Observations) -> FloatArray:

@@ -1,10 +1,10 @@
 """Exact posterior density of a pad's calibration: kernel, gains, offsets, positions and effects.
 
-The empirical map, the errors of the loads and the drifts change the readings linearly, so they are integrated out. The
-size and the correlation time of each drift are entries of the vector. The noise with the values of noise effects, and
-the size and the length of the map, are fixed at the values of the fit; touches are read with the same values. A
-nonlinear effect is linearised in the weights of the map, about their most probable values: the weights are known so
-well that the effect is nearly linear over their uncertainty.
+The empirical map, the errors of the loads and the drifts change the readings linearly, so they are integrated out. Size
+and correlation time of a drift are entries of the vector. The noise with the values of noise effects, and the size and
+the length of the map, are fixed at the values of the fit; touches are read with the same values. A nonlinear effect is
+linearised in the weights of the map, about their most probable values: the weights are known so well that the effect is
+nearly linear over their uncertainty.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from scipy.linalg import block_diag, solve_triangular
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted, drift_columns, linearised
-from bayestouch.model.joint_drifts import DriftEntries, exact_basis, further_functions, without_drifts, without_weights
+from bayestouch.model.joint_drifts import DriftEntries, exact_basis, other_functions, without_drifts, without_weights
 from bayestouch.model.linear import Functions, Linearised
 from bayestouch.pad.map_basis import HeldMap
 from bayestouch.pad.model import PadModel
@@ -28,6 +28,8 @@ from bayestouch.priors.parameters import LogNormal, Prior
 
 # Largest number of entries of an array that is computed at once: 8 MB.
 NUMBERS_HELD = 1 << 20
+# Number of readings whose rows the filter of the drifts multiplies at once.
+TOGETHER = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +63,15 @@ class PadDensity:
         """The posterior of a fit; the normal approximation of size and time of its drifts is that in `added`."""
         model, drifts = fitted.model, DriftEntries.of(fitted.drifts, added)
         assert isinstance(model, PadModel)
-        functions, observed = further_functions(fitted), model.known
         if model.map is None or isinstance(model.map, HeldMap):
-            return cls(fitted, model, functions, drifts)
+            return cls(fitted, model, other_functions(fitted), drifts)
         weights = fitted.vector[model.n_chain : model.n_base]
         columns = model.derivatives(fitted.vector)[0][model.n_chain : model.n_base]
-        raw = columns if functions is None else np.concatenate([columns, functions.raw])
-        place = np.stack(model.poses(fitted.vector).place, axis=1)
+        place, observed = np.stack(model.poses(fitted.vector).place, axis=1), model.known
         moved = observed.means.readings + np.tensordot(weights, columns, axes=1)
         observed = replace(observed, means=replace(observed.means, readings=moved))
         held = replace(model, map=HeldMap.of(model.map, weights, place), observed=observed)
-        return cls(fitted, held, Functions.of(raw, fitted.whitening.columns(raw)), drifts)
+        return cls(fitted, held, other_functions(fitted, columns), drifts)
 
     @property
     def mode(self) -> FloatArray:
@@ -199,7 +199,7 @@ class PadDensity:
         """`bayestouch.model.joint_drifts.without_drifts` at vectors (n, d) with the mean readings (n, t, m) there."""
         own, logs = vectors[:, : self.n_model], vectors[:, self.n_model :]
         root = np.broadcast_to(self.fitted.whitening.root, (len(vectors), *self.fitted.whitening.root.shape))
-        return without_drifts(self.model, self.drifts.drifts, logs, own, predicted, root, rows)
+        return without_drifts(self.model, self.drifts.drifts, logs, own, predicted, root, rows, TOGETHER)
 
     def at_drifts(self, vector: FloatArray) -> PadDensity:
         """The density of the entries of the model, with size and time of the drifts at those of a vector (d,).
