@@ -71,9 +71,9 @@ def matern(time: np.ndarray, length: float) -> np.ndarray:
     return np.asarray((1 + lag) * np.exp(-lag))
 
 
-def fitted_pad(model: PadModel, *drifts: tuple[RandomEffect, Values]) -> Fitted:
+def fitted_pad(model: PadModel, *drifts: tuple[RandomEffect, Values], further: np.ndarray | None = None) -> Fitted:
     noise = NoiseModel(SD, np.full(model.known.n_touches, LOAD_SD), model.peak)
-    return fit(model, model.start(model.pad), noise, drifts)
+    return fit(model, model.start(model.pad), noise, drifts, further=further)
 
 
 def density_of(fitted: Fitted) -> PadDensity:

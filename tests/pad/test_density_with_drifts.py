@@ -110,6 +110,22 @@ def test_many_touches_as_written_out() -> None:
     np.testing.assert_allclose(density.log_likelihood(vectors), expected, rtol=1e-8)
 
 
+def test_functions_of_a_correction_beside_a_drift() -> None:
+    """They are in the fit after the functions of the drift; a function that changes nothing is left out."""
+    further = 0.3 * np.random.default_rng(5).standard_normal((4, 8, M))
+    further[3] = 0.0
+    fitted = fitted_pad(pad_of(8, GaussianKernel(6.0)), *CASES["both"], further=further)
+    density = density_of(fitted)
+    assert isinstance(fitted.model, PadModel)
+    vectors, there = vectors_near(density), np.isfinite(fitted.model.known.means.readings).ravel()
+    flat, expected = further.reshape(4, -1)[:, there], []
+    for vector in vectors:
+        covariance = covariance_written_out(fitted, vector, density.n_model)[np.ix_(there, there)] + flat.T @ flat
+        left = residual_written_out(fitted.model, vector).ravel()[there]
+        expected.append(multivariate_normal(None, covariance).logpdf(left))
+    np.testing.assert_allclose(density.log_likelihood(vectors), expected, rtol=1e-8)
+
+
 @pytest.mark.parametrize("with_map", [False, True])
 def test_gradient_and_cost_are_those_of_the_density(with_map: bool) -> None:
     """Of the entries of the model; the priors of this pad are normal but for that of a size."""
