@@ -79,7 +79,7 @@ class DriftEntries:
     def log_prior(self, logs: FloatArray) -> FloatArray:
         """Log prior density (...) of entries (..., 2 q), with the derivative of the values over the logarithms.
 
-        It is ``-inf`` where the density of a value is `NOTHING`.
+        It is ``-inf`` where the log density of a value is below `NOTHING`.
         """
         total = logs.sum(axis=-1)
         for i, parameter in enumerate(self.parameters):

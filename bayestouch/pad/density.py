@@ -243,7 +243,7 @@ class PadDensity:
         return self.model.known.means.readings
 
     def linearised(self, vector: FloatArray) -> Linearised:
-        """The model linearised at a vector (d,); a flat prior counts as a normal one, its width as the sd."""
+        """The model without drifts, linearised at its vector (n,); a flat prior counts as a normal one of its width."""
         return linearised(self.model, vector, self.fitted.whitening, self.functions)
 
     def _parts(self, n: int) -> list[slice]:
