@@ -23,7 +23,8 @@ def log_density(calibration: Calibration, touches: DataSet) -> LogDensity:
     ----------
     calibration : Calibration
         A calibration of a finger or a pad, with or without effects. On a pad the empirical map is integrated out; the
-        noise, and the size and the length of the map, have the values of the calibration.
+        noise with the values of noise effects, and the size and the length of the map, have the values of the
+        calibration.
     touches : DataSet
         The data set from which the calibration was made.
 

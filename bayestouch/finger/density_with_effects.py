@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.array_types import FloatArray
 from bayestouch.effects import NoiseEffect, RandomEffect, Values
 from bayestouch.finger.density import NUMBERS_HELD
 from bayestouch.finger.known_touches import KnownTouches
@@ -18,11 +18,10 @@ from bayestouch.finger.noise_with_effects import EffectNoise, joint_effects, noi
 from bayestouch.finger.prediction_with_effects import EffectPrediction, EffectReadings
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.columns import WhiteColumns
-from bayestouch.model.drift_filter import filtered, gaps
-from bayestouch.model.fitting import Fitted, drift_columns
+from bayestouch.model.fitting import Fitted
+from bayestouch.model.joint_drifts import FREE, further_columns, without_drifts, without_weights
 from bayestouch.model.observations import Observations
 from bayestouch.model.own_columns import OwnColumns
-from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.rank_one import inverse_root, log_density_with_shared_errors
 
 # Number of vectors per evaluation if drifts or a correction make the touches dependent.
@@ -78,16 +77,12 @@ class EffectPosterior:
         prior = priors.flat(model.finger, known).with_values(
             [(p.prior, p.logarithmic) for effect in model.effects for p in effect.parameters],
             [
-                *((p.prior, True) for drift, _ in fitted.drifts for p in drift.parameters[:2]),
+                *((p.prior, True) for drift, _ in fitted.drifts for p in drift.parameters[:FREE]),
                 *((p.prior, p.logarithmic) for effect in effects for p in effect.parameters),
             ],
         )
-        functions, columns = fitted.linear.functions, None
-        if functions is not None:
-            raw_columns = functions.raw[len(drift_columns(model, fitted.vector, fitted.drifts)) :]
-            columns = raw_columns if len(raw_columns) else None
         noise = noise_with_effects(fitted, known, prior.layout, effects, raw)
-        return cls(model, known, prior, noise, fitted.drifts, columns)
+        return cls(model, known, prior, noise, fitted.drifts, further_columns(fitted))
 
     @property
     def layout(self) -> FlatLayout:
@@ -217,7 +212,7 @@ class EffectDensity:
         white = root @ left[..., None]
         if posterior.drifts:
             gram, log_determinant = self._filtered(vectors, readings, root, white)
-            left_over = _without_weights(gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]) + log_determinant
+            left_over = without_weights(gram[:, 0, 0], gram[:, 1:, 0], gram[:, 1:, 1:]) + log_determinant
         else:
             left_over = np.concatenate([self._by_element(*each) for each in zip(root, white, strict=True)])
         return np.asarray(volume - 0.5 * left_over)
@@ -243,58 +238,21 @@ class EffectDensity:
         return WhiteColumns.of(columns, np.broadcast_to(np.eye(m), (t, m, m)))
 
     def _by_element(self, root: FloatArray, white: FloatArray) -> FloatArray:
-        """`_without_weights` (1,) of one vector without drifts, from its whitening (t, m, m) and errors (t, m, 1).
+        """`without_weights` (1,) of one vector without drifts, from its whitening (t, m, m) and errors (t, m, 1).
 
         A column that changes one element is zero for all others: products are computed element by element.
         """
         assert self._columns is not None
         columns, flat = self._columns.whitened(root), white.reshape(-1, 1)
-        return _without_weights((flat**2).sum(axis=0), columns.transposed(flat).T, columns.gram()[None])
+        return without_weights((flat**2).sum(axis=0), columns.transposed(flat).T, columns.gram()[None])
 
     def _filtered(
         self, vectors: FloatArray, readings: EffectReadings, root: FloatArray, white: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Gram matrix of errors and columns with the drifts integrated out, and the log determinant."""
         posterior, model = self.posterior, self.posterior.model
-        first = posterior.layout.further.start
         n, t, m, _ = root.shape
         columns = np.zeros((0, t, m)) if posterior.columns is None else posterior.columns
         of_each = root @ np.broadcast_to(np.moveaxis(columns, 0, -1), (n, t, m, len(columns)))
-        rows = np.concatenate([white, of_each], axis=3)
-        seen, time = [], []
-        for k, (drift, values) in enumerate(posterior.drifts):
-            size, length = np.exp(vectors[:, first + 2 * k : first + 2 * k + 2]).T
-            scale = np.stack(
-                [_scale(model, drift, vector, y) for vector, y in zip(vectors, readings.touches, strict=True)]
-            )
-            scale = size[:, None, None] * scale
-            own = drift.own(values)
-            seen.append(root * scale[:, :, None] if own else np.einsum("ntij,ntj->nti", root, scale)[..., None])
-            time.append(np.repeat(length[:, None], m if own else 1, axis=1))
-        courses = np.concatenate(seen, axis=3)
-        order, gap = gaps(model.known)
-        touches = ((rows[:, i], courses[:, i]) for i in _ints(order))
-        return filtered(touches, gap, np.concatenate(time, axis=1))
-
-
-def _without_weights(square: FloatArray, onto: FloatArray, gram: FloatArray) -> FloatArray:
-    """Sum of squares (n,) of the errors with standard normal weights integrated out, plus the log determinant.
-
-    Parameters
-    ----------
-    square, onto, gram : (n,), (n, c), (n, c, c) arrays
-        Sum of squares of the whitened errors, their products with the columns, Gram matrix of the columns.
-    """
-    inner = np.linalg.cholesky(gram + np.eye(gram.shape[-1]))
-    along = solve_lower(np.asarray(inner, dtype=np.float64), onto)
-    log_determinant = 2 * np.log(np.diagonal(inner, axis1=1, axis2=2)).sum(axis=1)
-    return np.asarray(square - (along**2).sum(axis=1) + log_determinant)
-
-
-def _scale(model: FingerModel, drift: RandomEffect, vector: FloatArray, touches: FloatArray) -> FloatArray:
-    """Factor of a drift in each mean reading, (t, m)."""
-    return drift.scale(replace(model.poses(vector), signal=touches - model.zero(vector)))
-
-
-def _ints(order: IntArray) -> list[int]:
-    return [int(i) for i in order]
+        logs = vectors[:, posterior.layout.further][:, : FREE * len(posterior.drifts)]
+        return without_drifts(model, posterior.drifts, logs, vectors, readings.touches, root, (white, of_each))

@@ -241,10 +241,9 @@ def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tupl
     for effect in (*(drift for drift, _ in posterior.drifts), *posterior.effects):
         each, drift = by_name[effect.name], effect not in posterior.effects
         for i, parameter in enumerate(effect.parameters[: 2 if drift else None]):
-            logarithmic = drift or parameter.logarithmic
-            value, spread = each.values[i], float(np.nan_to_num(each.sd[i]))
-            values.append(np.log(value) if logarithmic else value)
-            sd.append(spread / value if logarithmic else spread)
+            value, spread = each.coordinate(i, logarithmic=drift or parameter.logarithmic)
+            values.append(value)
+            sd.append(spread)
     at = posterior.layout
     low, high = (ends[at.further] for ends in posterior.bounds)
     spread_of_prior = posterior.prior.spread[at.further]

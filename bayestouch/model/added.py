@@ -32,6 +32,11 @@ class AddedEffect:
         """Draws of the value with index `which`, from standard normal numbers of any shape; a NaN sd counts as 0."""
         return self.effect.drawn(which, self.values[which], float(np.nan_to_num(self.sd[which])), normal)
 
+    def coordinate(self, which: int, *, logarithmic: bool) -> tuple[float, float]:
+        """The value with index `which`, or its logarithm, and the standard deviation; a NaN sd counts as 0."""
+        value, spread = self.values[which], float(np.nan_to_num(self.sd[which]))
+        return (float(np.log(value)), spread / value) if logarithmic else (value, spread)
+
 
 def added_effects(fitted: Fitted, noise_effects: tuple[tuple[NoiseEffect, Values, Values], ...]) -> list[AddedEffect]:
     """Effects of a fit with values and sd: effects of the chain, then drifts, then the given noise effects."""

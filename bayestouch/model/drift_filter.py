@@ -19,7 +19,7 @@ LONG = 700.0
 
 
 def filtered(
-    touches: Iterable[tuple[FloatArray, FloatArray]], gap: FloatArray, time: FloatArray
+    touches: Iterable[tuple[FloatArray, FloatArray]], gap: FloatArray, time: FloatArray, together: int = 1
 ) -> tuple[FloatArray, FloatArray]:
     """Gram matrix of rows whitened by noise and functions, and log determinant of their covariance over that of noise.
 
@@ -32,6 +32,8 @@ def filtered(
         Time since the previous touch; inf for the first touch of a session.
     time : (g, c) array
         Correlation time of each function.
+    together : int
+        Least number of readings whose rows are multiplied at once; with many rows, more are faster.
 
     Returns
     -------
@@ -41,6 +43,7 @@ def filtered(
     g, c = time.shape
     # Mean of the functions and of their slopes over λ, and their covariance minus the stationary one (the identity).
     beyond, mean, volume, gram = np.zeros((g, 2 * c, 2 * c)), np.zeros(0), np.zeros(g), np.zeros(0)
+    held: list[FloatArray] = []
     for (rows, seen), since in zip(touches, gap, strict=True):
         m, r = rows.shape[1:]
         if not mean.size:
@@ -53,8 +56,17 @@ def filtered(
         gain, new = solved[:, :, : 2 * c], solved[:, :, 2 * c :]
         beyond, mean = beyond - gain.swapaxes(1, 2) @ gain, mean + gain.swapaxes(1, 2) @ new
         volume += 2 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-        gram += new.swapaxes(1, 2) @ new
-    return gram, volume
+        held.append(new)
+        if m * len(held) >= together:
+            gram += _gram(held)
+            held = []
+    return (gram + _gram(held) if held else gram), volume
+
+
+def _gram(rows: list[FloatArray]) -> FloatArray:
+    """Gram matrix (g, r, r) of whitened rows (g, m, r) of some touches."""
+    every = rows[0] if len(rows) == 1 else np.concatenate(rows, axis=1)
+    return np.asarray(every.swapaxes(1, 2) @ every)
 
 
 def gaps(observed: Observations) -> tuple[IntArray, FloatArray]:

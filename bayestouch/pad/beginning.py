@@ -121,7 +121,7 @@ class PadEvaluation:
         """Posterior density of the fit as a function."""
         sensor = self.data.dataset.sensor
         if added:
-            density = PadDensity.of(fitted)
+            density = PadDensity.of(fitted, added)
         else:
             model = fitted.model
             assert isinstance(model, PadModel)

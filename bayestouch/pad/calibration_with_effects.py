@@ -102,7 +102,7 @@ def pad_calibration(
     dataset = replace(dataset, sensor=sensor, calibration=known)
     chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
     if added:
-        posterior = PadPosterior.of(PadDensity.of(fitted), draws, seed, added=added)
+        posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added)
     else:
         chosen, posterior = drawn(chosen, dataset, draws=draws, seed=seed)
     chosen, map_ = finer_if_better(chosen) if corrected else (chosen, None)

@@ -38,6 +38,7 @@ def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> Lo
     per_load = f"{reading_unit}/{load_unit}" if load_unit else reading_unit
     own = [per_load] * m + [reading_unit] * m + ["mm"] * (m * dimensions)
     effects = [each.unit for effect in density.model.effects for each in effect.parameters]
+    drifts = [each.unit for each in density.drifts.parameters]
 
     def coordinates(values: Mapping[str, FloatArray]) -> FloatArray:
         names = by_name(density, density.mode[None])
@@ -48,13 +49,13 @@ def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> Lo
     logarithmic = zip(density.names, density.logarithmic, strict=True)
     return LogDensity(
         names=tuple(f"log {name}" if log else name for name, log in logarithmic),
-        units=(*own, *(each.unit for each in density.model.pad.kernel.parameters), *effects),
+        units=(*own, *(each.unit for each in density.model.pad.kernel.parameters), *effects, *drifts),
         start=density.mode,
         covariance=density.covariance,
         bounds=density.bounds,
         posterior=density.__call__,
         prior=density.log_prior,
-        touches=density.touch_log_likelihood if density.functions is None else None,
+        touches=None if density.tied else density.touch_log_likelihood,
         values=lambda points: by_name(density, density.values(points)),
         coordinates=coordinates,
     )

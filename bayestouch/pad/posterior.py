@@ -64,9 +64,10 @@ class PadPosterior:
         draws, seed : int
             Number of draws over all chains, and seed of the random numbers.
         added : sequence of AddedEffect
-            Effects with their posterior. The values of drifts and of noise effects are not entries of the density:
-            they are drawn from this posterior, independent of the other parameters. Their likelihood (of the drift as
-            a function of time, or of the scatter of samples) depends on the other parameters to second order only.
+            Effects with their posterior. Only the values of noise effects are not entries of the density: they are
+            drawn from this posterior, independent of the other parameters, and the density has their most probable
+            values. Their likelihood (of the scatter of samples) depends on the other parameters to second order only.
+            A value that selects the kind of a drift is constant.
         groups : sequence of str
             Groups of the ArviZ schema: ``"log_likelihood"``, ``"log_prior"``.
         progress : callable, optional

@@ -11,13 +11,15 @@ from scipy.special import ndtr
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.ridges import ridges_of
 from bayestouch.pad.density import PadDensity
+from bayestouch.pad.quadratic import Quadratic
+from bayestouch.pad.shared_terms import SharedTerms
 from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.laplace import solve_lower
 from bayestouch.sampling.ridge import Ridges
 
 # If the mode is at a bound, the mean of the normal approximation is at most so many standard deviations beyond it.
 FARTHEST = 8.0
-# Points at which the entries of elements are solved for: number over that of the coefficients of a polynomial, and
+# Points at which the entries of elements are solved for: number over that of the functions that are fitted to them, and
 # spread over that of the normal approximation.
 POINTS, WIDER = 2.0, 1.3
 # Largest number of rounds in which the points are moved to the posterior; effective share of the points at which the
@@ -82,10 +84,10 @@ class PadPosteriorMap:
     The distribution below is that of the coordinates along the `ridges` of the posterior, which are those of the vector
     itself where there is no ridge.
 
-    The k shared entries (kernel and effects) are computed first, within their bounds. Given the shared entries, the
-    entries of the elements (gains, offsets and positions) are nearly normal, because readings are linear in gains and
-    offsets, and nearly linear in ``gain * shift`` of a position. The mean of the entries of the elements, and the
-    Cholesky factor of their precision, are polynomials of second order in the shared entries.
+    The k shared entries (kernel, effects, size and time of drifts) are computed first, within their bounds. Given the
+    shared entries, the entries of the elements (gains, offsets and positions) are nearly normal, because readings are
+    linear in gains and offsets, and nearly linear in ``gain * shift`` of a position. The mean of the entries of the
+    elements, and the Cholesky factor of their precision, are weighted sums of functions of the shared entries.
 
     Attributes
     ----------
@@ -93,17 +95,16 @@ class PadPosteriorMap:
         Indices of the shared entries of the vector, and of the entries of the elements.
     bounded : BoundedNormal
         Distribution of the shared entries.
-    scale : (k, k) array
-        Inverse Cholesky factor of the covariance of the shared entries: the polynomials are in standard units about
-        `bounded.mean`.
+    terms : SharedTerms
+        Functions of the shared entries, about `bounded.mean`.
     centre : (d,) array
         Mode of the entries of the elements, then `bounded.mean`.
     gain : (d,) int array
         Index of the gain that multiplies a shift; -1 for entries that are not multiplied by a gain.
     step : (c, q) array
-        Polynomial coefficients of the mean of the entries of the elements minus the mode.
+        Weights of these functions in the mean of the entries of the elements minus the mode.
     root : (c, q, q) array
-        Polynomial coefficients of the lower Cholesky factor of the precision of the entries of the elements.
+        Weights of these functions in the lower Cholesky factor of the precision of the entries of the elements.
     ridges : Ridges
         From the coordinates to the vector.
     """
@@ -111,7 +112,7 @@ class PadPosteriorMap:
     shared: IntArray
     own: IntArray
     bounded: BoundedNormal
-    scale: FloatArray
+    terms: SharedTerms
     centre: FloatArray
     gain: IntArray
     step: FloatArray
@@ -120,7 +121,7 @@ class PadPosteriorMap:
 
     @classmethod
     def of(cls, density: PadDensity, seed: int) -> PadPosteriorMap:
-        """Fit the polynomials to solutions for the entries of the elements at several values of the shared entries."""
+        """Fit the weights to solutions for the entries of the elements at several values of the shared entries."""
         mean, covariance = density.approximation(FARTHEST)
         m, dimensions = density.model.pad.position.shape
         mode, d = density.mode, len(mean)
@@ -132,9 +133,10 @@ class PadPosteriorMap:
         # The entry is ``gain * shift``: one unit of it is a change of the position by 1/gain.
         unit = np.where(gain >= 0, 1 / np.where(gain >= 0, mode[gain], 1.0), 1.0)[own]
         low, high = (ends[shared] for ends in density.bounds)
-        ridges = _ridges(density, mode, covariance, own)
+        ridges, drifts = _ridges(density, mode, covariance, own), len(density.drifts)
         centre, spread = _along(ridges, mean, covariance, shared)
-        rng, count = np.random.default_rng([seed, 11]), int(POINTS * _terms(np.zeros((1, len(shared)))).shape[1])
+        count = int(POINTS * SharedTerms.of(centre, spread, drifts)(centre[None]).size)
+        rng = np.random.default_rng([seed, 11])
         for _ in range(MOST_ROUNDS):
             wide = BoundedNormal.of(centre, WIDER**2 * spread, (low, high))
             points = rng.standard_normal((count, len(shared)))
@@ -152,13 +154,13 @@ class PadPosteriorMap:
             centre = weight @ found / weight.sum()
             spread = (found - centre).T @ (weight[:, None] * (found - centre)) / weight.sum()
             spread += np.diag(SLIGHT * np.diag(spread) + 1e-300)
-        scale = np.linalg.inv(np.linalg.cholesky(spread)) if len(shared) else spread
-        fit = np.linalg.pinv(_terms((found - centre) @ scale.T))
+        terms = SharedTerms.of(centre, spread, drifts)
+        fit = np.linalg.pinv(terms(found))
         return cls(
             shared,
             own,
             BoundedNormal.of(centre, spread, (low, high)),
-            np.asarray(scale),
+            terms,
             np.concatenate([mode[own], centre]),
             gain,
             np.asarray(fit @ np.array([each.step for each in solved]), dtype=np.float64),
@@ -174,7 +176,7 @@ class PadPosteriorMap:
         vectors = np.empty_like(points)
         k = len(self.shared)
         vectors[:, self.shared], log_derivative = self.bounded(points[:, :k])
-        terms = _terms((vectors[:, self.shared] - self.centre[self.shared]) @ self.scale.T)
+        terms = self.terms(vectors[:, self.shared])
         root = np.asarray(np.tensordot(terms, self.root, axes=1), dtype=np.float64)
         step = terms @ self.step + solve_lower(root, points[:, k:], transposed=True)
         log_derivative = log_derivative - np.log(np.abs(np.diagonal(root, axis1=1, axis2=2))).sum(axis=1)
@@ -193,8 +195,8 @@ def _ridges(density: PadDensity, mode: FloatArray, covariance: FloatArray, own: 
     model = density.model
 
     def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
-        linear = density.linearised(vector)
-        return linear.gradient(), linear.hessian()
+        about = Quadratic.at(density, vector)
+        return about.gradient, about.precision
 
     return ridges_of(model.effects, model.n_base, own, linearise, mode, covariance, density.bounds)
 
@@ -204,12 +206,6 @@ def _along(ridges: Ridges, mean: FloatArray, covariance: FloatArray, which: IntA
     mean, covariance, at = mean.copy(), covariance.copy(), ridges.standard
     mean[at], covariance[at], covariance[:, at], covariance[at, at] = 0.0, 0.0, 0.0, 1.0
     return mean[which], covariance[np.ix_(which, which)]
-
-
-def _terms(x: FloatArray) -> FloatArray:
-    """Terms of a polynomial of second order in x (n, k): one, each x, and each product of two; (n, c)."""
-    first, second = np.triu_indices(x.shape[1])
-    return np.concatenate([np.ones((len(x), 1)), x, x[:, first] * x[:, second]], axis=1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,10 +229,10 @@ class _Solved:
     @classmethod
     def at(cls, density: PadDensity, vector: FloatArray, own: IntArray, unit: FloatArray) -> _Solved:
         """Solve for the entries `own` (q,) by one Newton step from `vector` (d,); results are in units `unit` (q,)."""
-        linear = density.linearised(vector)
-        root = np.asarray(np.linalg.cholesky(linear.hessian()[np.ix_(own, own)] * np.outer(unit, unit)))
-        pull = solve_triangular(root, linear.gradient()[own] * unit, lower=True)
-        log_density = float(0.5 * pull @ pull - linear.cost() - np.log(np.diag(root)).sum())
+        about = Quadratic.at(density, vector)
+        root = np.asarray(np.linalg.cholesky(about.precision[np.ix_(own, own)] * np.outer(unit, unit)))
+        pull = solve_triangular(root, about.gradient[own] * unit, lower=True)
+        log_density = float(0.5 * pull @ pull - about.cost - np.log(np.diag(root)).sum())
         return cls(np.asarray(solve_triangular(root.T, pull, lower=False)), root, log_density)
 
 

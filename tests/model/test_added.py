@@ -43,3 +43,11 @@ def test_another_fit_moves_those_of_the_chain_alone() -> None:
     assert [each.values for each in found] == [(0.4,), (1.0, 6.0), (0.1,), (5.0,)]
     assert found[1].sd == (4.0, 5.0) and found[2] is before[2] and found[3] is before[3]
     assert isinstance(found[0], AddedEffect)
+
+
+def test_coordinate_of_a_value() -> None:
+    """A logarithm has the relative sd; a value that is fixed has none."""
+    each = AddedEffect(FIRST, (2.0, 3.0), (0.5, float("nan")))
+    assert each.coordinate(0, logarithmic=False) == (2.0, 0.5)
+    assert each.coordinate(0, logarithmic=True) == (np.log(2.0), 0.25)
+    assert each.coordinate(1, logarithmic=True) == (np.log(3.0), 0.0)
