@@ -172,20 +172,22 @@ def further_columns(fitted: Fitted) -> FloatArray | None:
     return raw if len(raw) else None
 
 
-def other_functions(fitted: Fitted, columns: FloatArray | None = None) -> Functions | None:
+def other_functions(fitted: Fitted, columns: FloatArray | None = None, *, joint: bool = True) -> Functions | None:
     """Random functions of a fit other than its drifts, after further columns (k, t, m); None if there are none.
 
-    With drifts only the `seen_columns` are left: a map may have more weights than there are readings, or be far below
-    the noise, and the cost of `without_drifts` goes with the square of their number.
+    If the drifts are not `joint`, their functions are among them, at the size and the time of the fit. With joint
+    drifts only the `seen_columns` are left: a map may have more weights than there are readings, or be far below the
+    noise, and the cost of `without_drifts` goes with the square of their number.
     """
-    if columns is None and not fitted.drifts:
-        return fitted.linear.functions
-    others = further_columns(fitted)
+    functions, joint = fitted.linear.functions, joint and bool(fitted.drifts)
+    if columns is None and not joint:
+        return functions
+    others = further_columns(fitted) if joint else None if functions is None else functions.raw
     found = [each for each in (columns, others) if each is not None]
     if not found:
         return None
     raw = np.concatenate(found)
-    if fitted.drifts:
+    if joint:
         with np.errstate(divide="ignore"):
             sd = 1 / np.linalg.norm(fitted.whitening.root, axis=1)
         raw = seen_columns(raw, sd)

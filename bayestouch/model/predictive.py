@@ -7,7 +7,7 @@ from scipy.linalg import cho_solve, solve_triangular
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.model.columns import WhiteColumns
-from bayestouch.model.linear import Linearised, conditioned
+from bayestouch.model.linear import Functions, Linearised, conditioned
 
 
 def held_out_density(model: Linearised, fold: IntArray) -> FloatArray:
@@ -97,3 +97,24 @@ def _products(jacobian: FloatArray, white: WhiteColumns | None) -> FloatArray:
         return np.asarray(own)
     cross = white.transposed(jacobian)
     return np.block([[own, cross.T], [cross, white.gram()]])
+
+
+def precision_of_touches(functions: Functions, numbers_held: int) -> FloatArray:
+    """Block (t, m, m) of each touch in the precision of all whitened readings, random functions integrated out.
+
+    Parameters
+    ----------
+    functions : Functions
+        The random functions.
+    numbers_held : int
+        Largest number of entries of an array that is computed at once.
+    """
+    white, root = functions.white, functions.root
+    t, m = white.shape
+    out, some = np.empty((t, m, m)), max(1, numbers_held // (m * white.count))
+    for first in range(0, t, some):
+        which = np.arange(first, min(first + some, t))
+        columns = solve_triangular(root, white.of_touches(which).dense().T, lower=True)
+        onto = columns.reshape(white.count, len(which), m)
+        out[which] = np.eye(m) - np.einsum("kti,ktj->tij", onto, onto, optimize=True)
+    return out

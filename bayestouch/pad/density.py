@@ -1,10 +1,10 @@
 """Exact posterior density of a pad's calibration: kernel, gains, offsets, positions and effects.
 
 The empirical map, the errors of the loads and the drifts change the readings linearly, so they are integrated out. Size
-and correlation time of a drift are entries of the vector. The noise with the values of noise effects, and the size and
-the length of the map, are fixed at the values of the fit; touches are read with the same values. A nonlinear effect is
-linearised in the weights of the map, about their most probable values: the weights are known so well that the effect is
-nearly linear over their uncertainty.
+and correlation time of a drift are entries of the vector, up to `MOST_READINGS`. The noise with the values of noise
+effects, and the size and the length of the map, are fixed at the values of the fit; touches are read with the same
+values. A nonlinear effect is linearised in the weights of the map, about their most probable values: the weights are
+known so well that the effect is nearly linear over their uncertainty.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from bayestouch.model.added import AddedEffect
 from bayestouch.model.fitting import Fitted, drift_columns, linearised
 from bayestouch.model.joint_drifts import DriftEntries, exact_basis, other_functions, without_drifts, without_weights
 from bayestouch.model.linear import Functions, Linearised
+from bayestouch.model.predictive import precision_of_touches
 from bayestouch.pad.map_basis import HeldMap
 from bayestouch.pad.model import PadModel
 from bayestouch.priors.parameters import LogNormal, Prior
@@ -30,6 +31,9 @@ from bayestouch.priors.parameters import LogNormal, Prior
 NUMBERS_HELD = 1 << 20
 # Number of readings whose rows the filter of the drifts multiplies at once.
 TOGETHER = 64
+# Up to this number of mean readings, size and time of drifts are drawn with all others: an evaluation then takes some
+# ten milliseconds at most. More readings determine size and time well, and these are held at their mode.
+MOST_READINGS = 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,17 +65,19 @@ class PadDensity:
     @classmethod
     def of(cls, fitted: Fitted, added: Sequence[AddedEffect] = ()) -> PadDensity:
         """The posterior of a fit; the normal approximation of size and time of its drifts is that in `added`."""
-        model, drifts = fitted.model, DriftEntries.of(fitted.drifts, added)
+        model = fitted.model
         assert isinstance(model, PadModel)
+        joint = model.known.means.readings.size <= MOST_READINGS
+        drifts = DriftEntries.of(fitted.drifts if joint else (), added)
         if model.map is None or isinstance(model.map, HeldMap):
-            return cls(fitted, model, other_functions(fitted), drifts)
+            return cls(fitted, model, other_functions(fitted, joint=joint), drifts)
         weights = fitted.vector[model.n_chain : model.n_base]
         columns = model.derivatives(fitted.vector)[0][model.n_chain : model.n_base]
         place, observed = np.stack(model.poses(fitted.vector).place, axis=1), model.known
         moved = observed.means.readings + np.tensordot(weights, columns, axes=1)
         observed = replace(observed, means=replace(observed.means, readings=moved))
         held = replace(model, map=HeldMap.of(model.map, weights, place), observed=observed)
-        return cls(fitted, held, other_functions(fitted, columns), drifts)
+        return cls(fitted, held, other_functions(fitted, columns, joint=joint), drifts)
 
     @property
     def mode(self) -> FloatArray:
@@ -289,12 +295,4 @@ class PadDensity:
     def _left_out(self) -> FloatArray:
         """Lower Cholesky factor (t, m, m) of each touch's block of the precision of all whitened readings."""
         assert self.functions is not None
-        white, root = self.functions.white, self.functions.root
-        t, m = white.shape
-        out, some = np.empty((t, m, m)), max(1, NUMBERS_HELD // (m * white.count))
-        for first in range(0, t, some):
-            which = np.arange(first, min(first + some, t))
-            columns = solve_triangular(root, white.of_touches(which).dense().T, lower=True)
-            onto = columns.reshape(white.count, len(which), m)
-            out[which] = np.eye(m) - np.einsum("kti,ktj->tij", onto, onto, optimize=True)
-        return np.asarray(np.linalg.cholesky(out))
+        return np.asarray(np.linalg.cholesky(precision_of_touches(self.functions, NUMBERS_HELD)))
