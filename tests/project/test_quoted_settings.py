@@ -33,7 +33,7 @@ QUOTED = {
         f"{100 * fault_tests.FORCE_TOLERANCE:g} %)",
         f"beyond {WORDS[int(fault_tests.THRESHOLD)]} standard deviations",
         f"so is a scatter {fault_tests.SCATTER:g} times that of the others",
-        f"each of the {WORDS[faults.MOST_TRIED]} worst is left out on trial",
+        f"each of the {WORDS[faults.MOST_TRIED]} worst elements is left out once",
         f"Where more than a {share(faults.LARGEST_SHARE)} of the elements would have to go",
         f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged",
         f"checked only if it reads a {share(fault_tests.SIGNAL_SHARE)} of its peak, or more, in at least "
@@ -42,7 +42,7 @@ QUOTED = {
         "is refused",
         f"more than {parquet.LARGEST_RATIO} times its file (and {parquet.FREE_BYTES // MEBI} MB) is refused",
         f"at most {tables.MAX_BYTES // 2**30} GB, {tables.MAX_COLUMNS:,} columns",
-        f"at most {toml_text.MAX_BYTES // MEGA} MB, {toml_text.MAX_PARTS} parts to a key",
+        f"at most {toml_text.MAX_BYTES // MEGA} MB, and at most {toml_text.MAX_PARTS} parts to a key",
         f"at most {diagnosis_file.MAX_BYTES // MEGA} MB, {diagnosis_file.MOST_ENTRIES:,} entries to a list",
     ],
     "statistics.md": [
