@@ -14,7 +14,7 @@ from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.noise import log_likelihood_of_scatter
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.noise import AddedNoise
-from bayestouch.model.noise_posterior import Terms, outliers_of, terms_of
+from bayestouch.model.noise_posterior import Terms, terms_of
 from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
 from bayestouch.model.outlier_likelihood import OutlierLikelihood
@@ -96,8 +96,6 @@ class EffectNoise:
         With outliers: sd of all noise of a reading.
     terms : callable or None
         With outliers: their likelihood.
-    outliers : OutlierLikelihood or None
-        The same, if it says what the true mean of each touch is.
     raw : (t, m) array or None
         With outliers: mean of all samples of each touch.
     """
@@ -110,7 +108,6 @@ class EffectNoise:
     squares: TouchSquares
     scale: FloatArray | None = None
     terms: Terms | None = None
-    outliers: OutlierLikelihood | None = None
     raw: FloatArray | None = None
 
     @property
@@ -142,14 +139,15 @@ class EffectNoise:
         left, weight : (n, t, m) arrays
             The same for the means without the readings that are probably wrong.
         """
-        if self.outliers is None:
+        out = self.terms
+        if not isinstance(out, OutlierLikelihood):
             return left, weight
         assert self.scale is not None and self.raw is not None
-        at, known, out = self.layout, self.known, self.outliers
+        at, known = self.layout, self.known
         left, variance = left.copy(), np.empty(weight.shape)
         for i, vector in enumerate(vectors):
             own, (values, *_) = np.exp(2 * vector[at.noise]), self.values(vector)
-            _, mean, spread = out.about(values, own / self.scale**2)
+            mean, spread = out.true_means(values, own / self.scale**2)
             # A single sample: its variance is that of usual and wrong readings together.
             variance[i] = own + values[0] * (values[1] * self.peak) ** 2
             variance[i, out.touch, out.element] = spread * self.scale[out.element] ** 2
@@ -250,7 +248,6 @@ def noise_with_effects(
         out,
         scale=scatter.sd * model.peak,
         terms=terms_of(scatter, effects[0]),
-        outliers=outliers_of(scatter, effects[0]),
         raw=raw.means.readings,
     )
 

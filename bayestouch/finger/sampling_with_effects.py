@@ -18,6 +18,7 @@ from bayestouch.finger.sampling import DEAR, THIN, Budget, PosteriorMap, draw_po
 from bayestouch.model.added import AddedEffect
 from bayestouch.model.columns import seen_columns
 from bayestouch.model.fitting import Fitted
+from bayestouch.model.joint_drifts import FREE
 from bayestouch.model.ridges import ridges_of
 from bayestouch.output.progress import Progress
 from bayestouch.sampling import BlockDraws
@@ -240,7 +241,7 @@ def _further(posterior: EffectPosterior, added: tuple[AddedEffect, ...]) -> tupl
     values, sd = [], []
     for effect in (*(drift for drift, _ in posterior.drifts), *posterior.effects):
         each, drift = by_name[effect.name], effect not in posterior.effects
-        for i, parameter in enumerate(effect.parameters[: 2 if drift else None]):
+        for i, parameter in enumerate(effect.parameters[: FREE if drift else None]):
             value, spread = each.coordinate(i, logarithmic=drift or parameter.logarithmic)
             values.append(value)
             sd.append(spread)

@@ -75,15 +75,9 @@ def terms_of(scatter: TouchScatter, effect: NoiseEffect) -> Terms:
     k normal deviations count as k - 1 independent samples. This is not valid if wrong readings are part of the mean;
     outliers therefore have a likelihood of their own.
     """
-    outliers = outliers_of(scatter, effect)
-    if outliers is not None:
-        return outliers
+    if isinstance(effect, Outliers):
+        return OutlierLikelihood.of(scatter)
     return lambda values, own: scatter.weight @ effect.terms(scatter, values, own)
-
-
-def outliers_of(scatter: TouchScatter, effect: NoiseEffect) -> OutlierLikelihood | None:
-    """Likelihood of samples of which some are wrong; None if the effect is of another kind."""
-    return OutlierLikelihood.of(scatter) if isinstance(effect, Outliers) else None
 
 
 def noise_posterior(

@@ -83,15 +83,23 @@ class OutlierLikelihood:
         own : (m,) array
             Variance of the usual noise over that of all noise.
         """
-        return self.about(values, own)[0]
+        most, density = self._at_nodes(values, own)
+        total = most + np.log(self.step * np.add.reduceat(density, self.first))
+        return np.asarray(np.bincount(self.element, total, minlength=len(self.sd)), dtype=np.float64)
 
-    def about(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """What `__call__` gives, and mean and variance of the true mean of each group, both (g,), given its samples.
+    def true_means(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Mean and variance of the true mean of each group, both (g,), given its samples.
 
         They are in units of the sd of all noise; the mean is relative to that of the samples. Whether a reading is
         wrong is thus not decided: if two of four readings are far off, the variance says that any of them may be right.
         Parameters are as in `__call__`.
         """
+        _, density = self._at_nodes(values, own)
+        mass, once, twice = (np.add.reduceat(density * self.place**k, self.first) for k in range(3))
+        return once / mass, twice / mass - (once / mass) ** 2
+
+    def _at_nodes(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Largest log density of each group (g,), and the density at each pair (p,) over that of its group."""
         probability, size = values
         wide = own + (size / self.sd) ** 2
         narrow_sd, wide_sd = np.sqrt(own)[self.pair_element, None], np.sqrt(wide)[self.pair_element, None]
@@ -100,10 +108,7 @@ class OutlierLikelihood:
         wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * self.square / wide_sd**2, 700.0))
         log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
         most = np.maximum.reduceat(log, self.first)
-        density = np.exp(log - np.repeat(most, np.diff(self.first, append=len(log))))
-        mass, once, twice = (np.add.reduceat(density * self.place**k, self.first) for k in range(3))
-        log_likelihood = np.bincount(self.element, most + np.log(self.step * mass), minlength=len(self.sd))
-        return np.asarray(log_likelihood, dtype=np.float64), once / mass, twice / mass - (once / mass) ** 2
+        return most, np.exp(log - np.repeat(most, np.diff(self.first, append=len(log))))
 
     @property
     def element(self) -> IntArray:
