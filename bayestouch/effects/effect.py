@@ -184,6 +184,16 @@ class Effect:
         return self.signal(recording, values)
 
     @property
+    def order(self) -> tuple[int, bool, bool]:
+        """Sort key of the order in which effects act.
+
+        Effects act by stage. In one stage, those that differ between the samples of a touch follow the others, and
+        functions of time are last: they are drifts of the amplifier, which neither creep nor memory of the rubber
+        changes.
+        """
+        return STAGES.index(self.stage), self.random, self.needs_samples
+
+    @property
     def changes_pose(self) -> bool:
         """Whether the effect changes the location, radius or load of touches."""
         return type(self).pose is not Effect.pose

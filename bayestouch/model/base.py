@@ -175,9 +175,9 @@ class SensorModel(ABC):
         return np.concatenate([vector, [parameter.to_unconstrained(value) for parameter, value in pairs]])
 
     def in_order(self, vector: FloatArray) -> list[tuple[Effect, Values]]:
-        """Effects with their values in the order of the stages; in each stage, those that differ by sample are last."""
+        """Effects with their values, in the order in which they act."""
         pairs = zip(self.effects, self.values(vector), strict=True)
-        return sorted(pairs, key=lambda pair: (STAGES.index(pair[0].stage), pair[0].needs_samples))
+        return sorted(pairs, key=lambda pair: pair[0].order)
 
     @cached_property
     def value_priors(self) -> FloatArray:

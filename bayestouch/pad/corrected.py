@@ -71,11 +71,9 @@ class PadEffects:
     @cached_property
     def _corrected(self) -> tuple[tuple[Effect, Values], ...]:
         """Effects that do not depend on the location, with their values, in the order in which they act."""
-        from bayestouch.effects.effect import STAGES
-
         nowhere = self._recording(np.ones(1), self.peak[None], tuple(np.full(1, np.nan) for _ in self.element_place))
         out = []
-        for effect in sorted(self.listed.plain, key=lambda each: (STAGES.index(each.stage), each.needs_samples)):
+        for effect in sorted(self.listed.plain, key=lambda each: each.order):
             values = self.values[effect.name]
             if not goes_with_place(effect, values, nowhere):
                 out.append((effect, values))

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 import numpy as np
 
 from bayestouch.effects import Effect, EffectParameter, Setting, Values, effect_classes
-from bayestouch.effects.effect import STAGES
 from bayestouch.errors import InputError, nearest
 from bayestouch.simulation.plan import EffectValues
 
@@ -58,7 +57,7 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
         if effect is None:
             raise InputError(f"effect {name} cannot occur, or not be seen, in this design")
         out.append((effect, _values(effect, given)))
-    return tuple(sorted(out, key=lambda pair: _order(pair[0], known)))
+    return tuple(sorted(out, key=lambda pair: (pair[0].order, list(known).index(pair[0].name))))
 
 
 def stated_again(effects: EffectValues) -> dict[str, float]:
@@ -68,11 +67,6 @@ def stated_again(effects: EffectValues) -> dict[str, float]:
         for effect, values in effects
         for parameter, value in zip(effect.parameters, values, strict=True)
     }
-
-
-def _order(effect: Effect, known: Mapping[str, type[Effect]]) -> tuple[int, bool, int]:
-    """Sort key: by stage, effects that need samples last (as in a model with effects); then as in the catalogue."""
-    return STAGES.index(effect.stage), effect.needs_samples, list(known).index(effect.name)
 
 
 def _values(effect: Effect, stated: list[tuple[str | None, float]]) -> Values:

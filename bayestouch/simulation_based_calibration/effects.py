@@ -15,7 +15,6 @@ from bayestouch.data.dataset import DataSet
 from bayestouch.data.grouping import grouped_mean, groups
 from bayestouch.data.touches import Touches
 from bayestouch.effects import Effect, Values
-from bayestouch.effects.effect import STAGES
 from bayestouch.effects.kinds import of_time
 from bayestouch.effects.random import RandomEffect
 from bayestouch.effects.stated import StatedModel
@@ -130,7 +129,7 @@ class SimulatedEffects:
         )
         pairs = sorted(
             zip(self.effects, values, strict=True),
-            key=lambda pair: (STAGES.index(pair[0].stage), pair[0].needs_samples),
+            key=lambda pair: pair[0].order,
         )
         for effect, each in pairs:
             by_touch = effect.pose(by_touch, each)

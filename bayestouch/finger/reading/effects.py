@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.chain.recording import Recording
-from bayestouch.effects.effect import STAGES, Effect, Values
+from bayestouch.effects.effect import Effect, Values
 from bayestouch.finger.chain_with_effects import ChainWithEffects
 from bayestouch.finger.empirical.spread import map_derivatives, own_covariance
 from bayestouch.finger.model import FingerModel
@@ -223,13 +223,13 @@ class EffectContext:
 
 
 def static_signal_effects(effects_chain: ChainWithEffects) -> list[tuple[Effect, Values]]:
-    """Effects on the signal that are equal in all samples, with their values, in the order of the stages."""
+    """Effects on the signal that are equal in all samples, with their values, in the order in which they act."""
     pairs = [
         (effect, effects_chain.values[effect.name])
         for effect in effects_chain.model.effects
         if not effect.needs_samples and type(effect).signal is not Effect.signal
     ]
-    return sorted(pairs, key=lambda pair: STAGES.index(pair[0].stage))
+    return sorted(pairs, key=lambda pair: pair[0].order)
 
 
 def timed_rows(effects_chain: ChainWithEffects) -> IntArray:
