@@ -14,7 +14,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.model import FingerModel, finger_model
 from bayestouch.finger.noise import Precisions
-from bayestouch.finger.noise_with_effects import EffectNoise, joint_effects, noise_with_effects
+from bayestouch.finger.noise_with_effects import EffectNoise, MeanErrors, joint_effects, noise_with_effects
 from bayestouch.finger.prediction_with_effects import EffectPrediction, EffectReadings
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.columns import WhiteColumns
@@ -146,38 +146,38 @@ class EffectDensity:
         assert not self.tied
         held = max(1, NUMBERS_HELD // self.posterior.known.missing.size)
         parts = [vectors[first : first + held] for first in range(0, len(vectors), held)]
-        return np.concatenate([self._of_touches(*self._errors(part, self.predict(part))) for part in parts])
+        errors = (self._errors(part, self.predict(part)) for part in parts)
+        return np.concatenate([self._of_touches(means, slopes) for means, slopes in errors])
 
     def _inside(self, vectors: FloatArray) -> FloatArray:
         posterior = self.posterior
         readings = self.predict(vectors)
-        data = self._of_means(vectors, readings)
-        samples = posterior.noise.log_likelihood(vectors, readings.touches, readings.samples)
+        means, slopes = self._errors(vectors, readings)
+        if self.tied:
+            data = self._tied(vectors, readings, means.left, means.weight, slopes)
+        else:
+            data = self._of_touches(means, slopes).sum(axis=1)
+        samples = posterior.noise.log_likelihood(vectors, readings.touches, readings.samples, means.samples)
         return np.asarray(data + samples + posterior.prior.log_density(vectors))
 
-    def _of_means(self, vectors: FloatArray, readings: EffectReadings) -> FloatArray:
-        """Log likelihood (n,) of the mean readings."""
-        left, weight, slopes = self._errors(vectors, readings)
-        if self.tied:
-            return self._tied(vectors, readings, left, weight, slopes)
-        return np.asarray(self._of_touches(left, weight, slopes).sum(axis=1))
-
     @staticmethod
-    def _of_touches(left: FloatArray, weight: FloatArray, slopes: FloatArray) -> FloatArray:
-        """Log density (n, t) of the mean readings of each touch."""
+    def _of_touches(means: MeanErrors, slopes: FloatArray) -> FloatArray:
+        """Log density (n, t) of the mean readings of each touch, with shared errors (k, n, t, m)."""
+        weight = means.weight
         volume = np.log(np.where(weight > 0, weight, 2 * np.pi) / (2 * np.pi)).sum(axis=2)
-        return np.asarray(log_density_with_shared_errors(left, slopes, weight) + 0.5 * volume)
+        return np.asarray(log_density_with_shared_errors(means.left, slopes, weight) + 0.5 * volume + means.gained)
 
-    def _errors(self, vectors: FloatArray, readings: EffectReadings) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Errors of the mean readings (n, t, m), their inverse variances, and shared errors (k, n, t, m)."""
+    def _errors(self, vectors: FloatArray, readings: EffectReadings) -> tuple[MeanErrors, FloatArray]:
+        """Errors of the mean readings, and errors that elements share (k, n, t, m)."""
         posterior, known = self.posterior, self.posterior.known
         left = np.where(known.missing, 0.0, known.readings) - readings.touches
         spread = Precisions.of(known, posterior.layout, vectors)
         slopes = (readings.by_load * spread.load_sd[..., None])[None]
-        left, weight = posterior.noise.of_true_means(vectors, left, spread.weight)
+        means = posterior.noise.of_true_means(vectors, left, spread.weight, None if self.tied else slopes[0])
         if posterior.noise.effects or posterior.noise.shared:
-            return left, *self._with_added(vectors, readings, weight, slopes)
-        return left, weight, slopes
+            weight, slopes = self._with_added(vectors, readings, means.weight, slopes)
+            means = replace(means, weight=weight)
+        return means, slopes
 
     def _with_added(
         self, vectors: FloatArray, readings: EffectReadings, weight: FloatArray, slopes: FloatArray

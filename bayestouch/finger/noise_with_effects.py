@@ -70,13 +70,33 @@ class TouchSquares:
 
 
 @dataclass(frozen=True, eq=False)
+class MeanErrors:
+    """Errors of the mean readings of n vectors, given their samples.
+
+    Attributes
+    ----------
+    left, weight : (n, t, m) arrays
+        Mean readings minus predicted ones, and their inverse variances; 0 where missing.
+    gained : (n, t) array
+        Log factor of the density of the mean readings of each touch.
+    samples : (n,) array or None
+        Log density of the deviations of the samples from each other; None without outliers.
+    """
+
+    left: FloatArray
+    weight: FloatArray
+    gained: FloatArray
+    samples: FloatArray | None
+
+
+@dataclass(frozen=True, eq=False)
 class EffectNoise:
     """Likelihood of the samples about the mean of their touch, and noise of the means by noise effects.
 
     If the noise is normal, the deviations of k samples from their mean are independent of the mean. The deviations
     contribute a separate factor: with effects that add noise, the normal density of k - 1 independent samples of each
-    touch; with outliers, the likelihood of `bayestouch.model.outlier_likelihood`. With outliers the samples of a touch
-    say what its true mean is as a function that is not normal; a normal one of the same mean and variance replaces it.
+    touch; with outliers, the likelihood of `bayestouch.model.outlier_likelihood`. What the samples then say of the true
+    mean of their touch is not normal; `OutlierLikelihood.true_means` replaces it by a normal density.
 
     Attributes
     ----------
@@ -129,36 +149,56 @@ class EffectNoise:
             out = replace(out, **effect.added(values))
         return out
 
-    def of_true_means(self, vectors: FloatArray, left: FloatArray, weight: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Errors of the mean readings and their inverse variances, both (n, t, m), with outliers among the samples.
+    def of_true_means(
+        self, vectors: FloatArray, left: FloatArray, weight: FloatArray, load_sd: FloatArray | None
+    ) -> MeanErrors:
+        """Errors of the mean readings, with outliers among the samples.
 
         Parameters
         ----------
         vectors : (n, d) array
             Flat vectors.
         left, weight : (n, t, m) arrays
-            The same for the means without the readings that are probably wrong.
+            Errors of the means without the readings that are probably wrong, and their inverse variances.
+        load_sd : (n, t, m) array or None
+            Standard deviation of the expected readings by the errors of the loads. None: the vector does not say which
+            readings to expect, because drifts or a correction are integrated out.
         """
         out = self.terms
         if not isinstance(out, OutlierLikelihood):
-            return left, weight
+            return MeanErrors(left, weight, np.zeros(left.shape[:2]), None)
         assert self.scale is not None and self.raw is not None
         at, known = self.layout, self.known
-        left, variance = left.copy(), np.empty(weight.shape)
+        predicted, missing = np.where(known.missing, 0.0, known.readings) - left, np.isnan(self.raw)
+        true, variance = np.tile(self.raw, (len(vectors), 1, 1)), np.empty(weight.shape)
+        gained, samples = np.zeros(left.shape[:2]), np.zeros(len(vectors))
+        groups, scale = (out.touch, out.element), self.scale[out.element]
         for i, vector in enumerate(vectors):
             own, (values, *_) = np.exp(2 * vector[at.noise]), self.values(vector)
-            mean, spread = out.true_means(values, own / self.scale**2)
+            missed = own * np.exp(2 * vector[at.missed]) / known.typical_reads if at.discrepancy else np.zeros(len(own))
+            expected, spread = np.zeros(len(scale)), np.full(len(scale), np.inf)
+            if load_sd is not None:
+                expected = (predicted[i] - self.raw)[groups] / scale
+                spread = (missed + load_sd[i] ** 2)[groups] / scale**2
+            means = out.true_means(values, own / self.scale**2, expected, spread)
             # A single sample: its variance is that of usual and wrong readings together.
             variance[i] = own + values[0] * (values[1] * self.peak) ** 2
-            variance[i, out.touch, out.element] = spread * self.scale[out.element] ** 2
-            true = self.raw.copy()
-            true[out.touch, out.element] += mean * self.scale[out.element]
-            left[i] += true - known.readings
-            if at.discrepancy:
-                variance[i] += own * np.exp(2 * vector[at.missed]) / known.typical_reads
-        return np.where(known.missing, 0.0, left), np.where(known.missing, 0.0, 1 / variance)
+            variance[i][groups] = means.variance * scale**2
+            variance[i] += missed
+            true[i][groups] += means.mean * scale
+            gained[i] = np.bincount(out.touch, means.gained, minlength=left.shape[1])
+            samples[i] = means.log_samples.sum()
+        return MeanErrors(
+            np.where(missing, 0.0, true - predicted), np.where(missing, 0.0, 1 / variance), gained, samples
+        )
 
-    def log_likelihood(self, vectors: FloatArray, touches: FloatArray, samples: FloatArray | None) -> FloatArray:
+    def log_likelihood(
+        self,
+        vectors: FloatArray,
+        touches: FloatArray,
+        samples: FloatArray | None,
+        of_outliers: FloatArray | None = None,
+    ) -> FloatArray:
         """Log likelihood (n,) of the deviations of samples and repeated loads, given the predicted readings.
 
         Parameters
@@ -169,6 +209,8 @@ class EffectNoise:
             Predicted mean readings.
         samples : (n, N, m) array or None
             Predicted deviations of the samples from these means; None if they are zero.
+        of_outliers : (n,) array, optional
+            With outliers: `MeanErrors.samples`, if it is already computed.
         """
         at, known = self.layout, self.known
         total = log_likelihood_of_scatter(known, at, vectors)
@@ -177,6 +219,8 @@ class EffectNoise:
         # The term of the tactile noise is subtracted here; the terms below replace it.
         log_noise = vectors[:, at.noise]
         total = total + log_noise @ known.scatter_dof + 0.5 * (np.exp(-2 * log_noise) @ known.scatter)
+        if of_outliers is not None:
+            return np.asarray(total + of_outliers)
         for i, vector in enumerate(vectors):
             own = np.exp(2 * vector[at.noise])
             if self.terms is not None:

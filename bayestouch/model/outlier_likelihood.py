@@ -14,11 +14,36 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.effects.effect import Values
 from bayestouch.model.noise_search import TouchScatter
 
-# Range of the nodes beyond the samples, in sd of the usual noise; the true mean is inside this range.
+# Range of the nodes beyond the samples, in sd of the usual noise.
 BEYOND = 3.0
+# Nodes about an expected true mean, in sd of this expectation.
+ABOUT = 0.75 * np.arange(-8.0, 9.0)
+# Least precision of a true mean, over that of the expectation. Samples that allow two means far apart may say less than
+# nothing about it.
+LEAST_PRECISION = 1e-3
 # Sd of a normal variable over its median absolute deviation; smallest sd of the usual noise for the placing of nodes,
 # over that of all noise.
 FROM_MEDIAN, LEAST = 1.4826, 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class TrueMeans:
+    """Normal densities of the true means of g groups that replace the densities of their samples.
+
+    Attributes
+    ----------
+    log_samples : (g,) array
+        Log density of the deviations of the samples from each other: the true mean is integrated out.
+    gained : (g,) array
+        Log factor of the normal density, apart from `log_samples`.
+    mean, variance : (g,) arrays
+        Mean, relative to that of the samples, and variance, in units of the sd of all noise.
+    """
+
+    log_samples: FloatArray
+    gained: FloatArray
+    mean: FloatArray
+    variance: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,24 +55,28 @@ class OutlierLikelihood:
 
     Attributes
     ----------
+    deviation : (g, k) array
+        Samples, relative to their mean, in units of the sd of all noise; NaN missing.
     square : (p, k) array
-        Square of each sample's distance from the node, over the variance of all noise; NaN missing.
+        Square of each sample's distance from the node.
     place : (p,) array
         Node of each pair, relative to the mean of the samples.
-    pair_element : (p,) int array
-        Element of each pair.
-    touch : (g,) int array
-        Touch of each group.
+    element, touch : (g,) int arrays
+        Element and touch of each group.
+    group : (p,) int array
+        Group of each pair.
     first, step : (g,) arrays
         Index of the first pair of each group, and the distance of its nodes.
     sd : (m,) array
         Sd of all noise over the peak.
     """
 
+    deviation: FloatArray
     square: FloatArray
     place: FloatArray
-    pair_element: IntArray
+    element: IntArray
     touch: IntArray
+    group: IntArray
     first: IntArray
     step: FloatArray
     sd: FloatArray
@@ -71,7 +100,8 @@ class OutlierLikelihood:
         first = np.cumsum(nodes) - nodes
         group = np.repeat(np.arange(len(nodes)), nodes)
         place = low[group] + step[group] * (np.arange(len(group)) - first[group])
-        return cls((deviation[group] - place[:, None]) ** 2, place, element[group], touch, first, step, scatter.sd)
+        square = (deviation[group] - place[:, None]) ** 2
+        return cls(deviation, square, place, element, touch, group, first, step, scatter.sd)
 
     def __call__(self, values: Values, own: FloatArray) -> FloatArray:
         """Contribution of each element to the log likelihood, (m,), up to a constant.
@@ -83,37 +113,80 @@ class OutlierLikelihood:
         own : (m,) array
             Variance of the usual noise over that of all noise.
         """
-        most, density = self._at_nodes(values, own)
-        total = most + np.log(self.step * np.add.reduceat(density, self.first))
+        total = self._integrated(self._log_density(values, own, self.square, self.group))[0]
         return np.asarray(np.bincount(self.element, total, minlength=len(self.sd)), dtype=np.float64)
 
-    def true_means(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Mean and variance of the true mean of each group, both (g,), given its samples.
+    def true_means(self, values: Values, own: FloatArray, expected: FloatArray, spread: FloatArray) -> TrueMeans:
+        """Normal densities of the true means of the groups that replace the densities of their samples.
 
-        They are in units of the sd of all noise; the mean is relative to that of the samples. Whether a reading is
-        wrong is thus not decided: if two of four readings are far off, the variance says that any of them may be right.
-        Parameters are as in `__call__`.
+        The product of the density of the samples with the normal density of the expected true mean is integrated over
+        the true mean. The normal density that replaces the first one gives the same integral, mean and variance of the
+        product (a step of expectation propagation, T. Minka, arXiv:1301.2294). Whether a reading is wrong is thus not
+        decided: if two of four readings are far off, the expectation says how probable each pair is.
+
+        Parameters
+        ----------
+        values, own
+            As in `__call__`.
+        expected, spread : (g,) arrays
+            Expected true mean, relative to that of the samples, in units of the sd of all noise, and its variance;
+            infinite if nothing is expected.
         """
-        _, density = self._at_nodes(values, own)
+        count = (~np.isnan(self.deviation)).sum(axis=1)
+        at_nodes = self._log_density(values, own, self.square, self.group)
+        log_samples, mean, variance = self._integrated(at_nodes)
+        if not np.isfinite(spread).any():
+            return TrueMeans(log_samples, np.zeros(len(mean)), mean, variance)
+        sd = np.sqrt(spread)
+        # The nodes of the samples resolve a wide expectation. A narrow one has its own nodes, and so has the part of a
+        # wide one that is beyond the samples.
+        usual = own[self.element] / count
+        narrow = spread <= usual
+        nodes = expected[:, None] + sd[:, None] * ABOUT
+        low, high = self.place[self.first], self.place[np.append(self.first[1:], len(self.place)) - 1]
+        used = narrow[:, None] | (nodes < low[:, None]) | (nodes > high[:, None])
+        groups = np.repeat(np.arange(len(nodes)), len(ABOUT))
+        square = (self.deviation[groups] - nodes.reshape(-1, 1)) ** 2
+        about = self._log_density(values, own, square, groups).reshape(nodes.shape)
+        about = np.where(used, about - 0.5 * ABOUT**2 + np.log(ABOUT[1] - ABOUT[0]), -np.inf)
+        at_nodes = at_nodes - 0.5 * (self.place - expected[self.group]) ** 2 / spread[self.group]
+        at_nodes = np.where(narrow[self.group], -np.inf, at_nodes + np.log(self.step / sd)[self.group])
+        most = np.maximum(np.maximum.reduceat(at_nodes, self.first), about.max(axis=1))
+        density, near = np.exp(at_nodes - most[self.group]), np.exp(about - most[:, None])
+        # Moments about the expectation, which the spread measures.
+        away, off = self.place - expected[self.group], nodes - expected[:, None]
+        mass, once, twice = (
+            np.add.reduceat(density * away**k, self.first) + (near * off**k).sum(axis=1) for k in range(3)
+        )
+        shift = once / mass
+        log_product = most + np.log(mass) - 0.5 * np.log(2 * np.pi)
+        # Where the expectation contradicts all samples, the product may be beyond the nodes: it has no less variance
+        # than two normal densities would have.
+        variance = np.maximum(twice / mass - shift**2, 0.5 / (1 / usual + 1 / spread))
+        precision = np.maximum(1 / variance - 1 / spread, LEAST_PRECISION / spread)
+        # The mean of the product is the weighted mean of both normal densities.
+        moved = shift * (1 + 1 / (spread * precision))
+        total = 1 / precision + spread
+        gained = log_product - log_samples + 0.5 * (np.log(2 * np.pi * total) + moved**2 / total)
+        return TrueMeans(log_samples, gained, expected + moved, 1 / precision)
+
+    def _integrated(self, log_density: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Log of the integral over the nodes, mean and variance of each group, (g,), from log densities (p,)."""
+        most = np.maximum.reduceat(log_density, self.first)
+        density = np.exp(log_density - most[self.group])
         mass, once, twice = (np.add.reduceat(density * self.place**k, self.first) for k in range(3))
-        return once / mass, twice / mass - (once / mass) ** 2
+        return most + np.log(self.step * mass), once / mass, twice / mass - (once / mass) ** 2
 
-    def _at_nodes(self, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Largest log density of each group (g,), and the density at each pair (p,) over that of its group."""
+    def _log_density(self, values: Values, own: FloatArray, square: FloatArray, group: IntArray) -> FloatArray:
+        """Log density (p,) of the samples of groups (p,) with squared distances (p, k) from a true mean."""
         probability, size = values
+        element = self.element[group]
         wide = own + (size / self.sd) ** 2
-        narrow_sd, wide_sd = np.sqrt(own)[self.pair_element, None], np.sqrt(wide)[self.pair_element, None]
+        narrow_sd, wide_sd = np.sqrt(own)[element, None], np.sqrt(wide)[element, None]
         # The bound avoids underflow of exp; a reading with such a deviation is wrong for all values.
-        usual = (1 - probability) / narrow_sd * np.exp(-np.minimum(0.5 * self.square / narrow_sd**2, 700.0))
-        wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * self.square / wide_sd**2, 700.0))
-        log = np.nansum(np.log(usual + wrong + 1e-300), axis=1)
-        most = np.maximum.reduceat(log, self.first)
-        return most, np.exp(log - np.repeat(most, np.diff(self.first, append=len(log))))
-
-    @property
-    def element(self) -> IntArray:
-        """Element of each group, (g,)."""
-        return self.pair_element[self.first]
+        usual = (1 - probability) / narrow_sd * np.exp(-np.minimum(0.5 * square / narrow_sd**2, 700.0))
+        wrong = probability / wide_sd * np.exp(-np.minimum(0.5 * square / wide_sd**2, 700.0))
+        return np.asarray(np.nansum(np.log(usual + wrong + 1e-300), axis=1))
 
 
 def _grouped(scatter: TouchScatter) -> tuple[FloatArray, IntArray, IntArray]:
