@@ -138,19 +138,21 @@ class OutlierLikelihood:
         if not np.isfinite(spread).any():
             return TrueMeans(log_samples, np.zeros(len(mean)), mean, variance)
         sd = np.sqrt(spread)
-        # The nodes of the samples resolve a wide expectation. A narrow one has its own nodes, and so has the part of a
-        # wide one that is beyond the samples.
+        # The nodes of the samples resolve a wide expectation; it has further nodes beyond them. A narrow one has only
+        # nodes of its own.
         usual = own[self.element] / count
         narrow = spread <= usual
         nodes = expected[:, None] + sd[:, None] * ABOUT
-        low, high = self.place[self.first], self.place[np.append(self.first[1:], len(self.place)) - 1]
-        used = narrow[:, None] | (nodes < low[:, None]) | (nodes > high[:, None])
         groups = np.repeat(np.arange(len(nodes)), len(ABOUT))
         square = (self.deviation[groups] - nodes.reshape(-1, 1)) ** 2
-        about = self._log_density(values, own, square, groups).reshape(nodes.shape)
-        about = np.where(used, about - 0.5 * ABOUT**2 + np.log(ABOUT[1] - ABOUT[0]), -np.inf)
+        about = self._log_density(values, own, square, groups).reshape(nodes.shape) - 0.5 * ABOUT**2
         at_nodes = at_nodes - 0.5 * (self.place - expected[self.group]) ** 2 / spread[self.group]
-        at_nodes = np.where(narrow[self.group], -np.inf, at_nodes + np.log(self.step / sd)[self.group])
+        of_samples, of_expected = self._widths(nodes)
+        of_samples = np.where(narrow[self.group], 0.0, of_samples)
+        of_expected = np.where(narrow[:, None], ABOUT[1] - ABOUT[0], of_expected / sd[:, None])
+        with np.errstate(divide="ignore"):
+            at_nodes = at_nodes + np.log(of_samples / sd[self.group])
+            about = about + np.log(of_expected)
         most = np.maximum(np.maximum.reduceat(at_nodes, self.first), about.max(axis=1))
         density, near = np.exp(at_nodes - most[self.group]), np.exp(about - most[:, None])
         # Moments about the expectation, which the spread measures.
@@ -169,6 +171,23 @@ class OutlierLikelihood:
         total = 1 / precision + spread
         gained = log_product - log_samples + 0.5 * (np.log(2 * np.pi * total) + moved**2 / total)
         return TrueMeans(log_samples, gained, expected + moved, 1 / precision)
+
+    def _widths(self, nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Weights of the trapezoidal rule: nodes of the samples (p,), and further `nodes` (g, q) beyond them.
+
+        Further nodes, in ascending order and at even distances, between those of the samples have no weight.
+        """
+        last = np.append(self.first[1:], len(self.place)) - 1
+        low, high = self.place[self.first], self.place[last]
+        own, further = self.step[self.group].copy(), np.zeros(nodes.shape)
+        distance = nodes[:, 1] - nodes[:, 0]
+        for end, at, beyond in ((low, self.first, nodes < low[:, None]), (high, last, nodes > high[:, None])):
+            gap = np.where(beyond, np.abs(nodes - end[:, None]), np.inf)
+            nearest = gap.min(axis=1)
+            next_to = beyond & (gap == nearest[:, None])
+            further += np.where(next_to, 0.5 * (gap + distance[:, None]), np.where(beyond, distance[:, None], 0.0))
+            own[at] += np.where(np.isfinite(nearest), 0.5 * (nearest - self.step), 0.0)
+        return own, further
 
     def _integrated(self, log_density: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Log of the integral over the nodes, mean and variance of each group, (g,), from log densities (p,)."""

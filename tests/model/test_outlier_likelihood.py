@@ -58,3 +58,35 @@ def test_true_mean_of_a_touch_is_that_of_all_ways_to_be_wrong() -> None:
     )
     assert found.mean == pytest.approx(np.array([mean]), abs=1e-4)
     assert found.variance == pytest.approx(np.array([variance]), rel=1e-3)
+
+
+@pytest.mark.parametrize("expected", [-3.5, -1.0, 0.2, 6.0])
+@pytest.mark.parametrize("spread", [0.002, 0.2, 5.0])
+def test_product_with_an_expected_mean_is_that_of_all_ways_to_be_wrong(expected: float, spread: float) -> None:
+    """Integral, mean and variance of the product of both densities, from the sum over all 16 ways."""
+    z, probability = np.array([-3.2, -0.6, 0.3, 0.9]), 0.3
+    z = z - z.mean()
+    log_mass, means, variances = [], [], []
+    for wrong in product((False, True), repeat=4):
+        v = np.where(wrong, 0.8 + 36.0, 0.8)
+        every, at = np.append(v, spread), np.append(z, expected)
+        share = float(np.where(wrong, probability, 1 - probability).prod())
+        log_mass.append(np.log(share * integral(at, every) / np.sqrt(2 * np.pi)))
+        means.append(float((at / every).sum() / (1 / every).sum()))
+        variances.append(float(1 / (1 / every).sum()))
+    mass = np.exp(log_mass)
+    share = mass / mass.sum()
+    mean = float(share @ means)
+    variance = float(share @ (np.array(variances) + np.square(means))) - mean**2
+    made = OutlierLikelihood.of(scatter(z.tolist()))
+    found = made.true_means((probability, 3.0), np.array([0.8]), np.array([expected]), np.array([spread]))
+    # The normal density that replaces that of the samples, times that of the expectation.
+    weight = 1 / found.variance + 1 / spread
+    total = found.variance + spread
+    log_product = found.log_samples + found.gained
+    log_product -= 0.5 * (np.log(2 * np.pi * total) + (found.mean - expected) ** 2 / total)
+    assert log_product == pytest.approx(np.array([np.log(mass.sum())]), abs=1e-3)
+    assert (found.mean / found.variance + expected / spread) / weight == pytest.approx(np.array([mean]), abs=1e-3)
+    if variance < spread:
+        # The trapezoidal rule at the ends of the nodes.
+        assert 1 / weight == pytest.approx(np.array([variance]), rel=3e-3)
