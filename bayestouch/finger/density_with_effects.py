@@ -14,7 +14,8 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.model import FingerModel, finger_model
 from bayestouch.finger.noise import Precisions
-from bayestouch.finger.noise_with_effects import EffectNoise, MeanErrors, joint_effects, noise_with_effects
+from bayestouch.finger.noise_with_effects import EffectNoise, joint_effects, noise_with_effects
+from bayestouch.finger.outlier_means import MeanErrors, mean_errors
 from bayestouch.finger.prediction_with_effects import EffectPrediction, EffectReadings
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.columns import WhiteColumns
@@ -173,7 +174,8 @@ class EffectDensity:
         left = np.where(known.missing, 0.0, known.readings) - readings.touches
         spread = Precisions.of(known, posterior.layout, vectors)
         slopes = (readings.by_load * spread.load_sd[..., None])[None]
-        means = posterior.noise.of_true_means(vectors, left, spread.weight, None if self.tied else slopes[0])
+        load_sd = None if self.tied else slopes[0]
+        means = mean_errors(posterior.noise, vectors, left, spread.weight, load_sd)
         if posterior.noise.effects or posterior.noise.shared:
             weight, slopes = self._with_added(vectors, readings, means.weight, slopes)
             means = replace(means, weight=weight)

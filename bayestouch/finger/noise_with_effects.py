@@ -17,7 +17,6 @@ from bayestouch.model.noise import AddedNoise
 from bayestouch.model.noise_posterior import Terms, terms_of
 from bayestouch.model.noise_search import TouchScatter
 from bayestouch.model.observations import Observations
-from bayestouch.model.outlier_likelihood import OutlierLikelihood
 from bayestouch.model.whitening import Whitening
 
 # Up to this number of readings of samples, values of outliers are drawn together with all parameters: their likelihood
@@ -67,26 +66,6 @@ class TouchSquares:
         `predicted` (N, m) is in the order of the observations. The result is zero where missing.
         """
         return np.asarray(np.nan_to_num(self.deviation - predicted[self.order]) * np.sqrt(self.weight))
-
-
-@dataclass(frozen=True, eq=False)
-class MeanErrors:
-    """Errors of the mean readings of n vectors, given their samples.
-
-    Attributes
-    ----------
-    left, weight : (n, t, m) arrays
-        Mean readings minus predicted ones, and their inverse variances; 0 where missing.
-    gained : (n, t) array
-        Log factor of the density of the mean readings of each touch.
-    samples : (n,) array or None
-        Log density of the deviations of the samples from each other; None without outliers.
-    """
-
-    left: FloatArray
-    weight: FloatArray
-    gained: FloatArray
-    samples: FloatArray | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,49 +128,6 @@ class EffectNoise:
             out = replace(out, **effect.added(values))
         return out
 
-    def of_true_means(
-        self, vectors: FloatArray, left: FloatArray, weight: FloatArray, load_sd: FloatArray | None
-    ) -> MeanErrors:
-        """Errors of the mean readings, with outliers among the samples.
-
-        Parameters
-        ----------
-        vectors : (n, d) array
-            Flat vectors.
-        left, weight : (n, t, m) arrays
-            Errors of the means without the readings that are probably wrong, and their inverse variances.
-        load_sd : (n, t, m) array or None
-            Standard deviation of the expected readings by the errors of the loads. None: the vector does not say which
-            readings to expect, because drifts or a correction are integrated out.
-        """
-        out = self.terms
-        if not isinstance(out, OutlierLikelihood):
-            return MeanErrors(left, weight, np.zeros(left.shape[:2]), None)
-        assert self.scale is not None and self.raw is not None
-        at, known = self.layout, self.known
-        predicted, missing = np.where(known.missing, 0.0, known.readings) - left, np.isnan(self.raw)
-        true, variance = np.tile(self.raw, (len(vectors), 1, 1)), np.empty(weight.shape)
-        gained, samples = np.zeros(left.shape[:2]), np.zeros(len(vectors))
-        groups, scale = (out.touch, out.element), self.scale[out.element]
-        for i, vector in enumerate(vectors):
-            own, (values, *_) = np.exp(2 * vector[at.noise]), self.values(vector)
-            missed = own * np.exp(2 * vector[at.missed]) / known.typical_reads if at.discrepancy else np.zeros(len(own))
-            expected, spread = np.zeros(len(scale)), np.full(len(scale), np.inf)
-            if load_sd is not None:
-                expected = (predicted[i] - self.raw)[groups] / scale
-                spread = (missed + load_sd[i] ** 2)[groups] / scale**2
-            means = out.true_means(values, own / self.scale**2, expected, spread)
-            # A single sample: its variance is that of usual and wrong readings together.
-            variance[i] = own + values[0] * (values[1] * self.peak) ** 2
-            variance[i][groups] = means.variance * scale**2
-            variance[i] += missed
-            true[i][groups] += means.mean * scale
-            gained[i] = np.bincount(out.touch, means.gained, minlength=left.shape[1])
-            samples[i] = means.log_samples.sum()
-        return MeanErrors(
-            np.where(missing, 0.0, true - predicted), np.where(missing, 0.0, 1 / variance), gained, samples
-        )
-
     def log_likelihood(
         self,
         vectors: FloatArray,
@@ -210,7 +146,7 @@ class EffectNoise:
         samples : (n, N, m) array or None
             Predicted deviations of the samples from these means; None if they are zero.
         of_outliers : (n,) array, optional
-            With outliers: `MeanErrors.samples`, if it is already computed.
+            With outliers: `bayestouch.finger.outlier_means.MeanErrors.samples`, if it is already computed.
         """
         at, known = self.layout, self.known
         total = log_likelihood_of_scatter(known, at, vectors)
