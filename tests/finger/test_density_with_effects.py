@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from itertools import product
 
 import numpy as np
 import pytest
@@ -57,8 +58,8 @@ class Case:
 
 
 @cache
-def case(name: str, size: float) -> Case:
-    made = bayestouch.simulate(DESIGN, effects={name: size}, seed=5)
+def case(name: str, size: float, samples: int = DESIGN.samples_per_touch) -> Case:
+    made = bayestouch.simulate(replace(DESIGN, samples_per_touch=samples), effects={name: size}, seed=5)
     fit = fit_stated(
         made.dataset, StatedModel("finger", "layer", ((name.partition(".")[0], {}),)), draws=8, seed=0, contact="layer"
     )
@@ -186,6 +187,37 @@ def test_an_effect_of_the_noise() -> None:
 
     points = one.points()
     agree(one, [written_out(one, x, lambda clean, values: clean, variance) for x in points], points)
+
+
+def test_outliers() -> None:
+    """Each sample is usual or wrong: the sum over all ways, at each load, and the integral over the load."""
+    one = case("outliers", 0.1, samples=4)
+    known, points = one.fit.evaluation.start.fitted.model.known, one.points()  # type: ignore[attr-defined]
+    readings, peak = known.table.readings, one.fit.fitted.noise.peak
+    node, weight = np.polynomial.hermite_e.hermegauss(21)
+    expected = []
+    for x in points:
+        values = one.density.to_parameters(x)
+        share, size = (float(values[f"outliers_{name}"]) for name in ("probability", "size"))
+        usual, missed = values["noise_sd"] ** 2, values["discrepancy_sd"] ** 2
+        load, total = known.means.load, load_scatter(one, values)
+        here, up = (predicted(one, values, load * h) for h in (1.0, 1.001))
+        for touch, rows in enumerate(one.samples):
+            error = float(values["force_noise_sd"]) / np.sqrt(len(rows)) * node
+            at = here[touch] + np.outer(error / (1e-3 * load[touch]), (up - here)[touch])
+            wrong = np.array(list(product((0.0, 1.0), repeat=len(rows))))
+            log_share = wrong @ np.full(len(rows), np.log(share / (1 - share))) + len(rows) * np.log(1 - share)
+            given_load = np.log(weight / weight.sum())
+            for e in range(3):
+                precision = 1 / (usual[e] + wrong * (size * peak[e]) ** 2)
+                left = readings[rows, e] - at[:, e, None]
+                pulled = left @ precision.T
+                square = (left**2) @ precision.T - pulled**2 / (1 / missed[e] + precision.sum(axis=1))
+                volume = np.log(precision).sum(axis=1) - np.log1p(missed[e] * precision.sum(axis=1))
+                given_load = given_load + np.logaddexp.reduce(log_share + 0.5 * (volume - square), axis=1)
+            total += float(np.logaddexp.reduce(given_load))
+        expected.append(total)
+    agree(one, expected, points)
 
 
 @pytest.mark.parametrize("name", ["baseline_drift", "gain_drift"])
