@@ -13,7 +13,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.result import Diagnosis
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.model.body import body_of
 from bayestouch.model.planned import Group, one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
@@ -210,7 +210,9 @@ def next_touches(
     if not isinstance(calibration, Calibration):
         raise InputError(f"expected a calibration or a diagnosis, got {type(source).__name__}")
     if isinstance(about, str) and about not in ABOUT:
-        raise InputError(f"about: expected {', '.join(ABOUT)}, or two names of causes, got {shown(about)}")
+        raise InputError(
+            f"about: expected {', '.join(ABOUT)}, or two names of causes, got {shown(about)}{nearest(about, ABOUT)}"
+        )
     if not isinstance(about, str) and (len(about) != 2 or not all(isinstance(each, str) for each in about)):
         raise InputError(f"about: expected two names of causes, got {shown(about)}")
     table = candidate_touches(calibration) if candidates is None else candidates
@@ -267,8 +269,9 @@ def _check(names: Sequence[str] | None, known: list[str]) -> None:
         return
     unknown = [each for each in names if each not in known]
     if unknown or not names or isinstance(names, str):
-        got = shown(unknown[0] if unknown and not isinstance(names, str) else names)
-        raise InputError(f"quantities: expected names among {', '.join(known)}, got {got}")
+        got = unknown[0] if unknown and not isinstance(names, str) else names
+        question = nearest(str(got), known)
+        raise InputError(f"quantities: expected names among {', '.join(known)}, got {shown(got)}{question}")
 
 
 def _rows_of(means: TouchMeans, chosen: NDArray[np.int64]) -> Touches:

@@ -26,7 +26,7 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
     best, worst = places["best"], places["worst"]
     x, error = columns["x_mm"], columns["error_mm"]
     plane = "y_mm" in columns
-    sides = [float(np.ptp(columns[axis])) for axis in ("x_mm", "y_mm")[: 1 + plane]]
+    sides = [float(places["size_mm"][axis]) for axis in "xy"[: 1 + plane]]
     scale = _LONGEST / max(sides)
     width, height = scale * sides[0], scale * sides[1] if plane else 26.0
     top = float(columns["y_mm"].max()) if plane else 0.0
