@@ -18,7 +18,7 @@ from bayestouch.model.body import body_of
 from bayestouch.model.planned import Group, one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
-from bayestouch.output.text import number, plural
+from bayestouch.output.text import exact, number, plural
 from bayestouch.reliability.candidate_touches import candidate_touches, touches_to_read
 from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
 from bayestouch.reliability.two_causes import probable_pair, two_models
@@ -128,10 +128,10 @@ class NextTouches(Summarised):
         """Tip and place of the chosen touch with index i, as text."""
         touches, radius = self.touches, float(self.touches.indenter_radius_mm[i])
         tip = "edge" if radius == 0 else "flat" if np.isinf(radius) else f"tip of {number(radius)} mm"
-        on_pad = [axis for axis in (touches.x_mm, touches.y_mm) if axis is not None]
-        place = f"({', '.join(number(float(axis[i])) for axis in on_pad)}) mm"
+        on_pad = [(name, axis) for name, axis in (("x", touches.x_mm), ("y", touches.y_mm)) if axis is not None]
+        place = f"{', '.join(f'{name} = {exact(float(axis[i]))}' for name, axis in on_pad)} mm"
         if touches.angle_deg is not None:
-            place = f"{number(float(touches.angle_deg[i]))}°"
+            place = f"{exact(float(touches.angle_deg[i]))}°"
         return place if np.isnan(radius) else f"{tip} at {place}"
 
     def _column(self, name: str) -> str:

@@ -49,7 +49,11 @@ CASES = [
     (("my-finger", "calibration.nc"), "infer my-finger/touches.csv --calibration calibration.nc -o posterior.nc"),
     (("my-finger", "calibration.nc", "posterior.nc"), "diagnose my-finger -o diagnosis"),
     (("my-finger", "diagnosis"), "report my-finger --diagnosis diagnosis -o report --open"),
-    (("my-finger", "report"), "report my-finger -o report --open"),
+    (("my-finger", "report"), "diagnose my-finger -o diagnosis"),
+    (
+        ("my-finger", "diagnosis", "report"),
+        "infer my-finger/touches.csv --calibration diagnosis/calibration_after.nc -o posterior.nc",
+    ),
     (("calibration.nc",), "infer touches.csv --calibration calibration.nc -o posterior.nc"),
 ]
 
@@ -85,6 +89,30 @@ def test_inside_each_folder(made: Path, tmp_path: Path) -> None:
     shutil.copy(whole / "calibration.nc", whole / "report")
     assert "index.html" in next_step_in(whole / "report").found
     assert "--calibration calibration.nc" in next_step_in(whole / "report").commands[0][0]
+
+
+def test_a_table_without_a_sensor(made: Path, tmp_path: Path) -> None:
+    """A touch table of any name is recognised by its columns, other tables are not; a calibration reads it."""
+    shutil.copy(made / "my-finger" / "touches.csv", tmp_path / "monday.csv")
+    (tmp_path / "prices.csv").write_text("touch,price\n1,2\n")
+    step = next_step_in(tmp_path)
+    assert step.found == "Table of touches: monday.csv. No sensor.toml says which sensor it is of."
+    assert step.commands[0][0] == "bayestouch init my-finger" and "monday.csv takes the place" in step.commands[0][1]
+    folder_with(made, tmp_path, "calibration.nc", "posterior.nc")
+    read, show = next_step_in(tmp_path).commands
+    assert read[0].startswith("bayestouch infer monday.csv --calibration calibration.nc -o posterior-of-new-touches.nc")
+    assert "posterior.nc" in show[0]
+    shutil.copy(tmp_path / "monday.csv", tmp_path / "touches.csv")
+    assert workplace(tmp_path).tables == ("touches.csv", "monday.csv")
+
+
+def test_a_started_data_set_is_filled_in_first(made: Path, tmp_path: Path) -> None:
+    assert main(["init", str(tmp_path / "started"), "--quiet"]) == 0
+    step = next_step_in(tmp_path)
+    assert "Fill in sensor.toml, calibration.csv and touches.csv" in step.found
+    assert [command for command, _ in step.commands] == ["bayestouch check started"]
+    shutil.copy(made / "my-finger" / "touches.csv", tmp_path / "started")
+    assert next_step_in(tmp_path).found == "Data set: started."
 
 
 def test_steps_lead_from_a_data_set_to_its_posterior(
