@@ -113,7 +113,7 @@ class NextTouches(Summarised):
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
         touches = [
-            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))}"
+            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))} {self._load_unit}"
             for i in range(min(len(self.chosen), NAMED))
         ]
         more = [f"and {len(self.chosen) - NAMED} more"] if len(self.chosen) > NAMED else []
@@ -123,6 +123,11 @@ class NextTouches(Summarised):
         ]
         first = f"NextTouches about {self.about}: {plural(len(self.chosen), 'touch')} of {self.gain.shape[1]}"
         return [first, *touches, *more, *(each.rstrip() for each in changes)]
+
+    @property
+    def _load_unit(self) -> str:
+        """Unit of the load: on a finger, where touches have an angle, a load per length."""
+        return "N" if self.touches.angle_deg is None else "N/m"
 
     def in_words(self, i: int) -> str:
         """Tip and place of the chosen touch with index i, as text."""
