@@ -9,11 +9,13 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from report_cases import FINGER, LINE, PLANE, Page, pad_evidence, small, strict_json
 from report_checks import check_every_report
+from report_pages import keys
 
 import bayestouch
 from bayestouch import simulation
@@ -137,6 +139,12 @@ def check_plug_in_stands_beside_propagated(finger_report: Report, dataset: bayes
     )
 
 
+def check_no_key_of_version_0_1_is_gone(numbers: dict[str, Any]) -> None:
+    """The file has the keys of `report.json` that 0.1.0 wrote of the same data, but four that have another name."""
+    before = Path(__file__).with_name("report_keys_0.1.0.txt").read_text("utf-8").split()
+    assert len(before) > 200 and set(before) - set(keys(numbers)) == set()
+
+
 def test_finger_report(tmp_path: Path) -> None:
     dataset = small(FINGER).dataset
     named = replace(dataset, sensor=replace(dataset.sensor, name=NAME, source={"origin": "<b>a lab</b>"}))
@@ -147,6 +155,7 @@ def test_finger_report(tmp_path: Path) -> None:
     check_finger_page_shows_the_numbers(report)
     check_finger_tables_have_the_papers_form(report)
     check_plug_in_stands_beside_propagated(report, named)
+    check_no_key_of_version_0_1_is_gone(strict_json(report.path / "report.json"))
     assert report.numbers["paper"] is None
     assert all(row["true_mean"] is None for row in report.numbers["calibration"]["parameters"])
 
