@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 from pathlib import Path
 
+#: Longest list of names that a message shows beside its suggestion, so that it stays one line on a screen.
+_FEW_NAMES = 6
+
 
 class InputError(ValueError):
     """Input or options cannot be used; the message is one line.
@@ -86,9 +89,23 @@ def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
 
 
 def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a question with the known name that is most similar to an unknown one, for a message; empty if none is."""
-    found = get_close_matches(name, list(known), n=1)
-    return f"; did you mean {found[0]}?" if found else ""
+    """Return a question with the known name that is most similar to an unknown one, for a message; empty if none is.
+
+    Letters in upper case and the signs between words do not count. If the unknown name is a word of known ones, as
+    ``drift`` is of ``gain_drift``, the question has up to three of these.
+    """
+    plain = {_plain(each): each for each in known}
+    wanted = _plain(name)
+    found = [each for each in plain if wanted in each.split()][:3] or get_close_matches(wanted, list(plain), n=1)
+    return f"; did you mean {' or '.join(plain[each] for each in found)}?" if found else ""
+
+
+def unknown_name(what: str, name: object, known: Iterable[str]) -> InputError:
+    """Return the error that a name is unknown, with the most similar name; if there is none or few names, with all."""
+    names = list(known)
+    question = nearest(str(name), names)
+    known_are = f"; known are {', '.join(names)}" if len(names) <= _FEW_NAMES or not question else ""
+    return InputError(f"unknown {what} {shown(name)}{known_are}{question}")
 
 
 def misspelt(name: str, unknown: Iterable[str]) -> str:
@@ -101,6 +118,11 @@ def not_a(expected: str, value: object, how: str) -> InputError:
     """Return the error that an argument is something else than expected, with how to get it."""
     got = shown(str(value)) if isinstance(value, str | Path) else type(value).__name__
     return InputError(f"expected {expected}, got {got}; {how}")
+
+
+def _plain(name: str) -> str:
+    """Words of a name in lower case, with one space between them."""
+    return " ".join(name.lower().replace("_", " ").replace("-", " ").split())
 
 
 def _cut(text: str, length: int) -> str:

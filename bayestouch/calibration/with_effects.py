@@ -10,7 +10,7 @@ from typing import Any
 from bayestouch.data.dataset import DataSet
 from bayestouch.effects import Effect, NoiseEffect, Values
 from bayestouch.effects.stated import StatedModel
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, unknown_name
 from bayestouch.model.added import AddedEffect, added_effects, moved_to
 from bayestouch.model.beginning import Evaluation
 from bayestouch.model.body import body_of
@@ -113,9 +113,11 @@ def fit_stated(
 
 def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> tuple[Fitted, FoundNoise | None]:
     """The model fitted with one more effect, from stated starting values if there are any."""
-    unknown = sorted(set(start) - {parameter.name for parameter in effect.parameters})
-    if unknown:
-        raise InputError(f"effect {effect.name} has no parameter {unknown[0]!r}", column="effect.start")
+    names = [parameter.name for parameter in effect.parameters]
+    if wrong := sorted(set(start) - set(names)):
+        raise InputError(
+            str(unknown_name(f"parameter of effect {effect.name}:", wrong[0], names)), column="effect.start"
+        )
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 

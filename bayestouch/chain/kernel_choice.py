@@ -15,7 +15,7 @@ from bayestouch.chain.kernels import (
     length_prior,
 )
 from bayestouch.data.sensor import Sensor
-from bayestouch.errors import InputError
+from bayestouch.errors import unknown_name
 from bayestouch.priors.parameters import LogNormal, Normal, Uniform
 
 # Prior if the rubber is not stated, as for a finger.
@@ -69,5 +69,5 @@ def kernel_for(name: str, sensor: Sensor, pitch_mm: float) -> Kernel:
     }
     maker = makers.get(name.removesuffix("-line"))
     if maker is None or (line and name not in kernel_names(1)):
-        raise InputError(f"expected a kernel among {', '.join(kernel_names(1))}, got {name!r}")
+        raise unknown_name("kernel", name, kernel_names(1))
     return maker()

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import shlex
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,7 +27,8 @@ def dataset_at(path: Path) -> DataSet:
     import bayestouch
 
     if not path.exists():
-        raise InputError(f"no such folder; start a data set with: {_typed('init', path)}", file=path)
+        fix = _similar(path, workplace(path.parent).datasets) or f"; start a data set with: {_typed('init', path)}"
+        raise InputError(f"no such folder{fix}", file=path)
     if path.is_file():
         beside = f"; did you mean {path.parent}?" if (path.parent / "sensor.toml").is_file() else ""
         raise InputError(f"expected the folder of a data set, this is a file{beside}", file=path)
@@ -49,7 +52,9 @@ def table_at(path: Path) -> Path:
         hint = f"; did you mean {tables[0]}?" if tables else ""
         raise InputError(f"expected a table of touches, this is a folder{hint}", file=path)
     if not path.exists():
-        raise InputError("no such file; expected a table of touches, such as touches.csv of a data set", file=path)
+        names = (each.name for each in _files(path.parent) if each.suffix in (".csv", ".parquet"))
+        fix = _similar(path, names) or "; expected a table of touches, such as touches.csv of a data set"
+        raise InputError(f"no such file{fix}", file=path)
     return path
 
 
@@ -84,7 +89,8 @@ def diagnosis_at(path: Path, dataset: Path | None = None) -> Path:
     """
     if not (path / "diagnosis.json").is_file():
         command = _typed("diagnose", dataset or "my-finger", "-o", path)
-        raise InputError(f"has no diagnosis.json; make a diagnosis with: {command}", file=path)
+        fix = _similar(path, workplace(path.parent).diagnoses) or f"; make a diagnosis with: {command}"
+        raise InputError(f"has no diagnosis.json{fix}", file=path)
     return path
 
 
@@ -99,7 +105,11 @@ def model_at(path: Path, dataset: Path) -> Path:
     file = path / "model.toml" if path.is_dir() else path
     if not file.exists():
         folder = path if path.is_dir() or not path.suffix else path.parent
-        raise InputError(f"no such file; make it with: {_typed('diagnose', dataset, '-o', folder)}", file=file)
+        made_with = f"; make it with: {_typed('diagnose', dataset, '-o', folder)}"
+        made = workplace(folder.parent).diagnoses
+        models = [each.name for each in _files(path.parent) if each.suffix == ".toml" and each.name != "sensor.toml"]
+        fix = _similar(path, models) or _similar(folder, made) or (_question(folder, made[0]) if made else "")
+        raise InputError(f"no such file{fix or made_with}", file=file)
     return file
 
 
@@ -108,10 +118,29 @@ def _calibrations_near(path: Path, table: Path | None) -> str:
     folder = path if path.is_dir() else path.parent
     near = [name for name in workplace(folder).calibrations if folder / name != path]
     if near:
-        return f"did you mean {folder / near[0]}?"
+        return (_similar(path, near) or _question(path, near[0])).removeprefix("; ")
     data = table.parent if table is not None and (table.parent / "sensor.toml").is_file() else "my-finger"
     target = path / "calibration.nc" if path.is_dir() else path if not path.exists() else "calibration.nc"
     return f"make one with: {_typed('calibrate', data, '-o', target)}"
+
+
+def _similar(path: Path, names: Iterable[str]) -> str:
+    """Question if one of the names beside a path is meant, empty if none is similar."""
+    found = difflib.get_close_matches(path.name, [name for name in names if name != "."], n=1)
+    return _question(path, found[0]) if found else ""
+
+
+def _question(path: Path, name: str) -> str:
+    """Question if the name beside a path is meant; ``.`` is the folder of the path."""
+    return f"; did you mean {path.parent / name}?"
+
+
+def _files(folder: Path) -> list[Path]:
+    """Files and folders in a folder; none if it cannot be read."""
+    try:
+        return sorted(folder.iterdir())
+    except OSError:
+        return []
 
 
 def _typed(*words: str | Path) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from bayestouch.commands.arguments import dataset_at, model_at
-from bayestouch.commands.options import CONTACTS, KERNELS, grouped, seeded, spoken
+from bayestouch.commands.options import CONTACTS, KERNELS, OneOf, grouped, seeded, spoken
 from bayestouch.commands.output import check_output, say
 from bayestouch.output.progress import progress_bar
 
@@ -16,12 +16,10 @@ from bayestouch.output.progress import progress_bar
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration file to write (.nc).")
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
-@click.option(
-    "--e-map", type=click.Choice(["model", "empirical"]), default=None, help="E map of a finger. [default: model]"
-)
+@click.option("--e-map", type=OneOf(["model", "empirical"]), default=None, help="E map of a finger. [default: model]")
 @click.option(
     "--discrepancy",
-    type=click.Choice(["auto", "none", "touch", "place"]),
+    type=OneOf(["auto", "none", "touch", "place"]),
     default=None,
     help="What a finger's readings may miss the model by: nothing, errors independent from touch to touch, or smooth "
     "functions of the place beside them. [default: auto, the one that predicts held-out places best]",

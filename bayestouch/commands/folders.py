@@ -11,6 +11,10 @@ from bayestouch.errors import few
 
 # A larger folder is no workplace of this package; the rest of its files is not looked at.
 _MOST_FILES = 1000
+# Names of touch tables in a data set, and so many bytes of another table are looked at.
+_TABLES, _HEAD = ("touches.csv", "touches.parquet"), 65536
+
+_YOURS = "type the path of your table in place of touches.csv"
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,7 @@ class Workplace:
     datasets : tuple of str
         Folders with a sensor.toml, ``.`` the folder itself.
     tables : tuple of str
-        Touch tables beside no sensor.toml.
+        Touch tables beside no sensor.toml, of any name if they are in CSV.
     calibrations, posteriors : tuple of str
         Files that `calibrate` and `infer` wrote.
     diagnoses, reports : tuple of str
@@ -52,7 +56,8 @@ def workplace(folder: Path) -> Workplace:
         here = (".",) if (folder / marker).is_file() else ()
         return here + tuple(each.name for each in inside if (each / marker).is_file())
 
-    tables = [each.name for each in inside if each.name in ("touches.csv", "touches.parquet")]
+    tables = [each.name for each in inside if each.name in _TABLES or (each.suffix == ".csv" and _is_table(each))]
+    tables.sort(key=lambda name: name not in _TABLES)
     return Workplace(
         datasets=folders_with("sensor.toml"),
         tables=() if (folder / "sensor.toml").is_file() else tuple(tables),
@@ -68,6 +73,27 @@ def _age(file: Path) -> tuple[float, str]:
         return -file.stat().st_mtime, file.name
     except OSError:
         return 0.0, file.name
+
+
+def _is_table(file: Path) -> bool:
+    """True if the first line of a file has the columns that every touch table has."""
+    names = {name.strip().strip('"') for name in _begin(file).partition("\n")[0].split(",")}
+    return {"touch", "e01"} <= names
+
+
+def _begin(file: Path) -> str:
+    """Beginning of a text file; empty if it cannot be read."""
+    try:
+        with file.open("rb") as opened:
+            return opened.read(_HEAD).decode("utf-8-sig", "replace")
+    except OSError:
+        return ""
+
+
+def _without_touches(folder: Path) -> bool:
+    """True for a data set that was started, and whose tables have a header alone."""
+    begun = [_begin(folder / name) for name in ("touches.csv", "calibration.csv") if (folder / name).is_file()]
+    return bool(begun) and not any(text.strip().count("\n") for text in begun)
 
 
 def _kind(file: Path) -> str:
@@ -107,25 +133,45 @@ def next_step_in(folder: Path) -> NextStep:
     if here.diagnoses[:1] == (".",):
         return _diagnosis(folder, here)
     if here.datasets:
-        return _dataset(here)
+        return _dataset(folder, here)
     if here.calibrations:
         return _calibration(here)
     if here.posteriors:
         return _posterior(here)
+    if here.tables:
+        return _table(here)
     return NextStep(
         "This folder holds no data set, calibration or posterior.",
         (
             (_command("init", "my-finger"), "start a data set: a template to fill in"),
-            (_command("simulate", "-o", "my-finger"), "or simulate one, to try the commands"),
+            (_command("example", "fluid-oil-1.5", "-o", "channel"), "or take a measured one, to try the commands"),
             (_command("report", "-o", "report", "--open"), "or see a report on simulated touches first"),
         ),
     )
 
 
-def _dataset(here: Workplace) -> NextStep:
+def _table(here: Workplace) -> NextStep:
+    """A table of touches alone: nothing says which sensor made it."""
+    step = f"describe the sensor in my-finger/sensor.toml; then {here.tables[0]} takes the place of its touches.csv"
+    return NextStep(
+        f"Table of touches: {_listed(here.tables)}. No sensor.toml says which sensor it is of.",
+        (
+            (_command("init", "my-finger"), step),
+            (_command("init", "my-pad", "--body", "pad"), "or the same for a pad"),
+        ),
+    )
+
+
+def _dataset(folder: Path, here: Workplace) -> NextStep:
     """A data set, and what has been made of it so far; of several the newest."""
     data = here.datasets[0]
     found = f"Data set: {_listed(here.datasets)}."
+    if _without_touches(folder / data):
+        files = "sensor.toml, calibration.csv and touches.csv"
+        return NextStep(
+            f"Data set: {_listed((data,))}, without touches yet. Fill in {files}.",
+            ((_command("check", data), "then look at what was read and what is missing"),),
+        )
     report = _command("report", data, "-o", "report", "--open")
     saved = ("--diagnosis", here.diagnoses[0]) if here.diagnoses else ()
     if here.diagnoses:
@@ -161,17 +207,27 @@ def _dataset(here: Workplace) -> NextStep:
         )
     if not here.reports:
         return NextStep(f"{found} Diagnosis: {_listed(here.diagnoses)}.", ((report, "write a report with it"),))
-    page = f"{here.reports[0]}/index.html"
+    found = f"{found} Report: {_listed(here.reports)}; open {here.reports[0]}/index.html in a browser."
+    again = (report, "or write the report again, if the data have changed")
+    if not here.diagnoses:
+        find = _command("diagnose", data, "-o", "diagnosis")
+        return NextStep(found, ((find, "find what the model of the sensor lacks, with errors before and after"), again))
+    after = f"{here.diagnoses[0]}/calibration_after.nc"
+    read = _command("infer", table, "--calibration", after, "-o", "posterior.nc")
     return NextStep(
-        f"{found} Report: {_listed(here.reports)}; open {page} in a browser.",
-        ((report, "write it again, if the data have changed"),),
+        f"{found} Diagnosis: {_listed(here.diagnoses)}.", ((read, "read the touches with what was found"), again)
     )
 
 
 def _calibration(here: Workplace) -> NextStep:
-    table = here.tables[0] if here.tables else "touches.csv"
-    command = _command("infer", table, "--calibration", here.calibrations[0], "-o", "posterior.nc")
-    return NextStep(f"Calibration: {_listed(here.calibrations)}.", ((command, "read a table of touches with it"),))
+    found, table = f"Calibration: {_listed(here.calibrations)}.", here.tables[0] if here.tables else "touches.csv"
+    new = "posterior.nc" if "posterior.nc" not in here.posteriors else "posterior-of-new-touches.nc"
+    command = _command("infer", table, "--calibration", here.calibrations[0], "-o", new)
+    read = (command, "read a table of touches with it" if here.tables else f"read a table of touches with it; {_YOURS}")
+    if not here.posteriors:
+        return NextStep(found, (read,))
+    shown = _posterior(here)
+    return NextStep(f"{found} {shown.found}", (read, *shown.commands))
 
 
 def _posterior(here: Workplace) -> NextStep:
@@ -184,7 +240,9 @@ def _diagnosis(folder: Path, here: Workplace) -> NextStep:
     """A diagnosis: its verdict, and reading touches with the model that it found."""
     after = "calibration_after.nc"
     command = _command("infer", "touches.csv", "--calibration", after, "-o", "posterior.nc")
-    return NextStep(f"Diagnosis{_verdict(folder)}.", ((command, "read a table of touches with what was found"),))
+    return NextStep(
+        f"Diagnosis{_verdict(folder)}.", ((command, f"read a table of touches with what was found; {_YOURS}"),)
+    )
 
 
 def _verdict(folder: Path) -> str:
@@ -201,7 +259,7 @@ def _report(here: Workplace) -> NextStep:
     commands: tuple[tuple[str, str], ...] = ()
     if calibration:
         command = _command("infer", "touches.csv", "--calibration", calibration, "-o", "posterior-of-new-touches.nc")
-        commands = ((command, "read other touches with its calibration"),)
+        commands = ((command, f"read other touches with its calibration; {_YOURS}"),)
     return NextStep("Report: open index.html in a browser.", commands)
 
 

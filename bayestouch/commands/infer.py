@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from bayestouch.commands.arguments import calibration_at, table_at
-from bayestouch.commands.options import clustered, grouped, seeded, spoken
+from bayestouch.commands.options import OneOf, clustered, grouped, seeded, spoken
 from bayestouch.commands.output import Interrupted, check_output, say
 from bayestouch.output.progress import progress_bar
 
@@ -33,7 +33,7 @@ from bayestouch.output.progress import progress_bar
 @click.option("--no-load", is_flag=True, help="Do not use the force sensor's readings.")
 @click.option("--no-check", is_flag=True, help="Do not check for faulty elements and a faulty force sensor.")
 @click.option("--each-sample", is_flag=True, help="Compute a posterior for each sample instead of each touch's mean.")
-@click.option("--method", type=click.Choice(["emcee", "importance"]), default="emcee", show_default=True)
+@click.option("--method", type=OneOf(["emcee", "importance"]), default="emcee", show_default=True)
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
 @click.option("--thin", type=click.IntRange(min=1), default=1, help="Save one draw out of this many. [default: all]")
 @click.option("--summary-only", is_flag=True, help="Save means, sds, quantiles and grades, but no draws.")

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import spoken
+from bayestouch.commands.options import OneOf, spoken
 from bayestouch.commands.output import say
 from bayestouch.model.body import BODIES
 
 
 @click.command(short_help="Write a template of a data set.")
 @click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--body", type=click.Choice(tuple(BODIES)), default="finger", show_default=True)
+@click.option("--body", type=OneOf(tuple(BODIES)), default="finger", show_default=True)
 @click.option("--elements", type=click.IntRange(min=1), default=8, show_default=True, help="Number of elements.")
 @spoken
 def init(folder: Path, body: str, elements: int, quiet: bool, as_json: bool) -> None:

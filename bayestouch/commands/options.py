@@ -7,10 +7,23 @@ from typing import Any, TypeVar
 
 import click
 
+from bayestouch.errors import nearest
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
-CONTACTS = click.Choice(["layer", "hertz", "approximate frictionless"])
-KERNELS = click.Choice(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"])
+
+class OneOf(click.Choice[str]):
+    """Choice of an option; the message on a wrong name asks if the most similar one is meant."""
+
+    def get_invalid_choice_message(self, value: Any, ctx: click.Context | None) -> str:
+        """Message on a wrong name."""
+        said = super().get_invalid_choice_message(value, ctx)
+        question = nearest(str(value), self.choices)
+        return said.rstrip(".") + question if question else said
+
+
+CONTACTS = OneOf(["layer", "hertz", "approximate frictionless"])
+KERNELS = OneOf(["auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"])
 
 
 def seeded(command: Command) -> Command:

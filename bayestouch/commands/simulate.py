@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from bayestouch.commands.options import seeded, spoken
+from bayestouch.commands.options import OneOf, seeded, spoken
 from bayestouch.commands.output import say
 from bayestouch.errors import InputError
 from bayestouch.model.body import BODIES
@@ -22,7 +22,7 @@ from bayestouch.output.progress import progress_bar
     metavar="NAME=VALUE",
     help="Value of an effect's first parameter, or NAME.PARAMETER=VALUE; repeatable.",
 )
-@click.option("--body", type=click.Choice(tuple(BODIES)), default="finger", show_default=True)
+@click.option("--body", type=OneOf(tuple(BODIES)), default="finger", show_default=True)
 @seeded
 @spoken
 def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet: bool, as_json: bool) -> None:

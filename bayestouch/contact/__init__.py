@@ -16,7 +16,7 @@ from bayestouch.contact.corner import CornerContact
 from bayestouch.contact.hertz import HertzContact, composite_radius, indenter_radius
 from bayestouch.contact.layer import LayerContact
 from bayestouch.contact.model import ContactModel
-from bayestouch.errors import InputError
+from bayestouch.errors import unknown_name
 
 CONTACT_MODELS = ("hertz", "approximate frictionless", "layer")
 
@@ -56,7 +56,7 @@ def contact_model(name: str, finger_radii: tuple[float, float], poisson_ratio: f
     if name == "hertz":
         return HertzContact(outer_radius, poisson_ratio)
     if name not in CONTACT_MODELS:
-        raise InputError(f"unknown contact model {name!r}; expected one of {', '.join(CONTACT_MODELS)}")
+        raise unknown_name("contact model", name, CONTACT_MODELS)
     layer = _solved_layer(core_radius, outer_radius, poisson_ratio)
     return layer if name == "layer" else ApproximateFrictionless(layer)
 

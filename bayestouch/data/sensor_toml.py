@@ -99,7 +99,7 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
     kind = tables.pop("body", next(iter(BODIES)))
     if not isinstance(kind, str) or kind not in BODIES:
         kinds = " or ".join(f'"{each}"' for each in BODIES)
-        raise InputError(f"expected {kinds}, got {shown(kind)}", column="body")
+        raise InputError(f"expected {kinds}, got {shown(kind)}{nearest(str(kind), BODIES)}", column="body")
     body = BODIES[kind]
     name = tables.pop("name", default_name)
     geometry = _take(tables, "geometry", body.geometry_keys)

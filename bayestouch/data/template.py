@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bayestouch.data.files import write_together
 from bayestouch.data.sensor import BODIES
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 
 _SENSOR = """\
 # The sensor as built. What is behind a # is a comment; take the # away from a line to use it.
@@ -58,7 +58,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
     ['sensor.toml', 'calibration.csv', 'touches.csv']
     """
     if body not in BODIES:
-        raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}")
+        raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}{nearest(str(body), BODIES)}")
     if elements < 1:
         raise InputError(f"elements: expected at least one, got {elements}")
     kind, folder = BODIES[body], Path(folder)

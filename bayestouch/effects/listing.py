@@ -10,7 +10,7 @@ import numpy as np
 
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.effects.effect import Effect, Setting
-from bayestouch.errors import InputError, nearest
+from bayestouch.errors import unknown_name
 
 
 def listing() -> list[dict[str, str]]:
@@ -28,7 +28,7 @@ def effect_facts(name: str) -> dict[str, Any]:
     """
     classes = effect_classes()
     if name not in classes:
-        raise InputError(f"unknown effect {name!r}{nearest(name, classes)}; known are {', '.join(classes)}")
+        raise unknown_name("effect", name, classes)
     cls = classes[name]
     effect = typical(cls)
     return {

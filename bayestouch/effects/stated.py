@@ -10,7 +10,7 @@ from typing import Any
 from bayestouch.data.sensor import BODIES
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
-from bayestouch.errors import InputError, nearest, shown
+from bayestouch.errors import InputError, shown, unknown_name
 
 #: Bound of the absolute value of an effect's parameter.
 LARGEST = 1e100
@@ -87,8 +87,7 @@ class StatedModel:
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
     name, known = table.get("name"), effect_classes()
     if not isinstance(name, str) or name not in known:
-        question = nearest(str(name), known)
-        raise InputError(f"unknown effect {shown(name)}{question}; known are {', '.join(known)}", column="effect.name")
+        raise InputError(str(unknown_name("effect", name, known)), column="effect.name")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bayestouch.data.sensor import Finger, Sensor, finger_of
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatPrior
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, moved, truncated
@@ -104,7 +104,7 @@ class FingerPriors:
         changes: dict[str, Prior] = {}
         for name, prior in stated.items():
             if name not in FIELDS:
-                hint = " (it follows from response, r_s, sigma and mu)" if name == "gain" else ""
+                hint = " (it follows from response, r_s, sigma and mu)" if name == "gain" else nearest(name, FIELDS)
                 raise InputError(f"prior of {name}: not a parameter{hint}; expected one of {', '.join(FIELDS)}")
             try:
                 changes[FIELDS[name]] = _possible(name, prior, finger)

@@ -9,7 +9,7 @@ from importlib import import_module
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 
 if TYPE_CHECKING:
     from bayestouch.data.averages import TouchMeans
@@ -123,7 +123,9 @@ class Body:
         for name in given.keys() & self.options.keys():
             words = self.options[name].words
             if given[name] is not None and words and given[name] not in words:
-                raise InputError(f"{name}: expected {' or '.join(words)}, got {given[name]!r}")
+                raise InputError(
+                    f"{name}: expected {' or '.join(words)}, got {given[name]!r}{nearest(str(given[name]), words)}"
+                )
         return {name: given[name] or self.options[name].default for name in given if name in self.options}
 
     def _foreign(self, given: Mapping[str, Any]) -> list[tuple[str, str, list[str]]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from bayestouch.effects import Effect, NoiseEffect, RandomEffect, Setting, effect_classes
 from bayestouch.effects.kinds import of_chain, of_noise, of_time
-from bayestouch.errors import InputError, nearest, shown
+from bayestouch.errors import InputError, shown, unknown_name
 from bayestouch.model.noise import AddedNoise
 from bayestouch.results.data import CalibrationData
 from bayestouch.results.keys import EFFECTS
@@ -112,7 +112,7 @@ def named_effects(names: list[str], setting: Setting) -> tuple[Effect, ...]:
     classes, out = effect_classes(), []
     for name in names:
         if name not in classes:
-            raise InputError(f"unknown effect {shown(name)}{nearest(name, classes)}; known are {', '.join(classes)}")
+            raise unknown_name("effect", name, classes)
         effect = classes[name].suited(setting)
         if effect is None:
             raise InputError(f"effect {name} cannot occur, or not be seen, in the way this sensor was touched")

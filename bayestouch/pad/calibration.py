@@ -11,7 +11,7 @@ from bayestouch.chain.pad_map import PadMap
 from bayestouch.data.dataset import DataSet
 from bayestouch.data.sensor import Sensor, pad_of
 from bayestouch.data.splits import with_calibration
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest, unknown_name
 from bayestouch.output.progress import Progress, staged
 from bayestouch.pad.candidates import PadCandidate
 from bayestouch.pad.choice import choose_model
@@ -139,10 +139,9 @@ def choose_pad(
     """Choose the model of a pad; parameters and errors as in `calibrate_pad`."""
     dimensions = pad_of(dataset.sensor, "a calibration with kernels").dimensions
     if samples not in SAMPLES:
-        raise InputError(f"expected samples among {', '.join(SAMPLES)}, got {samples!r}")
+        raise InputError(f"samples: expected {' or '.join(SAMPLES)}, got {samples!r}{nearest(str(samples), SAMPLES)}")
     if kernel != "auto" and kernel not in kernel_names(dimensions):
-        names = ", ".join(("auto", *kernel_names(dimensions)))
-        raise InputError(f"expected a kernel among {names}, got {kernel!r}")
+        raise unknown_name("kernel", kernel, ("auto", *kernel_names(dimensions)))
     dataset = with_calibration(dataset)
     assert dataset.calibration is not None
     problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)

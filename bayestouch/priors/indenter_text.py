@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.priors.indenters import (
     EdgeOrRound,
     IndenterDistribution,
@@ -18,6 +18,8 @@ FORMS = (
     "uniform, curvature:SHARPEST, tips:R,R,... or tips:R=WEIGHT,..., edge-or-round or edge-or-round:PROBABILITY, "
     "or a prior such as r_c=log-normal:2,1.6"
 )
+
+KINDS = ("uniform", "curvature", "tips", "edge-or-round")
 
 
 def indenter_from_text(text: str) -> IndenterPrior:
@@ -49,7 +51,8 @@ def indenter_from_text(text: str) -> IndenterPrior:
         return _tips(rest, text)
     if kind == "edge-or-round":
         return EdgeOrRound(_number(rest, text)) if colon else EdgeOrRound()
-    raise InputError(f"indenter: expected {FORMS}, got {shown(text)}")
+    question = nearest(quantity if equals else kind, QUANTITIES if equals else KINDS)
+    raise InputError(f"indenter: expected {FORMS}, got {shown(text)}{question}")
 
 
 def _tips(rest: str, text: str) -> KnownTips:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.priors.parameters import LogNormal, LogStudentT, Normal, Prior, StudentT, Uniform
 
 FORMS = (
@@ -57,7 +57,8 @@ def prior_from_text(text: str) -> Prior:
     except ValueError:
         raise InputError(f"expected {FORMS}, got {shown(text)}") from None
     if len(numbers) != NUMBERS.get(kind):
-        raise InputError(f"expected {FORMS}, got {shown(text)}")
+        question = "" if kind in NUMBERS else nearest(kind, NUMBERS)
+        raise InputError(f"expected {FORMS}, got {shown(text)}{question}")
     first, second = numbers[:2]
     if kind == "normal":
         return Normal(first, second)

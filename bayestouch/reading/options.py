@@ -6,10 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bayestouch.data.touch_source import TouchSource
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.priors.indenters import IndenterPrior
 from bayestouch.results.objects import Calibration
 from bayestouch.results.schema import chosen_groups
+
+#: Ways to draw posteriors of touches.
+METHODS = ("emcee", "importance")
 
 
 @dataclass(frozen=True)
@@ -62,8 +65,9 @@ class Options:
             If an option is out of range, or the table does not fit the calibrated sensor.
         """
         draws, thin = self.kept.draws, self.kept.thin
-        if self.method not in ("emcee", "importance"):
-            raise InputError(f"method: expected emcee or importance, got {self.method!r}")
+        if self.method not in METHODS:
+            question = nearest(str(self.method), METHODS)
+            raise InputError(f"method: expected {' or '.join(METHODS)}, got {self.method!r}{question}")
         if draws < 64:
             raise InputError(f"draws: expected at least 64, got {draws}")
         if not 1 <= thin <= draws // 16:

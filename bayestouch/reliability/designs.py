@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.output.summary import Summarised
 from bayestouch.reliability.distinguishability import threshold_radii
 from bayestouch.reliability.expected_calibration import expected_finger
@@ -138,7 +138,8 @@ def changed_design(
     elif vary == "noise_percent":
         return replace(design, noise_percent_peak=value)
     else:
-        raise InputError(f"vary: expected depth_mm, spacing_mm, noise_percent or thickness_mm, got {vary!r}")
+        known = get_args(Vary)
+        raise InputError(f"vary: expected {' or '.join(known)}, got {vary!r}{nearest(str(vary), known)}")
     if noise_of == "peak":
         return new
     return replace(new, noise_percent_peak=design.noise_percent_peak * _peak_strain(design) / _peak_strain(new))

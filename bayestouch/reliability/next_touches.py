@@ -13,12 +13,12 @@ from bayestouch.array_types import FloatArray
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.touches import Touches
 from bayestouch.diagnosis.result import Diagnosis
-from bayestouch.errors import InputError, shown
+from bayestouch.errors import InputError, nearest, shown
 from bayestouch.model.body import body_of
 from bayestouch.model.planned import Group, one_row_each, planned_table
 from bayestouch.model.split_data import joined_tables
 from bayestouch.output.summary import Summarised
-from bayestouch.output.text import number, plural
+from bayestouch.output.text import exact, number, plural
 from bayestouch.reliability.candidate_touches import candidate_touches, touches_to_read
 from bayestouch.reliability.choice_of_touches import ChosenTouches, lowest_sd, most_decisive
 from bayestouch.reliability.two_causes import probable_pair, two_models
@@ -113,7 +113,7 @@ class NextTouches(Summarised):
     def summary_lines(self) -> list[str]:
         """Lines that ``repr`` shows."""
         touches = [
-            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))}"
+            f"{self.in_words(i)}, load {number(float(self.touches.load[i]))} {self._load_unit}"
             for i in range(min(len(self.chosen), NAMED))
         ]
         more = [f"and {len(self.chosen) - NAMED} more"] if len(self.chosen) > NAMED else []
@@ -124,14 +124,19 @@ class NextTouches(Summarised):
         first = f"NextTouches about {self.about}: {plural(len(self.chosen), 'touch')} of {self.gain.shape[1]}"
         return [first, *touches, *more, *(each.rstrip() for each in changes)]
 
+    @property
+    def _load_unit(self) -> str:
+        """Unit of the load: on a finger, where touches have an angle, a load per length."""
+        return "N" if self.touches.angle_deg is None else "N/m"
+
     def in_words(self, i: int) -> str:
         """Tip and place of the chosen touch with index i, as text."""
         touches, radius = self.touches, float(self.touches.indenter_radius_mm[i])
         tip = "edge" if radius == 0 else "flat" if np.isinf(radius) else f"tip of {number(radius)} mm"
-        on_pad = [axis for axis in (touches.x_mm, touches.y_mm) if axis is not None]
-        place = f"({', '.join(number(float(axis[i])) for axis in on_pad)}) mm"
+        on_pad = [(name, axis) for name, axis in (("x", touches.x_mm), ("y", touches.y_mm)) if axis is not None]
+        place = f"{', '.join(f'{name} = {exact(float(axis[i]))}' for name, axis in on_pad)} mm"
         if touches.angle_deg is not None:
-            place = f"{number(float(touches.angle_deg[i]))}°"
+            place = f"{exact(float(touches.angle_deg[i]))}°"
         return place if np.isnan(radius) else f"{tip} at {place}"
 
     def _column(self, name: str) -> str:
@@ -210,7 +215,9 @@ def next_touches(
     if not isinstance(calibration, Calibration):
         raise InputError(f"expected a calibration or a diagnosis, got {type(source).__name__}")
     if isinstance(about, str) and about not in ABOUT:
-        raise InputError(f"about: expected {', '.join(ABOUT)}, or two names of causes, got {shown(about)}")
+        raise InputError(
+            f"about: expected {', '.join(ABOUT)}, or two names of causes, got {shown(about)}{nearest(about, ABOUT)}"
+        )
     if not isinstance(about, str) and (len(about) != 2 or not all(isinstance(each, str) for each in about)):
         raise InputError(f"about: expected two names of causes, got {shown(about)}")
     table = candidate_touches(calibration) if candidates is None else candidates
@@ -267,8 +274,9 @@ def _check(names: Sequence[str] | None, known: list[str]) -> None:
         return
     unknown = [each for each in names if each not in known]
     if unknown or not names or isinstance(names, str):
-        got = shown(unknown[0] if unknown and not isinstance(names, str) else names)
-        raise InputError(f"quantities: expected names among {', '.join(known)}, got {got}")
+        got = unknown[0] if unknown and not isinstance(names, str) else names
+        question = nearest(str(got), known)
+        raise InputError(f"quantities: expected names among {', '.join(known)}, got {shown(got)}{question}")
 
 
 def _rows_of(means: TouchMeans, chosen: NDArray[np.int64]) -> Touches:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.output.summary import Summarised
 from bayestouch.pad.calibration import calibrate_pad
 from bayestouch.pad.reading.reader import PadReader
@@ -105,7 +105,8 @@ def changed_pad(design: PadDesign, vary: VaryPad, value: float) -> PadDesign:
     if vary == "noise_percent":
         return replace(design, noise_percent_peak=value)
     if vary != "spacing_mm":
-        raise InputError(f"vary: expected spacing_mm, noise_percent or thickness_mm, got {vary!r}")
+        known = get_args(VaryPad)
+        raise InputError(f"vary: expected {' or '.join(known)}, got {vary!r}{nearest(str(vary), known)}")
     if not value > 0:
         raise InputError(f"spacing_mm: expected above zero, got {value:g}")
     factor = value / float(np.linalg.norm(np.subtract(*_pair(_elements(design)))))

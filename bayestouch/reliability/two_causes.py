@@ -10,7 +10,7 @@ from bayestouch.diagnosis.place_or_time import IN_PLACE
 from bayestouch.diagnosis.result import Diagnosis
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.kinds import of_noise
-from bayestouch.errors import InputError, nearest
+from bayestouch.errors import InputError, unknown_name
 from bayestouch.model.correction import fit_correction
 from bayestouch.model.fitting import Fitted
 from bayestouch.model.joining import fit_with
@@ -58,7 +58,7 @@ def two_models(diagnosis: Diagnosis, causes: tuple[str, str], touches: TouchMean
 def _check(diagnosis: Diagnosis, cause: str) -> None:
     known = sorted({name for one in diagnosis.traced.rounds for name in _names(one)})
     if cause not in known:
-        raise InputError(f"about: unknown cause {cause!r}{nearest(cause, known)}; known are {', '.join(known)}")
+        raise InputError(f"about: {unknown_name('cause', cause, known)}")
 
 
 def _names(one: SearchRound) -> Iterator[str]:

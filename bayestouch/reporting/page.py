@@ -54,6 +54,7 @@ def new_environment(numbers: dict[str, Any], pictures: Sequence[Picture]) -> Env
         lstrip_blocks=True,
     )
     environment.filters.update(at=_at, shown=_shown, span=_span, radius=_radius, plus_minus=plus_minus, symbol=_symbol)
+    environment.filters["place"] = _place
     environment.filters["before_after"] = before_after
     environment.filters["probable_causes"] = probable_causes
     environment.globals["numbers"] = numbers

@@ -92,7 +92,7 @@ def _fix(numbers: dict[str, Any]) -> dict[str, str]:
         short = "Something that no known effect explains"
     elif found is not None and _word(found) == "adequate":
         parts.append(f"The search for effects found none. {verdict_sentence(found)}")
-        short = "No known cause"
+        short = "Nothing in the model"
     else:
         parts.append("No effect was searched for: bayestouch diagnose does that.")
         short = "See what to measure next"

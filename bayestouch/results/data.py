@@ -126,7 +126,7 @@ class PosteriorsData(Summarised):
     def _check(self, name: str) -> None:
         known = [*self.posterior, *self.estimates]
         if name not in known:
-            raise InputError(f"{name}: no such parameter{nearest(name, known)}; expected one of {few(known, 20)}")
+            raise InputError(f"{name}: no such parameter; expected one of {few(known, 20)}{nearest(name, known)}")
 
     def mean(self, name: str) -> FloatArray:
         """Posterior mean of a parameter, shape (t,)."""

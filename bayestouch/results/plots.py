@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, nearest
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -209,7 +209,7 @@ def _parameter(parameters: tuple[Parameter, ...], name: str, known: Any) -> Para
     found = {parameter.name: parameter for parameter in parameters}
     if name not in found or (known is not None and name not in known):
         names = [each for each in found if known is None or each in known]
-        raise InputError(f"{name}: expected one of {few(names, 20)}")
+        raise InputError(f"{name}: no such parameter; expected one of {few(names, 20)}{nearest(name, names)}")
     return found[name]
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.results.data import TouchRows
 from bayestouch.version import __version__
 
@@ -46,7 +46,9 @@ def chosen_groups(names: str | Iterable[str]) -> tuple[str, ...]:
         return GROUPS
     for name in listed:
         if name not in GROUPS:
-            raise InputError(f"groups: expected all, or some of {', '.join(GROUPS)}, got {name!r}")
+            raise InputError(
+                f"groups: expected all, or some of {', '.join(GROUPS)}, got {name!r}{nearest(name, GROUPS)}"
+            )
     return tuple(name for name in GROUPS if name in listed)
 
 

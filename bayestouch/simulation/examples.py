@@ -8,7 +8,7 @@ from importlib.resources import as_file, files
 from pathlib import Path
 
 from bayestouch.data.dataset import DataSet, load_dataset, save_dataset
-from bayestouch.errors import InputError
+from bayestouch.errors import unknown_name
 from bayestouch.simulation import SimulatedDataSet, embedded_design, save_simulated, simulate
 
 #: Effect of the simulated finger, which its data set does not state, and seed.
@@ -71,7 +71,7 @@ def save_example(name: str, path: str | Path) -> DataSet:
         If there is no such example, or the folder cannot be written.
     """
     if name not in EXAMPLES:
-        raise InputError(f"expected an example among {', '.join(EXAMPLES)}, got {name!r}")
+        raise unknown_name("example", name, EXAMPLES)
     made = EXAMPLES[name].make()
     if isinstance(made, SimulatedDataSet):
         save_simulated(made, path)

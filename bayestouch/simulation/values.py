@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from bayestouch.effects import Effect, EffectParameter, Setting, Values, effect_classes
-from bayestouch.errors import InputError, nearest
+from bayestouch.errors import InputError, unknown_name
 from bayestouch.simulation.plan import EffectValues
 
 #: Default values of shape parameters, by effect: the simplest form of each; times in s. A parameter that is neither
@@ -49,7 +49,7 @@ def effect_values(stated: Mapping[str, float], setting: Setting) -> EffectValues
     for key, value in stated.items():
         name, dot, parameter = key.partition(".")
         if name not in known:
-            raise InputError(f"unknown effect {name!r}{nearest(name, known)}; known are {', '.join(known)}")
+            raise unknown_name("effect", name, known)
         by_effect.setdefault(name, []).append((parameter if dot else None, value))
     out = []
     for name, given in by_effect.items():
@@ -75,7 +75,7 @@ def _values(effect: Effect, stated: list[tuple[str | None, float]]) -> Values:
     for name, value in stated:
         name = names[0] if name is None else name
         if name not in names:
-            raise InputError(f"effect {effect.name} has no parameter {name!r}; it has {', '.join(names)}")
+            raise unknown_name(f"parameter of effect {effect.name}:", name, names)
         if name in given:
             raise InputError(f"effect {effect.name}: {name} is given twice")
         given[name] = value

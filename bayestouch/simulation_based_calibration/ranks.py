@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import ndtr, ndtri
 
 from bayestouch.array_types import FloatArray, IntArray
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, nearest
 from bayestouch.output.summary import Summarised, span, summary_html
 from bayestouch.output.text import number, plural
 
@@ -149,7 +149,8 @@ class RankStatistics(Summarised):
         from bayestouch.results.plots import new_axes
 
         if name not in self.ranks:
-            raise InputError(f"{name}: expected one of {few(list(self.ranks), 20)}")
+            known = few(list(self.ranks), 20)
+            raise InputError(f"{name}: no such parameter; expected one of {known}{nearest(name, self.ranks)}")
         axes, ranks = new_axes(axes), self.ranks[name]
         axes.axhspan(*np.asarray(binom.ppf([0.005, 0.995], len(ranks), 1 / BINS)), color="0.88")
         axes.hist(ranks, bins=np.linspace(-0.5, self.ranked + 0.5, BINS + 1).tolist(), color="#0072b2")

@@ -133,7 +133,7 @@ def test_priors_centre_on_what_is_stated() -> None:
     assert by_name["depth_share"].mean == pytest.approx(0.8)
     assert by_name["sigma"].mean == pytest.approx(0.45)
     assert kernel_for("half-space", stated, 6.0).parameters[0].prior.quantile(0.5) == pytest.approx(4.0)
-    with pytest.raises(InputError, match="expected a kernel among"):
+    with pytest.raises(InputError, match="unknown kernel"):
         kernel_for("gaussian-line", stated, 6.0)
 
 

@@ -14,6 +14,7 @@ from known_fingers import dataset, known_touches
 import bayestouch
 from bayestouch.commands.cli import cli, main
 from bayestouch.commands.folders import next_step_in, workplace
+from bayestouch.errors import nearest, unknown_name
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +49,11 @@ CASES = [
     (("my-finger", "calibration.nc"), "infer my-finger/touches.csv --calibration calibration.nc -o posterior.nc"),
     (("my-finger", "calibration.nc", "posterior.nc"), "diagnose my-finger -o diagnosis"),
     (("my-finger", "diagnosis"), "report my-finger --diagnosis diagnosis -o report --open"),
-    (("my-finger", "report"), "report my-finger -o report --open"),
+    (("my-finger", "report"), "diagnose my-finger -o diagnosis"),
+    (
+        ("my-finger", "diagnosis", "report"),
+        "infer my-finger/touches.csv --calibration diagnosis/calibration_after.nc -o posterior.nc",
+    ),
     (("calibration.nc",), "infer touches.csv --calibration calibration.nc -o posterior.nc"),
 ]
 
@@ -84,6 +89,30 @@ def test_inside_each_folder(made: Path, tmp_path: Path) -> None:
     shutil.copy(whole / "calibration.nc", whole / "report")
     assert "index.html" in next_step_in(whole / "report").found
     assert "--calibration calibration.nc" in next_step_in(whole / "report").commands[0][0]
+
+
+def test_a_table_without_a_sensor(made: Path, tmp_path: Path) -> None:
+    """A touch table of any name is recognised by its columns, other tables are not; a calibration reads it."""
+    shutil.copy(made / "my-finger" / "touches.csv", tmp_path / "monday.csv")
+    (tmp_path / "prices.csv").write_text("touch,price\n1,2\n")
+    step = next_step_in(tmp_path)
+    assert step.found == "Table of touches: monday.csv. No sensor.toml says which sensor it is of."
+    assert step.commands[0][0] == "bayestouch init my-finger" and "monday.csv takes the place" in step.commands[0][1]
+    folder_with(made, tmp_path, "calibration.nc", "posterior.nc")
+    read, show = next_step_in(tmp_path).commands
+    assert read[0].startswith("bayestouch infer monday.csv --calibration calibration.nc -o posterior-of-new-touches.nc")
+    assert "posterior.nc" in show[0]
+    shutil.copy(tmp_path / "monday.csv", tmp_path / "touches.csv")
+    assert workplace(tmp_path).tables == ("touches.csv", "monday.csv")
+
+
+def test_a_started_data_set_is_filled_in_first(made: Path, tmp_path: Path) -> None:
+    assert main(["init", str(tmp_path / "started"), "--quiet"]) == 0
+    step = next_step_in(tmp_path)
+    assert "Fill in sensor.toml, calibration.csv and touches.csv" in step.found
+    assert [command for command, _ in step.commands] == ["bayestouch check started"]
+    shutil.copy(made / "my-finger" / "touches.csv", tmp_path / "started")
+    assert next_step_in(tmp_path).found == "Data set: started."
 
 
 def test_steps_lead_from_a_data_set_to_its_posterior(
@@ -148,11 +177,65 @@ def test_wrong_input_says_what_to_do(
         (["effects", "crostalk"], "did you mean crosstalk?"),
         (["simulate", "-o", "s", "--effect", "crostalk=0.1"], "did you mean crosstalk?"),
         (["calibrat"], "Did you mean 'calibrate'?"),
+        (["effects", "drift"], "did you mean baseline_drift or gain_drift?"),
+        (["simulate", "-o", "s", "--effect", "creep.tme=1"], "known are share, time; did you mean time?"),
+        (["simulate", "-o", "s", "--body", "fingr"], "did you mean finger?"),
+        (["example", "fluid-oil", "-o", "s"], "did you mean fluid-oil-1.5?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--contact", "Hertz"], "did you mean hertz?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--kernel", "gausian"], "did you mean gaussian?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--discrepancy", "plce"], "did you mean place?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--prior", "sgma=normal:0.4,0.1"], "did you mean sigma?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--prior", "sigma=nromal:0.4,0.1"], "did you mean normal?"),
+        (["calibrate", "my-finger", "-o", "c.nc", "--groups", "log_liklihood"], "did you mean log_likelihood?"),
+        (["calibrate", "my-fingr", "-o", "c.nc"], "did you mean my-finger?"),
+        (["infer", "my-finger/touch.csv", "--calibration", "calibration.nc", "-o", "p.nc"], "my-finger/touches.csv?"),
+        ([*infer, "calibration.nc", "--indenter", "unifrm"], "did you mean uniform?"),
+        ([*infer, "calibration.nc", "--indenter", "rc=normal:3,1"], "did you mean r_c?"),
+        ([*infer, "calibration.nc", "--method", "emce"], "did you mean emcee?"),
+        ([*infer, "calibratoin.nc"], "did you mean calibration.nc?"),
     ):
         assert main(arguments) == 2, arguments
         error = capsys.readouterr().err.strip()
         assert fix in error and "\n" not in error, (arguments, error)
     assert not {"absent", "p.nc", "r", "s", "c.nc"} & {each.name for each in folder.iterdir()}
+
+
+def test_a_wrong_model_is_asked_for_by_the_right_name(
+    made: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A diagnosis beside the wrong name, the nearest of two, its model.toml, and a wrong effect in it."""
+    monkeypatch.chdir(folder_with(made, tmp_path, "my-finger", "diagnosis"))
+    Path("diagnosis/model.toml").write_text('[[effect]]\nname = "crep"\n')
+    Path("other").mkdir()
+    shutil.copy("diagnosis/diagnosis.json", "other")
+    calibrate = ["calibrate", "my-finger", "-o", "c.nc", "--model"]
+    for arguments, fix in (
+        ([*calibrate, "wrongname"], "did you mean "),
+        ([*calibrate, "diagnosi"], "did you mean diagnosis?"),
+        ([*calibrate, "diagnosi/model.toml"], "did you mean diagnosis?"),
+        ([*calibrate, "diagnosis/modl.toml"], "did you mean diagnosis/model.toml?"),
+        ([*calibrate, "diagnosis"], "unknown effect 'crep'; did you mean creep?"),
+        (["report", "my-finger", "-o", "r", "--diagnosis", "diagnoses"], "did you mean diagnosis?"),
+    ):
+        assert main(arguments) == 2, arguments
+        error = capsys.readouterr().err.strip()
+        assert fix in error and "\n" not in error, (arguments, error)
+
+
+def test_questions_about_names() -> None:
+    known = ("gain_drift", "baseline_drift", "crosstalk", "creep_by_element")
+    for wrong, question in (
+        ("cross-talk", "crosstalk"),
+        ("CrossTalk", "crosstalk"),
+        ("Creep by element", "creep_by_element"),
+        ("drift", "gain_drift or baseline_drift"),
+        ("gain", "gain_drift"),
+    ):
+        assert nearest(wrong, known) == f"; did you mean {question}?"
+    assert nearest("soft", known) == "" == nearest("", known)
+    assert str(unknown_name("effect", "soft", known)) == f"unknown effect 'soft'; known are {', '.join(known)}"
+    many = [*known, *(f"other{i}" for i in range(5))]
+    assert str(unknown_name("effect", "crostalk", many)) == "unknown effect 'crostalk'; did you mean crosstalk?"
 
 
 @pytest.mark.parametrize("there", [True, False])

@@ -322,9 +322,9 @@ def test_what_cannot_be_calibrated_is_said() -> None:
     with pytest.raises(InputError, match="touches at 4 known locations"):
         calibrate_pad(pad.dataset(few), kernel="gaussian")
     touches = pad.touch(grid(3, 19, 10, 2), rng)
-    with pytest.raises(InputError, match="expected a kernel among"):
+    with pytest.raises(InputError, match="unknown kernel"):
         calibrate_pad(pad.dataset(touches), kernel="layer-line")
-    with pytest.raises(InputError, match="expected samples among"):
+    with pytest.raises(InputError, match="samples: expected"):
         calibrate_pad(pad.dataset(touches), samples="second")
     nowhere = touches.with_(x_mm=np.full(100, np.nan))
     with pytest.raises(InputError, match="no calibration touch has a location"):

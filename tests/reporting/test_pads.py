@@ -50,7 +50,7 @@ def test_a_pad_without_an_effect_is_adequate(reports: tuple[Report, Report]) -> 
     assert found["verdict"] == "adequate" and found["effects"] == []
     assert found["data"]["held_out_touches"] == DESIGN.n_touches / 2
     assert len(found["candidates"]) > 5
-    assert fix_of(report)["short"] == "No known cause"
+    assert fix_of(report)["short"] == "Nothing in the model"
     text = text_of(report)
     assert "Adequate: the model predicts held-out touches" in text
     assert found["notes"] and all(note in text for note in found["notes"])

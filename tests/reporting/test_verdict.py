@@ -81,7 +81,7 @@ def test_the_last_row_has_the_same_verdict() -> None:
     """What is fixed first is not said to be nothing where the lack of fit says that something is missing."""
     beyond = numbers(diagnosis("adequate", lack_of_fit=1.5), lack_of_fit=1.0)
     assert _fix(beyond)["short"] == "Something that no known effect explains"
-    assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "No known cause"
+    assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing in the model"
 
 
 def test_prediction_errors_are_stated_to_two_digits() -> None:

@@ -192,8 +192,11 @@ def test_every_column_is_printed(
     monkeypatch.setenv("COLUMNS", str(width))
     for table in (posteriors.summary(), calibration().summary()):
         lines = repr(table).splitlines()
-        assert set(table.columns) <= set(" ".join(lines).split()) and max(map(len, lines)) <= width
-        assert set(table.columns) <= set(repr(table.head(2)).split())
+        for shown in (repr(table), repr(table.head(2))):
+            assert set(table.columns) <= {word.rstrip(":") for word in shown.split()} and "..." not in shown
+        assert max(map(len, lines)) <= width
+    meaning = calibration().summary()["meaning"]
+    assert all(text in " ".join(repr(calibration().summary()).split()) for text in meaning)
     table = posteriors.summary()
     assert repr(table).splitlines()[-1] == "units: R mm, theta_c degree, P N/m"
     assert repr(table[["P"]]).splitlines()[-1] == "units: P N/m" and "units" not in repr(table[["tip"]])

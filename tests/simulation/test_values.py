@@ -87,9 +87,13 @@ def test_shapes_are_those_of_effects_that_there_are() -> None:
         ({"aperture": 1.0}, PAD, "effect aperture cannot occur, or not be seen, in this design"),
         ({"creep": 0.1}, replace(SMALL, samples_per_touch=1), "effect creep cannot occur"),
         ({"creep": 0.1, "creep.share": 0.1}, SMALL, "effect creep: share is given twice"),
-        ({"creep": 0.1, "creep.tempo": 1.0}, SMALL, "effect creep has no parameter 'tempo'; it has share, time"),
+        (
+            {"creep": 0.1, "creep.tempo": 1.0},
+            SMALL,
+            "unknown parameter of effect creep: 'tempo'; known are share, time",
+        ),
         ({"creep.time": 1.0}, SMALL, "effect creep: expected a value of share too"),
-        ({"prober_eccentricity.": 1.0}, SMALL, "has no parameter ''"),
+        ({"prober_eccentricity.": 1.0}, SMALL, "unknown parameter of effect prober_eccentricity: ''; known are"),
     ],
 )
 def test_what_cannot_be_simulated_is_refused_in_a_line(

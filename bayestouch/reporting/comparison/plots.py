@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, nearest
 from bayestouch.output.pictures import BLUE, RED, element_ticks
 from bayestouch.results.plots import new_axes
 
@@ -22,7 +22,8 @@ def plot_compared_parameter(rows: Sequence[dict[str, Any]], name: str, axes: Axe
     """Plot one parameter from the rows of a comparison; see `bayestouch.Comparison.plot_parameter`."""
     by_element = by_parameter(rows)
     if name not in by_element:
-        raise InputError(f"{name}: expected one of {few(list(by_element), 20)}")
+        known = few(list(by_element), 20)
+        raise InputError(f"{name}: no such parameter; expected one of {known}{nearest(name, by_element)}")
     axes = new_axes(axes)
     draw_parameter(axes, by_element[name])
     element_ticks(axes, len(by_element[name]))

@@ -63,6 +63,8 @@ def _line(places: Mapping[str, Any]) -> Any:
         ("shared_mm", GREY, "dotted", "part shared there"),
     ):  # fmt: skip
         plot.line("x_mm", name, source=columns, color=colour, line_dash=dash, line_width=2, legend_label=label)
+    plot.legend.orientation = "horizontal"
+    plot.add_layout(plot.legend[0], "above")  # inside, it would hide the errors near an end of the pad
     return plot
 
 

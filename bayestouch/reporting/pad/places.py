@@ -39,6 +39,7 @@ def about_places(evidence: Evidence) -> dict[str, Any]:
     return {
         "body": "pad",
         "samples": samples,
+        "size_mm": {axis: float(b - a) for axis, a, b in zip("xy", low, high, strict=False)},
         "by_location": rounded_columns(columns),
         "elements_mm": places,
         "best": place_at(columns, int(within[spots.sd[within].argmin()])),

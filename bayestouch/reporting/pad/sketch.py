@@ -26,7 +26,7 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
     best, worst = places["best"], places["worst"]
     x, error = columns["x_mm"], columns["error_mm"]
     plane = "y_mm" in columns
-    sides = [float(np.ptp(columns[axis])) for axis in ("x_mm", "y_mm")[: 1 + plane]]
+    sides = [float(places["size_mm"][axis]) for axis in "xy"[: 1 + plane]]
     scale = _LONGEST / max(sides)
     width, height = scale * sides[0], scale * sides[1] if plane else 26.0
     top = float(columns["y_mm"].max()) if plane else 0.0
@@ -62,7 +62,7 @@ def sketch(numbers: Mapping[str, Any]) -> Sketch:
         f"{ends[0]} mm",
         f"{ends[1]} mm",
         f"Error of the location to expect at each place (rms, logarithmic colours), over "
-        f"{' × '.join(number(side, 3) for side in sides)} mm",
+        f"{' × '.join(number(side, 3) for side in sides)} mm; best and worst are within the array of elements",
         "The pad with the expected error of the location in colour: within the array best "
         f"{number(best['error_mm'], 2)} mm at x = {fixed(best['x_mm'], 1)} mm, worst {number(worst['error_mm'], 2)} mm "
         f"at x = {fixed(worst['x_mm'], 1)} mm.",
