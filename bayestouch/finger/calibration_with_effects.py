@@ -81,12 +81,17 @@ def calibration_with_effects(
     rows = touch_rows(fitted, spread)
     listed = EffectList(setting, tuple(each.effect for each in added), fitted.noise.added)
     own = tuple(p for each in added for p in each.effect.public_parameters())
+
+    def in_vectors(vectors: FloatArray) -> dict[str, FloatArray]:
+        chain = draws_by_name(model.chain(fitted.vector), known, at, vectors)
+        return {**chain, **_values_by_name(posterior, vectors)}
+
     return Calibration(
         sensor=sensor,
         parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
         mode=_mode(fit, fitted.vector, added),
         posterior={
-            **draws_by_name(model.chain(fitted.vector), known, at, vectors),
+            **in_vectors(vectors),
             **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
         },
         covariance=np.cov(linear_vectors(at, model.sign, vectors).T),
@@ -113,7 +118,7 @@ def calibration_with_effects(
         notes=notes,
         groups={
             "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-            **groups_with_effects(fit, vectors, groups),
+            **groups_with_effects(fit, vectors, groups, seed, in_vectors),
         },
     )
 
@@ -179,10 +184,8 @@ def _mode(fit: EffectFit, fitted: FloatArray, added: Sequence[AddedEffect]) -> d
     return out
 
 
-def _effect_draws(
-    posterior: EffectPosterior, added: Sequence[AddedEffect], vectors: FloatArray, rng: np.random.Generator
-) -> dict[str, FloatArray]:
-    """Draws (chain, draw) of the values of all effects, by name."""
+def _values_by_name(posterior: EffectPosterior, vectors: FloatArray) -> dict[str, FloatArray]:
+    """Values (chain, draw) of effects that are in vectors (chain, draw, d), by name."""
     at, drawn, place = posterior.layout, {}, posterior.layout.n_base
     for effect in posterior.model.effects:
         for public, parameter in zip(effect.public_parameters(), effect.parameters, strict=True):
@@ -197,7 +200,14 @@ def _effect_draws(
         for public, parameter in zip(noise.public_parameters(), noise.parameters, strict=True):
             drawn[public.name] = np.exp(vectors[..., place]) if parameter.logarithmic else vectors[..., place]
             place += 1
-    out = {}
+    return drawn
+
+
+def _effect_draws(
+    posterior: EffectPosterior, added: Sequence[AddedEffect], vectors: FloatArray, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """Draws (chain, draw) of the values of all effects, by name."""
+    drawn, out = _values_by_name(posterior, vectors), {}
     for each in added:
         for i, public in enumerate(each.effect.public_parameters()):
             # The kind of a drift is not in the vector. A noise effect that is not in the vector has its own draws.

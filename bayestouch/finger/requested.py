@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.errors import InputError
 from bayestouch.finger.density import NUMBERS_HELD, FingerDensity
+from bayestouch.finger.density_with_effects import EffectPosterior
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.layout import FlatLayout, FlatPrior
+from bayestouch.finger.noise import Precisions
 from bayestouch.finger.public import public_draws
 from bayestouch.finger.sampling_with_effects import EffectFit
 from bayestouch.results.schema import Requested
@@ -64,25 +66,45 @@ def groups_without_effects(
     return out
 
 
-def groups_with_effects(fit: EffectFit, vectors: FloatArray, groups: Sequence[str]) -> Requested:
-    """``log_likelihood`` and ``log_prior`` of a calibration with effects, as of `groups_without_effects`.
+def groups_with_effects(
+    fit: EffectFit,
+    vectors: FloatArray,
+    groups: Sequence[str],
+    seed: int,
+    by_name: Callable[[FloatArray], dict[str, FloatArray]],
+) -> Requested:
+    """Groups of a calibration with effects, as of `groups_without_effects`.
+
+    `by_name` gives the values of all parameters that are in vectors (chain, draw, d). Readings are simulated without
+    outliers, as the readings that are probably wrong are left out of those of the calibration.
 
     Raises
     ------
     InputError
-        If another group is asked for, or the touches are not independent given the parameters (drifts, corrections).
+        If likelihoods or predictions are asked for, and the touches are not independent given the parameters (drifts,
+        corrections).
     """
     if not groups:
         return {}
-    if set(groups) - {"log_likelihood", "log_prior"}:
-        raise InputError("groups: a calibration with effects has log_likelihood and log_prior, no others")
     density, posterior = fit.density(), fit.posterior
+    if density.tied and set(groups) - {"log_prior", "prior"}:
+        raise InputError(
+            "groups: drifts and corrections tie the touches together: they have log_prior and prior, no others"
+        )
     flat, shape = vectors.reshape(-1, vectors.shape[-1]), vectors.shape[:2]
     out: Requested = {}
     if "log_likelihood" in groups:
-        if density.tied:
-            raise InputError("groups: drifts and corrections tie the touches together: they have no likelihood each")
         out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
+    if "posterior_predictive" in groups:
+        again = _replicated(posterior, flat, np.random.default_rng([seed, 6]))
+        out["posterior_predictive"] = {"reading": _of_readings(again, shape)}
+    if {"prior", "prior_predictive"} & set(groups):
+        rng = np.random.default_rng([seed, 7])
+        drawn = _prior_draws(posterior.prior, len(flat), rng)
+        if "prior" in groups:
+            out["prior"] = by_name(drawn.reshape(vectors.shape))
+        if "prior_predictive" in groups:
+            out["prior_predictive"] = {"reading": _of_readings(_replicated(posterior, drawn, rng), shape)}
     if "log_prior" in groups:
         logs, at = _log_densities(posterior.prior, flat), posterior.layout
         named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
@@ -93,6 +115,24 @@ def groups_with_effects(fit: EffectFit, vectors: FloatArray, groups: Sequence[st
         prior = {**_by_name(logs, at), **own}
         out["log_prior"] = {name: a.reshape(*shape, *a.shape[1:]) for name, a in prior.items()}
     return out
+
+
+def _replicated(posterior: EffectPosterior, vectors: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Simulated mean readings (n, t, m) of the same touches, given flat vectors (n, d); NaN where missing."""
+    known, noise, at = posterior.known, posterior.noise, posterior.layout
+    counts, reads = np.maximum(known.counts, 1), np.maximum(known.counts.max(axis=1), 1)
+    low, high = posterior.bounds
+    out = np.empty((len(vectors), *known.readings.shape))
+    for i, vector in enumerate(np.clip(vectors, low, high)):
+        spread = Precisions.of(known, at, vector[None])
+        load = known.load + spread.load_sd[0] * rng.standard_normal(len(known.load))
+        touches = posterior.model.predict(vector[: at.n_chain], load).touches
+        added = noise.added(vector)
+        variance = 1 / spread.weight[0] + added.variance(touches, noise.peak) / counts
+        shared = np.sqrt(added.shared_variance(reads)) * rng.standard_normal(len(load))
+        out[i] = touches + np.sqrt(variance) * rng.standard_normal(touches.shape)
+        out[i] += shared[:, None] * added.together(noise.peak)
+    return np.where(known.missing, np.nan, out)
 
 
 def _of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:

@@ -29,6 +29,7 @@ from bayestouch.pad.density import PadDensity
 from bayestouch.pad.held_out import held_out
 from bayestouch.pad.log_density import public_density
 from bayestouch.pad.model import PadModel
+from bayestouch.pad.requested import PREDICTED
 from bayestouch.pad.start import fit_without_effects, pad_fit
 from bayestouch.pad.touch_errors import read_held_out
 from bayestouch.results.objects import Calibration
@@ -40,15 +41,15 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups:
     Raises
     ------
     InputError
-        For the reasons of `bayestouch.pad.start.pad_fit`, or `groups` is not empty.
+        For the reasons of `bayestouch.pad.start.pad_fit`, or `groups` has simulated readings.
     """
-    if groups:
-        raise InputError("groups: they are not written for a calibration of a pad with effects")
+    if PREDICTED & set(groups):
+        raise InputError("groups: a calibration of a pad with effects has corrected readings, and none are simulated")
     training, table = data.observations(data.training), data.table.select(data.training)
     fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
     setting = data.setting("", fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = PadEvaluation(data, setting, observed, kernel, draws, seed, fitted.model.peak)
+    evaluation = PadEvaluation(data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups))
     return Beginning(fitted, setting, _not_of_place(setting), evaluation)
 
 
@@ -87,6 +88,8 @@ class PadEvaluation:
         Number of draws and seed of the calibrations.
     peak : (m,) array
         Peak readings of the fit without effects, the unit of errors of all fits.
+    groups : tuple of str
+        Groups of the ArviZ schema that calibrations have on request.
     """
 
     data: SplitData
@@ -96,6 +99,7 @@ class PadEvaluation:
     draws: int
     seed: int
     peak: FloatArray
+    groups: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
@@ -115,6 +119,7 @@ class PadEvaluation:
             draws=self.draws,
             seed=self.seed,
             notes=data.notes,
+            groups=self.groups,
         )
 
     def log_density(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> LogDensity:

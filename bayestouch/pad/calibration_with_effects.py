@@ -8,7 +8,7 @@ includes the uncertainty of these values.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -56,6 +56,7 @@ def pad_calibration(
     draws: int,
     seed: int,
     notes: tuple[str, ...],
+    groups: Sequence[str] = (),
 ) -> Calibration:
     """Calibration of a pad from its training touches, corrected for the effects of a fit.
 
@@ -83,6 +84,8 @@ def pad_calibration(
         As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
         Notes for the calibration.
+    groups : sequence of str
+        Groups of the ArviZ schema, see `bayestouch.results.schema.GROUPS`.
 
     Raises
     ------
@@ -102,9 +105,9 @@ def pad_calibration(
     dataset = replace(dataset, sensor=sensor, calibration=known)
     chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
     if added:
-        posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added)
+        posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)
     else:
-        chosen, posterior = drawn(chosen, dataset, draws=draws, seed=seed)
+        chosen, posterior = drawn(chosen, dataset, draws=draws, groups=groups, seed=seed)
     chosen, map_ = finer_if_better(chosen) if corrected else (chosen, None)
     made = chosen.calibration(sensor, posterior, map_=map_)
     if added:

@@ -176,7 +176,7 @@ class PadDensity:
         """Log likelihood of vectors (n, d) inside the bounds, (n,): density of all readings together."""
         out = np.empty(len(vectors))
         for part in self._parts(len(vectors)):
-            white, samples, predicted = self._whitened(vectors[part])
+            white, samples, predicted = self.whitened(vectors[part])
             if len(self.drifts):
                 squares = self._drifting(vectors[part], white, predicted)
             else:
@@ -230,7 +230,7 @@ class PadDensity:
         t, m = self._readings.shape
         out = np.empty((len(vectors), t))
         for part in self._parts(len(vectors)):
-            white, samples, _ = self._whitened(vectors[part])
+            white, samples, _ = self.whitened(vectors[part])
             if self.functions is not None:
                 # z: whitened residuals, P: their precision, P_tt: its block of one touch. The density needs (P z)_t
                 # and P_tt.
@@ -260,7 +260,7 @@ class PadDensity:
         held = max(1, NUMBERS_HELD // size)
         return [slice(first, first + held) for first in range(0, n, held)]
 
-    def _whitened(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def whitened(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Whitened residuals (t m, n) of mean readings, log densities (n, t) of samples about their means, and means.
 
         The means are the mean readings that the model predicts, (n, t, m).

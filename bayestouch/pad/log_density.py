@@ -12,7 +12,7 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.log_density import LogDensity
 from bayestouch.pad.density import PadDensity
-from bayestouch.pad.posterior import by_name
+from bayestouch.pad.requested import by_name
 from bayestouch.results.objects import Calibration
 
 

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.pad import COORDINATES
-from bayestouch.errors import InputError
 from bayestouch.model.added import AddedEffect
 from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
+from bayestouch.pad.requested import by_name, requested_groups
 from bayestouch.pad.sampling import sample_density
 from bayestouch.results.schema import LOG_DENSITY
 
@@ -69,17 +68,10 @@ class PadPosterior:
             values. Their likelihood (of the scatter of samples) depends on the other parameters to second order only.
             A value that selects the kind of a drift is constant.
         groups : sequence of str
-            Groups of the ArviZ schema: ``"log_likelihood"``, ``"log_prior"``.
+            Groups of the ArviZ schema, see `bayestouch.results.schema.GROUPS`.
         progress : callable, optional
             Called with the share done, 0 to 1.
-
-        Raises
-        ------
-        InputError
-            `groups` contains another group.
         """
-        if set(groups) - {"log_likelihood", "log_prior"}:
-            raise InputError("groups: a calibration of a pad has log_likelihood and log_prior, no others")
         drawn = sample_density(density, draws, seed, progress)
         values, mode = density.values(drawn.draws[:, :, 0]), density.values(density.mode)
         scale = np.where(density.logarithmic, mode, 1.0)
@@ -103,28 +95,6 @@ class PadPosterior:
             },
             groups={
                 "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-                **_requested(density, drawn.draws[:, :, 0], groups),
+                **requested_groups(density, drawn.draws[:, :, 0], groups, seed),
             },
         )
-
-
-def _requested(density: PadDensity, vectors: FloatArray, groups: Sequence[str]) -> dict[str, dict[str, FloatArray]]:
-    """Groups that were asked for, at vectors (chain, draw, d)."""
-    out: dict[str, dict[str, FloatArray]] = {}
-    if "log_likelihood" in groups:
-        log = density.touch_log_likelihood(vectors.reshape(-1, vectors.shape[-1]))
-        out["log_likelihood"] = {"whole_touch": log.reshape(*vectors.shape[:2], -1)}
-    if "log_prior" in groups:
-        columns = np.moveaxis(density.values(vectors), -1, 0)
-        logs = [prior.log_density(column) for prior, column in zip(density.priors, columns, strict=True)]
-        out["log_prior"] = by_name(density, np.stack(logs, axis=-1))
-    return out
-
-
-def by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:
-    """Values (..., d) of the entries by name, (...) or (..., m) arrays."""
-    m, dimensions = density.model.pad.position.shape
-    own = ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
-    out = {name: values[..., i * m : (i + 1) * m] for i, name in enumerate(own)}
-    first = len(own) * m
-    return out | {name: values[..., first + k] for k, name in enumerate(density.names[first:])}

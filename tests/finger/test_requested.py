@@ -131,5 +131,28 @@ def test_with_effects_there_are_likelihood_and_prior() -> None:
     # the sum over touches goes with the log posterior that was sampled
     rest = fit.groups["sample_stats"]["lp"] - log.sum(axis=-1)
     assert np.std(rest) < 3 * np.sqrt(fit.covariance.shape[0])
-    with pytest.raises(InputError, match=r"groups: .*log_likelihood and log_prior, no others"):
-        bayestouch.calibrate(DATA, model=model, groups="prior", draws=200)
+
+
+def test_readings_are_simulated_with_effects(calibration: bayestouch.Calibration) -> None:
+    """Crosstalk that is not there: readings scatter as without it, which is written out above."""
+    model = StatedModel("finger", "layer", (("crosstalk", {}),))
+    fit = bayestouch.calibrate(DATA, model=model, groups="all", draws=400, seed=1)
+    assert set(fit.groups["prior"]) == set(fit.posterior)
+    again, before = (each.groups["posterior_predictive"]["reading"] for each in (fit, calibration))
+    assert again.shape == before.shape
+    sd, sd_before = (each.reshape(400, -1).std(axis=0) for each in (again, before))
+    # 400 draws give one sd to 4 %, and all together to 1 %.
+    assert np.median(sd / sd_before) == pytest.approx(1, abs=0.03)
+    apart = again.reshape(400, -1).mean(axis=0) - before.reshape(400, -1).mean(axis=0)
+    assert np.sqrt(np.mean((apart / sd_before) ** 2)) < 0.3
+    share = np.linspace(0.01, 0.99, 99)
+    prior = next(parameter.prior for parameter in fit.parameters if parameter.name == "crosstalk_share")
+    cumulative = np.interp(fit.groups["prior"]["crosstalk_share"].ravel(), prior.quantile(share), share, 0, 1)
+    assert kstest(cumulative[(cumulative > 0) & (cumulative < 1)], "uniform", (0.01, 0.98)).pvalue > 1e-4
+    assert np.isfinite(fit.groups["prior_predictive"]["reading"]).all()
+
+
+def test_what_drifts_tie_together_has_no_likelihood_of_a_touch() -> None:
+    model = StatedModel("finger", "layer", (("baseline_drift", {}),))
+    with pytest.raises(InputError, match=r"groups: drifts and corrections .*log_prior and prior, no others"):
+        bayestouch.calibrate(DATA, model=model, groups="posterior_predictive", draws=40)
