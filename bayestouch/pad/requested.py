@@ -60,8 +60,8 @@ def requested_groups(density: PadDensity, vectors: FloatArray, groups: Sequence[
 def replicated(density: PadDensity, vectors: FloatArray, rng: np.random.Generator, *, learned: bool) -> FloatArray:
     """Simulated mean readings (n, t, m) of a pad without effects, of the same touches; NaN where missing.
 
-    Given are vectors (n, d). Errors of the loads and noise are new. The weights of the empirical map are drawn from what
-    the readings and the vector say of them if `learned`, else from their prior.
+    Given are vectors (n, d). Errors of the loads and noise are new. The weights of the empirical map are drawn from
+    what the readings and the vector say of them if `learned`, else from their prior.
     """
     observed = density.fitted.model.known.means.readings
     t, m = observed.shape
