@@ -79,7 +79,8 @@ def calibrate(
         Further groups of the ArviZ schema: some of ``"log_likelihood"`` (of each touch), ``"log_prior"``, ``"prior"``,
         ``"prior_predictive"``, ``"posterior_predictive"``, or ``"all"``. A pad with effects has no predictions. A
         finger with drifts or corrections has only ``"log_prior"`` and ``"prior"``, one with an identified E map has
-        none. Predictions take 4 bytes for each draw, touch and element: 64 MB for 1,000 touches of 16 elements with 1,000 draws; log likelihoods 8 bytes for each draw and touch.
+        none. Predictions take 4 bytes for each draw, touch and element: 64 MB for
+        1,000 touches of 16 elements with 1,000 draws; log likelihoods 8 bytes for each draw and touch.
     seed : int
         Seed of every random number.
     progress : callable, optional
