@@ -141,7 +141,7 @@ def check_plug_in_stands_beside_propagated(finger_report: Report, dataset: bayes
 
 def check_no_key_of_version_0_1_is_gone(numbers: dict[str, Any]) -> None:
     """The file has the keys of `report.json` that 0.1.0 wrote of the same data, but four that have another name."""
-    before = Path(__file__).with_name("report_keys_0.1.0.txt").read_text("utf-8").split()
+    before = Path(__file__).with_name("report_keys_0.1.0.txt").read_text("utf-8").splitlines()
     assert len(before) > 200 and set(before) - set(keys(numbers)) == set()
 
 
