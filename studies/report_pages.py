@@ -1,8 +1,9 @@
 """The report of this version beside that of another: length, what is wrong with the page, and screenshots.
 
-Both report on the simulated finger of the package (`bayestouch report -o FOLDER`), and Chromium shows both pages.
+Both report on the simulated finger of the package (`bayestouch report -o FOLDER`), or with `--small` on a finger of six
+elements, and Chromium shows both pages.
 
-    python studies/report_pages.py [FOLDER] [--before CHECKOUT] [--docs]
+    python studies/report_pages.py [FOLDER] [--before CHECKOUT] [--small] [--docs]
 
 CHECKOUT is a checkout of the other version (`git worktree add CHECKOUT COMMIT`); without it this version is measured
 alone. A report that FOLDER already has is not made again. `--docs` writes the table and the pictures of the page
@@ -24,6 +25,14 @@ from typing import Any
 from _browser import SIZES, chromium, compressed, lengths, screenshot, side_by_side
 from _page import DOCS, markdown_table, put_into_page
 
+import bayestouch
+
+#: Finger of `--small`, seed of its touches, and draws of a touch.
+SMALL = bayestouch.FingerDesign(
+    n_elements=6, calibration_span_deg=45.0, edge_step_deg=5.0, flat_step_deg=10.0, samples_per_touch=2,
+    touch_radii_mm=(0.0, 3.9, 12.3, float("inf")), touch_span_deg=10.0, touch_step_deg=5.0,
+)  # fmt: skip
+SEED, DRAWS = 4, 256
 ROOT = Path(__file__).resolve().parents[1]
 PAGE, PICTURES = DOCS / "report_before_after.md", DOCS / "pictures"
 ROWS = {
@@ -47,7 +56,11 @@ def made(checkout: Path, folder: Path, small: bool = False) -> Path:
     if not (folder / "report.json").is_file():
         environment = {**os.environ, "PYTHONPATH": str(checkout.resolve())}
         command = [sys.executable, "-m", "bayestouch", "report", "-o", str(folder.resolve()), "--quiet"]
-        command += ["--draws", "64", "--no-diagnosis"] if small else []
+        if small:
+            data = folder.parent.resolve() / "data"
+            if not data.is_dir():
+                bayestouch.save_dataset(bayestouch.simulate(SMALL, seed=SEED).dataset, data)
+            command += [str(data), "--draws", str(DRAWS)]
         # not in the root of a checkout: there, Python would take that one
         subprocess.run(command, cwd=folder.parent, env=environment, check=True)
     return folder
@@ -56,6 +69,14 @@ def made(checkout: Path, folder: Path, small: bool = False) -> Path:
 def version(folder: Path) -> str:
     """Version that made a report."""
     return str(json.loads((folder / "report.json").read_text("utf-8"))["bayestouch"]["version"])
+
+
+def finger(folder: Path) -> str:
+    """Sentence on the finger of a report."""
+    data = json.loads((folder / "report.json").read_text("utf-8"))["data"]
+    elements = next(row["value"] for row in data["sensor"] if row["quantity"] == "elements")
+    touches = ", ".join(f"{row['touches']} touches {row['use']}" for row in data["tables"])
+    return f"The finger of this table and of the pictures has {elements} elements; {touches}."
 
 
 def keys(value: Any, path: str = "") -> Iterator[str]:
@@ -97,7 +118,7 @@ def pictures(browser: Any, before: Path, after: Path) -> Iterator[tuple[str, byt
         phones = [screenshot(browser, file, "390", scheme) for file in files]
         yield f"report_390_{scheme}.png", compressed(side_by_side(phones, SIZES["390"][0]))
     whole = [screenshot(browser, file, "1280", "light", whole=True) for file in files]
-    yield "report_whole_pages.png", compressed(side_by_side(whole, 240))
+    yield "report_whole_pages.png", compressed(side_by_side(whole, 160))
 
 
 def main(folder: Path, before: Path | None, small: bool, docs: bool) -> dict[str, dict[str, float]]:
@@ -121,7 +142,7 @@ def main(folder: Path, before: Path | None, small: bool, docs: bool) -> dict[str
                 (target / name).write_bytes(content)
                 print(f"{name}: {len(content) / 1000:.0f} kB")
             if docs:
-                put_into_page("report_pages.py", table, PAGE)
+                put_into_page("report_pages.py", f"{finger(reports[1])}\n\n{table}", PAGE)
     return found
 
 
@@ -129,8 +150,8 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="?")
     parser.add_argument("--before", type=Path, help="checkout of the other version")
-    parser.add_argument("--small", action="store_true", help="few draws, no diagnosis")
+    parser.add_argument("--small", action="store_true", help="a finger of six elements, few draws")
     parser.add_argument("--docs", action="store_true", help="write the table and the pictures of the page")
     chosen = parser.parse_args()
     with TemporaryDirectory() as scratch:
-        main(chosen.folder or Path(scratch), chosen.before, chosen.small, chosen.docs and not chosen.small)
+        main(chosen.folder or Path(scratch), chosen.before, chosen.small, chosen.docs)
