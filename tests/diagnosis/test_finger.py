@@ -158,7 +158,7 @@ def test_model_toml_calibrates_again(written: Path, crossed: Path, tmp_path: Pat
         ("effect = 3", "expected tables"),
         ('[[effect]]\nname = "magic"', "unknown effect 'magic'"),
         ('[[effect]]\nname = "crosstalk"\nstart = {share = "much"}', "expected numbers"),
-        ('[[effect]]\nname = "crosstalk"\nstart = {size = 0.1}', "no parameter 'size'"),
+        ('[[effect]]\nname = "crosstalk"\nstart = {size = 0.1}', "parameter of effect crosstalk"),
         ("effects = []", "not known here"),
         ('contact = "magic"', "contact"),
         ("= 3", "expected TOML"),
