@@ -66,7 +66,7 @@ class LinearFinger:
     Attributes
     ----------
     seed : int
-        Of the elements and all errors.
+        Of the elements.
     sensing_radius_mm, angle_deg, levels : (m,) arrays
         r_s, θ_s, and noise of a sample in % of the peak.
     """
@@ -102,8 +102,18 @@ class LinearFinger:
         return np.asarray(-100 * np.pi / 180 * (self._turns[1] * self.weights * MODES).sum(axis=-1))
 
     @cached_property
+    def _edges(self) -> FloatArray:
+        """Strains of the edges, % of the peak; (edges, m)."""
+        return np.asarray(100 * (self._turns[0] * self.weights).sum(axis=-1))
+
+    @cached_property
+    def per_percent(self) -> float:
+        """Root mean square change of the edges' strains by 1 % of gain or load, % of the peak."""
+        return float(np.sqrt(np.mean(self._edges**2))) / 100
+
+    @cached_property
     def per_degree(self) -> float:
-        """Its root mean square."""
+        """Root mean square change of the edges' strains by a degree of location, % of the peak."""
         return float(np.sqrt(np.mean(self._by_degree**2)))
 
     @cached_property
@@ -131,26 +141,23 @@ class LinearFinger:
         depth = (element_weights(self.sensing_radius_mm + step, POISSON_RATIO) - w) / step
         return [(0, sigma), (0, depth), (1, w * MODES), (0, w)]
 
-    def tables(self, u: Unknowns) -> Tables:
-        """Calibrate, touch and read under these unknowns."""
-        rng = np.random.default_rng([self.seed, 12])
+    def tables(self, u: Unknowns, draw: int = 0) -> Tables:
+        """Calibrate, touch and read under these unknowns; each draw has its own errors and noise."""
+        rng = np.random.default_rng([self.seed, 12, draw])
         m, n_edges = DESIGN.n_elements, len(EDGES_DEG)
         scale = u.element_scales(rng.standard_normal(m))
         curves = [MAP_ERROR * scale[:, None] * c for c in _smooth(rng, m)]
         tails = _tails(rng, m)
         curves = [a + u.tail * b for a, b in zip(curves, tails, strict=True)]
-        common = np.sqrt(u.common)
-        # the prober's own errors of location are part of what Table 2 leaves over
+        # the prober's errors of location, and drifts, are parts of what Table 2 leaves over
+        known = (u.prober_deg * self.per_degree) ** 2 + (u.drift * self.per_percent) ** 2
+        place = np.sqrt(max(PLACE_ERROR**2 - known, 0.0)) * scale * rng.standard_normal((n_edges, m))
         prober = u.prober_deg * rng.standard_normal(n_edges)
-        place = np.sqrt(max(PLACE_ERROR**2 - (u.prober_deg * self.per_degree) ** 2, 0.0)) * scale
-        place = place * rng.standard_normal((n_edges, m))
-        quiet = (self.levels * rng.standard_normal((n_edges, m)) * np.sqrt(1 - u.common)) / np.sqrt(SAMPLES)
-        together = common * self.levels * rng.standard_normal((n_edges, 1)) / np.sqrt(SAMPLES)
-        force = FORCE_NOISE * rng.standard_normal((n_edges, 1))
+        quiet = self.levels * rng.standard_normal((n_edges, m)) / np.sqrt(SAMPLES)
+        factor = (u.drift * rng.standard_normal((n_edges, 1)) - FORCE_NOISE * rng.standard_normal((n_edges, 1))) / 100
         cos, sin = self._turns
         seen = (cos * curves[0]).sum(axis=-1) + (sin * curves[1]).sum(axis=-1) + place
-        edge = (cos * self.weights).sum(axis=-1)
-        measured = seen + quiet + together - force * edge + prober[:, None] * self._by_degree
+        measured = seen + quiet + factor * self._edges + prober[:, None] * self._by_degree
         errors_1, absorbed_1 = self._table_1(measured)
         errors_2, absorbed_2 = self._table_2(measured)
         at = np.searchsorted(EDGES_DEG, LOCATIONS_DEG)
@@ -206,21 +213,20 @@ class LinearFinger:
         rng: np.random.Generator,
     ) -> Tables:
         shape = (int(OF_TABLE_4.sum()), len(LOCATIONS_DEG), SAMPLES)
-        own, shared = self.levels * np.sqrt(1 - u.common), self.levels * np.sqrt(u.common)
-        noise = own * rng.standard_normal((*shape, len(own))) + shared * rng.standard_normal((*shape, 1))
+        noise = self.levels * rng.standard_normal((*shape, DESIGN.n_elements))
         jitter = u.jitter / 100 * rng.standard_normal(shape)
         # of the other tips only averages are needed
-        means = own * rng.standard_normal((*missed.shape[1:],)) + shared * rng.standard_normal((*missed.shape[1:3], 1))
-        means /= np.sqrt(SAMPLES)
-        drift = u.jitter / 100 * rng.standard_normal(missed.shape[1:3]) / np.sqrt(SAMPLES)
-        means[OF_TABLE_4], drift[OF_TABLE_4] = noise.mean(axis=2), jitter.mean(axis=2)
-        averaged = reach.fit(missed + means, drift)
+        means = self.levels * rng.standard_normal(missed.shape[1:]) / np.sqrt(SAMPLES)
+        factor = u.jitter / 100 * rng.standard_normal(missed.shape[1:3]) / np.sqrt(SAMPLES)
+        means[OF_TABLE_4], factor[OF_TABLE_4] = noise.mean(axis=2), jitter.mean(axis=2)
+        drift = u.drift / 100 * rng.standard_normal(missed.shape[1:3])
+        averaged = reach.fit(missed + means, factor + drift)
         table_3 = []
         for squeeze in (0.0, u.squeeze_mm):
             radius = np.minimum(averaged.radius_mm(u.modulus_MPa, squeeze), BLUNTEST * R_B)[:, OF_TABLE_3]
             table_3.append(composite_radius(indenter_radius(radius, R_B).mean(axis=-1), R_B))
         some = reach.only(OF_TABLE_4)
-        single = some.fit(missed[:, OF_TABLE_4, :, None] + noise, jitter)
+        single = some.fit(missed[:, OF_TABLE_4, :, None] + noise, jitter + drift[OF_TABLE_4, :, None])
         radius = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm)
         true = composite_radius(np.array(TIPS_MM), R_B)
         errors = radius - true[:, None]

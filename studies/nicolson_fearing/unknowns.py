@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.contact import composite_radius
-from bayestouch.paper.published import TABLE_3, number
+from bayestouch.paper.published import TABLE_3
 from bayestouch.paper.simplex.elements import WINDOW_DEG
 from bayestouch.simulation import FingerDesign
 
@@ -49,14 +49,15 @@ class Unknowns:
         Error of the elements more than 25° from the touch, % of the peak: Table 1 does not see it, Table 2 takes it up.
     prober_deg : float
         Standard deviation of the prober's error of location at a place, the same for all tips.
-    common : float
-        Share of the noise variance that all readings of a sample have in common.
+    drift : float
+        A factor of all readings that changes from touch to touch, %.
     jitter : float
         A factor of all readings that changes from sample to sample, %.
+    length_mm : float
+        Length of the tips; inf is plane strain.
     """
 
     ODD_TIP_MM: ClassVar[float] = 3.90
-    length_mm: ClassVar[float] = number("tips.length").value
 
     modulus_MPa: float = 0.054
     poisson_ratio: float = POISSON_RATIOS[0]
@@ -66,20 +67,16 @@ class Unknowns:
     spread: float = 0.0
     tail: float = 0.0
     prober_deg: float = 0.0
-    common: float = 0.0
+    drift: float = 0.0
     jitter: float = 0.0
+    length_mm: float = np.inf
 
     def element_scales(self, drawn: FloatArray) -> FloatArray:
         """Error sizes of the elements, mean 1, from normal numbers."""
         scale = np.exp(self.spread * drawn)
         return np.asarray(scale / scale.mean())
 
-    def array(self) -> FloatArray:
-        """Values in order."""
-        return np.array([getattr(self, f.name) for f in fields(self)])
 
-
-NAMES = tuple(f.name for f in fields(Unknowns))
 _NEIGHBOURS = composite_radius([TABLE_3[1].r_c, TABLE_3[3].r_c], FingerDesign().outer_radius_mm)
 #: Uniform priors. The tip lies between its neighbours of the table; the others reach beyond what any table allows.
 PRIOR = {
@@ -91,6 +88,6 @@ PRIOR = {
     "spread": (0.0, 0.8),
     "tail": (0.0, 6.0),
     "prober_deg": (0.0, 0.3),
-    "common": (0.0, 0.9),
+    "drift": (0.0, 5.0),
     "jitter": (0.0, 5.0),
 }

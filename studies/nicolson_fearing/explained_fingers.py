@@ -1,0 +1,140 @@
+"""What single fingers would print under an explanation: intervals, what agrees, and numbers that were not fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bayestouch.contact import composite_radius, indenter_radius
+from bayestouch.paper import published
+from bayestouch.reliability import Beside, shared_by_indenters
+from nicolson_fearing import figure_4, figure_13
+from nicolson_fearing.explained_fit import FINGERS, KEYS, OF_TIPS, Inferred, finger, numbers_of, printed
+from nicolson_fearing.linear_finger import Tables
+from nicolson_fearing.linear_touches import R_B
+from nicolson_fearing.paper_run import TIPS_MM
+from nicolson_fearing.published_fits import TIP_SHARE
+from nicolson_fearing.unknowns import Unknowns
+
+FloatArray = NDArray[np.float64]
+
+PREDICTED = 200
+OUTSIDE = 0.05  # on either side of a 90 % interval
+_FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
+
+
+@dataclass(frozen=True, eq=False)
+class ExplainedFingers:
+    """Fingers at draws of the posterior, each with its own elements, errors, noise and tips.
+
+    Attributes
+    ----------
+    unknowns : tuple of Unknowns
+        Of each finger.
+    tables : tuple of Tables
+        What it would print.
+    numbers : (n, numbers) array
+        The same by key, on the scale of `explained_fit.scaled`.
+    """
+
+    unknowns: tuple[Unknowns, ...]
+    tables: tuple[Tables, ...]
+    numbers: FloatArray
+
+    @classmethod
+    def of(cls, inferred: Inferred, count: int = PREDICTED) -> ExplainedFingers:
+        """Draw them."""
+        rng = np.random.default_rng(2)
+        drawn = inferred.draws(count)
+        tables = []
+        for i, u in enumerate(drawn):
+            shared = replace(u, tip_sd_mm=float(np.sqrt(TIP_SHARE)) * u.tip_sd_mm)
+            tables.append(finger(i % FINGERS).tables(shared, draw=i))
+        own = np.sqrt(1 - TIP_SHARE) * np.array([[u.tip_sd_mm] for u in drawn]) * OF_TIPS
+        numbers = np.array([numbers_of(each) for each in tables])
+        return cls(tuple(drawn), tuple(tables), numbers + own * rng.standard_normal(numbers.shape))
+
+    @cached_property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which printed numbers lie in the 90 % interval of single fingers, with their rounding."""
+        return np.array([row.agrees for row in self.rows()])
+
+    def rms(self, contact: str, without: tuple[float, ...] = ()) -> float:
+        """Root mean square of printed less expected composite radii of a contact's columns, mm."""
+        out = [f"table_3[{tip:.2f}]" for tip in without]
+        some = [i for i, key in enumerate(KEYS) if f".{contact}_" in key and not key.startswith(tuple(out) or ("-",))]
+        off = printed()[0] - np.median(self.numbers, axis=0)
+        return float(np.sqrt(np.mean(off[some] ** 2)))
+
+    def rows(self) -> list[Beside]:
+        """All numbers of Tables 1 to 4 that it has, in the paper's units: median and 90 % interval."""
+        return [beside(key, unscaled(key, self.numbers[:, i])) for i, key in enumerate(KEYS)]
+
+    def column(self, key: str) -> FloatArray:
+        """One of the numbers by finger, in the paper's unit."""
+        return unscaled(key, self.numbers[:, KEYS.index(key)])
+
+    @cached_property
+    def thresholds(self) -> list[Beside]:
+        """Figure 4's two numbers with the mean square over the touched half, by the fingers' moduli."""
+        moduli = np.array([u.modulus_MPa for u in self.unknowns])
+        knots = np.geomspace(*np.quantile(moduli, [0.01, 0.99]), 4)
+        found = [figure_4.thresholds(figure_4.deep_finger(m), figure_4.SPANS_DEG["touched half"]) for m in knots]
+        out = []
+        for key, name in (
+            ("figure_4.flat_from_edge_noise", "noise_percent"),
+            ("figure_4.r_c_over_r_b", "radius_share"),
+        ):
+            known = np.log([getattr(each, name) for each in found])
+            out.append(beside(key, np.exp(np.interp(np.log(moduli), np.log(knots), known))))
+        return out
+
+    @cached_property
+    def shared(self) -> tuple[FloatArray, FloatArray]:
+        """Figure 13 by finger and calibration: mean correlation of errors between tips, share of places in order."""
+        true = composite_radius(np.array(figure_13.TIPS), R_B)
+        alike, order = np.empty((2, len(self.tables), 2))
+        for i, each in enumerate(self.tables):
+            for c in range(2):
+                errors = each.radius_errors[c][_FIGURE_13]
+                alike[i, c] = shared_by_indenters(errors)
+                order[i, c] = figure_13.monotonic(errors + true[:, None])
+        return alike, order
+
+    def text(self) -> list[Beside]:
+        """Sentences of sections 3 to 5 that are calculated from the tables, as the paper calculates them."""
+        theta, noise = (self.column(f"table_4.model.{part}.theta_c") for part in ("total", "noise"))
+        spacing = published.number("spacing").value
+        arc = np.radians(theta) * R_B / spacing
+        return [
+            beside("location_error.over_spacing", arc),
+            beside("location_error.over_spacing_conclusion", arc),
+            beside("location_error.noise_part", noise / theta),
+            beside(
+                "load_error.over_load",
+                100 * self.column("table_4.model.noise.P") / published.number("touches.load").value,
+            ),
+            beside("radius_error.noise", self.column("table_4.empirical.noise.R")),
+            beside("radius_error.averaged", self.column("table_4.empirical.location.R")),
+            beside(
+                "radius_error.distinguishable",
+                2 * self.column("table_4.empirical.noise.R"),
+                "two standard deviations of the noise of R, as the paper calculates it",
+            ),
+        ]
+
+
+def unscaled(key: str, values: FloatArray) -> FloatArray:
+    """In the paper's units."""
+    if OF_TIPS[KEYS.index(key)]:
+        return np.asarray(indenter_radius(np.clip(values, 0.0, 0.999 * R_B), R_B))
+    return np.asarray(np.exp(values))
+
+
+def beside(key: str, values: FloatArray, why: str = "") -> Beside:
+    """A number of single fingers: median and 90 % interval."""
+    low, middle, high = np.quantile(values, [OUTSIDE, 0.5, 1 - OUTSIDE])
+    return Beside(key, float(middle), float(low), float(high), why)
