@@ -41,6 +41,8 @@ MEANING = {
     "squeeze_mm": ("what the approximate frictionless model takes off the half-width of Hertz's contact", "mm"),
     "odd_tip_R_mm": ("radius r_c of the tip that is printed as 3.90 mm", "mm"),
     "tip_sd_mm": ("sd of an error of R that belongs to a tip, three quarters of its variance in all columns", "mm"),
+    "map_error": ("error of the elements' E maps within 25°", "% of the peak"),
+    "place_error": ("error of a place, every element its own", "% of the peak"),
     "spread": ("sd of the logarithm of the elements' error sizes", ""),
     "tail": ("error of the model's E map more than 25° from an element", "% of the peak"),
     "prober_deg": ("sd of the prober's error of location, by place", "degree"),

@@ -13,6 +13,7 @@ from bayestouch.paper import published
 from bayestouch.reliability import Beside, shared_by_indenters
 from nicolson_fearing import figure_4, figure_13
 from nicolson_fearing.explained_fit import FINGERS, KEYS, OF_TIPS, Inferred, finger, numbers_of, printed
+from nicolson_fearing.flats_and_edges import flat_errors
 from nicolson_fearing.linear_finger import Tables
 from nicolson_fearing.linear_touches import R_B
 from nicolson_fearing.paper_run import TIPS_MM
@@ -22,6 +23,7 @@ from nicolson_fearing.unknowns import Unknowns
 FloatArray = NDArray[np.float64]
 
 PREDICTED = 200
+UNBIASED = 0.1  # share of the radius, as in `table_3`
 OUTSIDE = 0.05  # on either side of a 90 % interval
 _FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
 
@@ -105,26 +107,35 @@ class ExplainedFingers:
         return alike, order
 
     def text(self) -> list[Beside]:
-        """Sentences of sections 3 to 5 that are calculated from the tables, as the paper calculates them."""
+        """Sentences of sections 3 to 5, for the most part calculated from the tables as the paper calculates them."""
         theta, noise = (self.column(f"table_4.model.{part}.theta_c") for part in ("total", "noise"))
-        spacing = published.number("spacing").value
-        arc = np.radians(theta) * R_B / spacing
+        arc = np.radians(theta) * R_B / published.number("spacing").value
+        load = published.number("touches.load").value
+        of_radius = self.column("table_4.empirical.noise.R")
+        errors = np.array([each.errors_1.mean() for each in self.tables])
+        flats = np.array([flat_errors(u, e) for u, e in zip(self.unknowns, errors, strict=True)]).T
+        expected = sum(published.number(f"noise.{name}").value for name in ("force_sensor", "averaged_readings"))
         return [
+            Beside("noise.expected_fit", expected),
+            beside("noise.error_over_noise", errors / expected),
+            beside("flat_fit.hertz", flats[0]),
+            beside("flat_fit.frictionless", flats[1]),
+            self._unbiased_to(),
             beside("location_error.over_spacing", arc),
             beside("location_error.over_spacing_conclusion", arc),
             beside("location_error.noise_part", noise / theta),
-            beside(
-                "load_error.over_load",
-                100 * self.column("table_4.model.noise.P") / published.number("touches.load").value,
-            ),
-            beside("radius_error.noise", self.column("table_4.empirical.noise.R")),
+            beside("load_error.over_load", 100 * self.column("table_4.model.noise.P") / load),
+            beside("radius_error.noise", of_radius),
             beside("radius_error.averaged", self.column("table_4.empirical.location.R")),
-            beside(
-                "radius_error.distinguishable",
-                2 * self.column("table_4.empirical.noise.R"),
-                "two standard deviations of the noise of R, as the paper calculates it",
-            ),
+            beside("radius_error.distinguishable", 2 * of_radius),
         ]
+
+    def _unbiased_to(self) -> Beside:
+        """Bluntest tip whose expected mean is within a tenth of its radius, and the next one, which is not."""
+        radii = [row.r_c for row in published.TABLE_3]
+        means = [np.median(self.column(f"table_3[{r:.2f}].frictionless_model")) for r in radii]
+        last = max((i for i, r in enumerate(radii) if abs(means[i] / r - 1) < UNBIASED), default=0)
+        return Beside("table_3.unbiased_to", radii[last], radii[last], radii[min(last + 1, len(radii) - 1)])
 
 
 def unscaled(key: str, values: FloatArray) -> FloatArray:
@@ -134,7 +145,7 @@ def unscaled(key: str, values: FloatArray) -> FloatArray:
     return np.asarray(np.exp(values))
 
 
-def beside(key: str, values: FloatArray, why: str = "") -> Beside:
+def beside(key: str, values: FloatArray) -> Beside:
     """A number of single fingers: median and 90 % interval."""
     low, middle, high = np.quantile(values, [OUTSIDE, 0.5, 1 - OUTSIDE])
-    return Beside(key, float(middle), float(low), float(high), why)
+    return Beside(key, float(middle), float(low), float(high))

@@ -30,7 +30,7 @@ FloatArray = NDArray[np.float64]
 
 _CONTACTS = ("hertz", "frictionless")
 _PARTS, _COLUMNS = ("total", "location", "noise"), ("theta_c", "P", "R")
-ELEMENT_KEYS = tuple(f"table_{t}.error.{end}" for t in (1, 2) for end in ("min", "max"))
+ELEMENT_KEYS = tuple(f"table_{t}.error.{end}" for t in (1, 2) for end in ("min", "avg", "max"))
 TIP_KEYS = tuple(f"table_3[{row.r_c:.2f}].{c}_{k}" for c in _CONTACTS for k in CALIBRATIONS for row in TABLE_3)
 ERROR_KEYS = tuple(f"table_4.{k}.{part}.{name}" for k in CALIBRATIONS for part in _PARTS for name in _COLUMNS)
 KEYS = (*ELEMENT_KEYS, *TIP_KEYS, *ERROR_KEYS)
@@ -55,7 +55,7 @@ def printed() -> tuple[FloatArray, FloatArray]:
 
 def numbers_of(tables: Tables) -> FloatArray:
     """What a finger would print, on the same scale."""
-    of_elements = [end(e) for e in (tables.errors_1, tables.errors_2) for end in (np.min, np.max)]
+    of_elements = [end(e) for e in (tables.errors_1, tables.errors_2) for end in (np.min, np.mean, np.max)]
     return np.concatenate([np.log(of_elements), tables.table_3.ravel(), np.log(tables.table_4).ravel()])
 
 

@@ -22,7 +22,7 @@ from bayestouch.simulation.finger import BuiltFinger
 from nicolson_fearing.linear_touches import LOAD, MODES, R_B, TouchFits, best_ellipse, element_weights, felt
 from nicolson_fearing.noise_causes import noise_levels
 from nicolson_fearing.paper_finger import DESIGN, LOCATIONS_DEG, MISFIT_LENGTH_DEG, POISSON_RATIO
-from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, MAP_ERROR, PLACE_ERROR, TABLE_4_TIPS, TIPS_MM
+from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TABLE_4_TIPS, TIPS_MM
 from nicolson_fearing.unknowns import Unknowns, tail_window
 
 FloatArray = NDArray[np.float64]
@@ -107,16 +107,6 @@ class LinearFinger:
         return np.asarray(100 * (self._turns[0] * self.weights).sum(axis=-1))
 
     @cached_property
-    def per_percent(self) -> float:
-        """Root mean square change of the edges' strains by 1 % of gain or load, % of the peak."""
-        return float(np.sqrt(np.mean(self._edges**2))) / 100
-
-    @cached_property
-    def per_degree(self) -> float:
-        """Root mean square change of the edges' strains by a degree of location, % of the peak."""
-        return float(np.sqrt(np.mean(self._by_degree**2)))
-
-    @cached_property
     def _fits(self) -> tuple[list[tuple[NDArray[np.bool_], FloatArray]], FloatArray]:
         """By element: the edges of Table 1's fit, and its four derivatives there; and the projection of Table 2."""
         slopes = self._slopes
@@ -146,12 +136,10 @@ class LinearFinger:
         rng = np.random.default_rng([self.seed, 12, draw])
         m, n_edges = DESIGN.n_elements, len(EDGES_DEG)
         scale = u.element_scales(rng.standard_normal(m))
-        curves = [MAP_ERROR * scale[:, None] * c for c in _smooth(rng, m)]
+        curves = [u.map_error * scale[:, None] * c for c in _smooth(rng, m)]
         tails = _tails(rng, m)
         curves = [a + u.tail * b for a, b in zip(curves, tails, strict=True)]
-        # the prober's errors of location, and drifts, are parts of what Table 2 leaves over
-        known = (u.prober_deg * self.per_degree) ** 2 + (u.drift * self.per_percent) ** 2
-        place = np.sqrt(max(PLACE_ERROR**2 - known, 0.0)) * scale * rng.standard_normal((n_edges, m))
+        place = u.place_error * scale * rng.standard_normal((n_edges, m))
         prober = u.prober_deg * rng.standard_normal(n_edges)
         quiet = self.levels * rng.standard_normal((n_edges, m)) / np.sqrt(SAMPLES)
         factor = (u.drift * rng.standard_normal((n_edges, 1)) - FORCE_NOISE * rng.standard_normal((n_edges, 1))) / 100

@@ -43,6 +43,8 @@ class Unknowns:
         Composite radius of the tip that is printed as 3.90 mm.
     tip_sd_mm : float
         Standard deviation of errors of the other tips' composite radii.
+    map_error, place_error : float
+        Errors of the elements' E maps within 25° of the touch and of the places touched, % of the peak.
     spread : float
         Standard deviation of the logarithm of the elements' error sizes.
     tail : float
@@ -64,6 +66,8 @@ class Unknowns:
     squeeze_mm: float = 0.0
     odd_tip_R_mm: float = float(composite_radius(3.90, FingerDesign().outer_radius_mm))
     tip_sd_mm: float = 0.0
+    map_error: float = 2.9
+    place_error: float = 1.57
     spread: float = 0.0
     tail: float = 0.0
     prober_deg: float = 0.0
@@ -85,6 +89,8 @@ PRIOR = {
     "squeeze_mm": (0.1, 0.5),
     "odd_tip_R_mm": (float(_NEIGHBOURS[0]), float(_NEIGHBOURS[1])),
     "tip_sd_mm": (0.0, 0.5),
+    "map_error": (0.5, 4.0),
+    "place_error": (0.2, 2.2),
     "spread": (0.0, 0.8),
     "tail": (0.0, 6.0),
     "prober_deg": (0.0, 0.3),
