@@ -37,6 +37,8 @@ KEYS = (*ELEMENT_KEYS, *TIP_KEYS, *ERROR_KEYS)
 OF_TIPS = np.array([key in TIP_KEYS for key in KEYS])
 FINGERS = 24
 DRAWS, ROUNDS, WIDEN = 300, 4, 1.5
+MOST_ROUNDS, ENOUGH = 7, 50
+"""Rounds go on until this many proposals of the evidence are worth one."""
 WALKERS_PER, STEPS, BURN, PROPOSALS = 4, 600, 200, 4000
 
 
@@ -115,10 +117,12 @@ class Explanation:
         else:
             kept = [near.explanation.free.index(name) for name in self.free]
             shares = _widened(near.shares[:, kept], draws, rng)
-        for last in range(ROUNDS if near is None else 2, 0, -1):
+        least = ROUNDS if near is None else ROUNDS - 2
+        for done in range(1, MOST_ROUNDS + 1):
             found = Inferred.of(self, Emulator.of(self, shares), rng, steps)
-            if last > 1:
-                shares = _widened(found.shares, draws, rng)
+            if done >= least and found.effective > ENOUGH:
+                break
+            shares = _widened(found.shares, draws, rng)
         return found
 
 
@@ -260,15 +264,19 @@ class Inferred:
 def tip_slopes(unknowns: Unknowns) -> FloatArray:
     """Change of the read composite radius by the tip's own, (contact, tips, tips): diagonal in the tips."""
     true = np.array([float(composite_radius(row.r_c, R_B)) for row in TABLE_3])
+    return np.asarray(read_slopes(unknowns, true)[:, :, None] * np.eye(len(true)))
+
+
+def read_slopes(unknowns: Unknowns, true_mm: FloatArray) -> FloatArray:
+    """Change of the composite radius that is read by Hertz, and by the squeezed contact, by the true one; (2, n)."""
     step = 0.05
     read = []
-    for radius in (true - step, true + step):
+    for radius in (true_mm - step, true_mm + step):
         kappa = LOAD / 1000 * radius / unknowns.modulus_MPa
         width, factor = best_ellipse(kappa, unknowns.poisson_ratio, unknowns.length_mm)
         load = LOAD / 1000 * factor
         read.append([(width + s) ** 2 / PER_KAPPA * unknowns.modulus_MPa / load for s in (0.0, unknowns.squeeze_mm)])
-    slopes = (np.array(read[1]) - np.array(read[0])) / (2 * step)
-    return np.asarray(slopes[:, :, None] * np.eye(len(true)))
+    return np.asarray((np.array(read[1]) - np.array(read[0])) / (2 * step))
 
 
 def _terms(z: FloatArray) -> FloatArray:

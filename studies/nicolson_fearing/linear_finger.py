@@ -19,17 +19,20 @@ from bayestouch.paper.published import number
 from bayestouch.paper.simplex.elements import WINDOW_DEG
 from bayestouch.paper.simplex.empirical import SMALLEST_SINGULAR_VALUE, coefficients_needed
 from bayestouch.simulation.finger import BuiltFinger
+from nicolson_fearing.error_curves import smooth_curves, tail_curves
 from nicolson_fearing.linear_touches import LOAD, MODES, R_B, TouchFits, best_ellipse, element_weights, felt
 from nicolson_fearing.noise_causes import noise_levels
-from nicolson_fearing.paper_finger import DESIGN, LOCATIONS_DEG, MISFIT_LENGTH_DEG, POISSON_RATIO
+from nicolson_fearing.paper_finger import DESIGN, LOCATIONS_DEG, POISSON_RATIO
 from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TABLE_4_TIPS, TIPS_MM
-from nicolson_fearing.unknowns import Unknowns, tail_window
+from nicolson_fearing.unknowns import Unknowns
 
 FloatArray = NDArray[np.float64]
 
 SAMPLES = int(number("touches.n_samples").value)
 FORCE_NOISE = number("noise.force_sensor").value
 EDGES_DEG = np.arange(-DESIGN.calibration_span_deg, DESIGN.calibration_span_deg + 1)
+AT = np.searchsorted(EDGES_DEG, LOCATIONS_DEG)
+Curves = list[FloatArray]  # cosine and sine coefficients (m, modes) of the angle from an element
 OF_TABLE_4 = np.isin(TIPS_MM, TABLE_4_TIPS)
 OF_TABLE_3 = np.array([0 < tip < np.inf for tip in TIPS_MM])
 BLUNTEST = 0.97
@@ -57,6 +60,34 @@ class Tables:
     table_3: FloatArray
     table_4: FloatArray
     radius_errors: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Calibrated:
+    """Errors of a finger, and what both calibrations made of them.
+
+    Attributes
+    ----------
+    errors : pair of (m,) arrays
+        Of the elements in Tables 1 and 2, % of the peak.
+    curves : Curves
+        Errors of the E maps.
+    absorbed : pair of Curves
+        What the fitted model and the identified map took up of the edges' errors.
+    residual : (edges, m) array
+        What the identified map left over.
+    place : (places, m) array
+        Errors of the places touched, % of the peak.
+    prober : (places,) array
+        Errors of location there, degree.
+    """
+
+    errors: tuple[FloatArray, FloatArray]
+    curves: Curves
+    absorbed: tuple[Curves, Curves]
+    residual: FloatArray
+    place: FloatArray
+    prober: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,11 +165,16 @@ class LinearFinger:
     def tables(self, u: Unknowns, draw: int = 0) -> Tables:
         """Calibrate, touch and read under these unknowns; each draw has its own errors and noise."""
         rng = np.random.default_rng([self.seed, 12, draw])
+        found = self.calibrated(u, rng)
+        reach = self.reach(u, rng)
+        return self._read(u, reach, found, self.missed(found, reach), rng)
+
+    def calibrated(self, u: Unknowns, rng: np.random.Generator) -> Calibrated:
+        """Draw the errors, and fit the edges."""
         m, n_edges = DESIGN.n_elements, len(EDGES_DEG)
         scale = u.element_scales(rng.standard_normal(m))
-        curves = [u.map_error * scale[:, None] * c for c in _smooth(rng, m)]
-        tails = _tails(rng, m)
-        curves = [a + u.tail * b for a, b in zip(curves, tails, strict=True)]
+        curves = [u.map_error * scale[:, None] * c for c in smooth_curves(rng, m)]
+        curves = [a + u.tail * b for a, b in zip(curves, tail_curves(rng, m), strict=True)]
         place = u.place_error * scale * rng.standard_normal((n_edges, m))
         prober = u.prober_deg * rng.standard_normal(n_edges)
         quiet = self.levels * rng.standard_normal((n_edges, m)) / np.sqrt(SAMPLES)
@@ -147,25 +183,30 @@ class LinearFinger:
         seen = (cos * curves[0]).sum(axis=-1) + (sin * curves[1]).sum(axis=-1) + place
         measured = seen + quiet + factor * self._edges + prober[:, None] * self._by_degree
         errors_1, absorbed_1 = self._table_1(measured)
-        errors_2, absorbed_2 = self._table_2(measured)
-        at = np.searchsorted(EDGES_DEG, LOCATIONS_DEG)
-        missed = []
-        reach = self._reach(u, rng)
-        for absorbed in (absorbed_1, absorbed_2):
-            left = [a - b for a, b in zip(curves, absorbed, strict=True)]
-            missed.append(felt(cos[at] * left[0] + sin[at] * left[1], reach.spectrum) + place[at])
-        return self._read(u, reach, np.array(missed), prober[at], (errors_1, errors_2), rng)
+        residual, absorbed_2 = self._table_2(measured)
+        errors_2 = np.sqrt((residual**2).mean(axis=0))
+        return Calibrated((errors_1, errors_2), curves, (absorbed_1, absorbed_2), residual, place[AT], prober[AT])
 
-    def _reach(self, u: Unknowns, rng: np.random.Generator) -> TouchFits:
+    def missed(self, found: Calibrated, reach: TouchFits) -> FloatArray:
+        """Errors of the strains that readers with both calibrations do not expect, (2, tips, places, m)."""
+        left = [[a - b for a, b in zip(found.curves, absorbed, strict=True)] for absorbed in found.absorbed]
+        return np.array([self.felt(each, reach) + found.place for each in left])
+
+    def felt(self, curves: Curves, reach: TouchFits) -> FloatArray:
+        """Errors of E maps under the pressures of the tips, (tips, places, m)."""
+        cos, sin = self._turns
+        return felt(cos[AT] * curves[0] + sin[AT] * curves[1], reach.spectrum)
+
+    def reach(self, u: Unknowns, rng: np.random.Generator) -> TouchFits:
+        """Fits of all tips, whose radii have errors."""
         true = composite_radius(np.array(TIPS_MM), R_B)
         wrong = u.tip_sd_mm * rng.standard_normal(len(TIPS_MM)) * OF_TABLE_3
         true = np.where(np.array(TIPS_MM) == u.ODD_TIP_MM, u.odd_tip_R_mm, true)
         kappa = LOAD / 1000 * np.maximum(true + wrong, 0.02 * OF_TABLE_3) / u.modulus_MPa
         width, factor = best_ellipse(kappa, u.poisson_ratio, u.length_mm)
-        at = np.searchsorted(EDGES_DEG, LOCATIONS_DEG)
-        return TouchFits.of(self.weights, [t[at] for t in self._turns], width, factor)
+        return TouchFits.of(self.weights, [t[AT] for t in self._turns], width, factor)
 
-    def _table_1(self, measured: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    def _table_1(self, measured: FloatArray) -> tuple[FloatArray, Curves]:
         """Errors of the fits (m,), and what they took up, as curves."""
         by_element, _ = self._fits
         errors, absorbed = np.empty(len(by_element)), [np.zeros_like(self.weights) for _ in range(2)]
@@ -176,7 +217,8 @@ class LinearFinger:
                 absorbed[odd][i] += value * curve[i]
         return errors, absorbed
 
-    def _table_2(self, measured: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    def _table_2(self, measured: FloatArray) -> tuple[FloatArray, Curves]:
+        """Residuals (edges, m), and what the map took up."""
         _, solve = self._fits
         found = solve @ measured  # (2 n_c + 1, m), about 0°
         n_c = len(found) // 2
@@ -189,15 +231,14 @@ class LinearFinger:
         absorbed = [np.zeros_like(self.weights) for _ in range(2)]
         absorbed[0][:, : n_c + 1] = (even * np.cos(turn) + odd * np.sin(turn)).T
         absorbed[1][:, : n_c + 1] = (odd * np.cos(turn) - even * np.sin(turn)).T
-        return np.sqrt(((measured - fitted) ** 2).mean(axis=0)), absorbed
+        return measured - fitted, absorbed
 
     def _read(
         self,
         u: Unknowns,
         reach: TouchFits,
+        found: Calibrated,
         missed: FloatArray,
-        prober: FloatArray,
-        of_elements: tuple[FloatArray, FloatArray],
         rng: np.random.Generator,
     ) -> Tables:
         shape = (int(OF_TABLE_4.sum()), len(LOCATIONS_DEG), SAMPLES)
@@ -218,10 +259,10 @@ class LinearFinger:
         radius = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm)
         true = composite_radius(np.array(TIPS_MM), R_B)
         errors = radius - true[:, None]
-        angle = averaged.angle_error_deg + prober
+        angle = averaged.angle_error_deg + found.prober
         mean = [each[:, OF_TABLE_4] for each in (angle, averaged.load_error, errors)]
         one = [
-            single.angle_error_deg + prober[:, None],
+            single.angle_error_deg + found.prober[:, None],
             single.load_error,
             single.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[OF_TABLE_4, None, None],
         ]
@@ -231,33 +272,10 @@ class LinearFinger:
             table_4[:, 0, i] = np.sqrt(((s - middle[..., None]) ** 2).mean(axis=(1, 2, 3)))
             table_4[:, 1, i] = np.sqrt(((a - middle) ** 2).mean(axis=(1, 2)))
             table_4[:, 2, i] = np.sqrt(((s - a[..., None]) ** 2).mean(axis=(1, 2, 3)))
-        return Tables(*of_elements, np.array(table_3), table_4, errors)
+        return Tables(*found.errors, np.array(table_3), table_4, errors)
 
 
 @lru_cache(maxsize=1)
 def _coefficients() -> int:
     built = BuiltFinger(DESIGN, *(np.ones(DESIGN.n_elements),) * 3)
     return coefficients_needed(built.sensor({}).body)  # type: ignore[arg-type]  # it is a finger
-
-
-def _smooth(rng: np.random.Generator, m: int) -> list[FloatArray]:
-    """Smooth random curves of the angle, sd 1, as cosine and sine coefficients (m, modes): `with_map_errors`."""
-    length = np.radians(MISFIT_LENGTH_DEG)
-    power = np.exp(-0.5 * (MODES * length) ** 2) * np.where(MODES == 0, 0.5, 1.0) * (int(4 / length) >= MODES)
-    return [np.sqrt(power / power.sum()) * rng.standard_normal((m, len(MODES))) for _ in range(2)]
-
-
-def _tails(rng: np.random.Generator, m: int) -> list[FloatArray]:
-    """Such curves outside of Table 1's window alone."""
-    cosine, sine = _smooth(rng, m)
-    cos, sin, window, share = _circle()
-    curve = (cosine @ cos.T + sine @ sin.T) * window
-    return [share * (curve @ cos), share * (curve @ sin)]
-
-
-@lru_cache(maxsize=1)
-def _circle() -> tuple[FloatArray, ...]:
-    """Modes at each degree, the tails' window there, and what turns sums over the circle into coefficients."""
-    angle = np.arange(-180.0, 180.0)
-    turn = np.radians(angle)[:, None] * MODES
-    return np.cos(turn), np.sin(turn), tail_window(angle), np.where(MODES == 0, 1.0, 2.0) / len(angle)
