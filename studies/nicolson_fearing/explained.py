@@ -73,7 +73,7 @@ class Case:
     def of(cls, explanation: Explanation, small: bool, near: Case | None = None) -> Case:
         """Infer, beginning at another posterior perhaps, and simulate."""
         begin = near.inferred if near else None
-        inferred = explanation.inferred(near=begin, draws=120 if small else DRAWS, steps=200 if small else STEPS)
+        inferred = explanation.inferred(near=begin, draws=200 if small else DRAWS, steps=200 if small else STEPS)
         return cls(inferred, ExplainedFingers.of(inferred, 60 if small else PREDICTED))
 
     def count(self, *tables: str) -> str:
