@@ -33,8 +33,7 @@ from nicolson_fearing.unknowns import PRIOR, Unknowns
 PAGE = DOCS / "1995.md"
 SCRIPT = "nicolson_fearing/explained.py"
 LENGTH_MM = published.number("tips.length").value
-ADDED = "prober_deg"  # tried, and not worth an unknown
-FREE = tuple(name for name in PRIOR if name != ADDED)
+FREE = tuple(PRIOR)
 OF_TIPS = ("modulus_MPa", "poisson_ratio", "squeeze_mm", "odd_tip_R_mm", "tip_sd_mm")
 MEANING = {
     "modulus_MPa": ("shear modulus μ of the rubber, also that of the authors' formulas", "MPa"),
@@ -55,10 +54,10 @@ TAKEN_AWAY = {
     "radius of the 3.90 mm tip": ("odd_tip_R_mm", {}),
     "spread of the elements' errors": ("spread", {}),
     "error of the tails": ("tail", {}),
+    "errors of the prober's location": ("prober_deg", {}),
     "drift from touch to touch": ("drift", {}),
     "jitter from sample to sample": ("jitter", {}),
 }
-WITH_PROBER = "none, and errors of the prober's location added"
 NOISE_KEYS = ("table_4.model.noise.theta_c", "table_4.model.noise.R")
 
 
@@ -108,11 +107,6 @@ def without(name: str, small: bool) -> Case:
     dropped, changes = TAKEN_AWAY[name]
     free = tuple(each for each in FREE if each != dropped)
     return Case.of(Explanation(name, free, replace(Unknowns(length_mm=LENGTH_MM), **changes)), small, full(small))
-
-
-def with_prober(small: bool) -> Case:
-    """One more unknown."""
-    return Case.of(Explanation("prober", (*FREE, ADDED), Unknowns(length_mm=LENGTH_MM)), small)
 
 
 def of_table_3(length_mm: float, small: bool) -> Case:
@@ -235,7 +229,7 @@ def main(small: bool = False, folder: Path | None = None) -> Findings:
     names = list(TAKEN_AWAY)[:1] if small else TAKEN_AWAY
     found = Findings(
         full(small),
-        {name: without(name, small) for name in names} | ({} if small else {WITH_PROBER: with_prober(small)}),
+        {name: without(name, small) for name in names},
         {
             "plane strain": of_table_3(np.inf, small),
             f"tips of {LENGTH_MM:g} mm": of_table_3(LENGTH_MM, small),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,13 @@ from nicolson_fearing.linear_finger import Tables
 from nicolson_fearing.linear_touches import R_B
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.published_fits import TIP_SHARE
-from nicolson_fearing.unknowns import Unknowns
+from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 FloatArray = NDArray[np.float64]
 
 PREDICTED = 200
 UNBIASED = 0.1  # share of the radius, as in `table_3`
+THRESHOLD_KNOTS = 5
 OUTSIDE = 0.05  # on either side of a 90 % interval
 _FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
 
@@ -82,17 +83,12 @@ class ExplainedFingers:
     @cached_property
     def thresholds(self) -> list[Beside]:
         """Figure 4's two numbers with the mean square over the touched half, by the fingers' moduli."""
-        moduli = np.array([u.modulus_MPa for u in self.unknowns])
-        knots = np.geomspace(*np.quantile(moduli, [0.01, 0.99]), 4)
-        found = [figure_4.thresholds(figure_4.deep_finger(m), figure_4.SPANS_DEG["touched half"]) for m in knots]
-        out = []
-        for key, name in (
-            ("figure_4.flat_from_edge_noise", "noise_percent"),
-            ("figure_4.r_c_over_r_b", "radius_share"),
-        ):
-            known = np.log([getattr(each, name) for each in found])
-            out.append(beside(key, np.exp(np.interp(np.log(moduli), np.log(knots), known))))
-        return out
+        moduli = np.log([u.modulus_MPa for u in self.unknowns])
+        knots, curves = _threshold_curves()
+        return [
+            beside(key, np.exp(np.interp(moduli, knots, curve)))
+            for key, curve in zip(("figure_4.flat_from_edge_noise", "figure_4.r_c_over_r_b"), curves, strict=True)
+        ]
 
     @cached_property
     def shared(self) -> tuple[FloatArray, FloatArray]:
@@ -136,6 +132,14 @@ class ExplainedFingers:
         means = [np.median(self.column(f"table_3[{r:.2f}].frictionless_model")) for r in radii]
         last = max((i for i, r in enumerate(radii) if abs(means[i] / r - 1) < UNBIASED), default=0)
         return Beside("table_3.unbiased_to", radii[last], radii[last], radii[min(last + 1, len(radii) - 1)])
+
+
+@lru_cache(maxsize=1)
+def _threshold_curves() -> tuple[FloatArray, FloatArray]:
+    """Logarithms of some moduli, and of Figure 4's two numbers there; both are nearly straight lines."""
+    moduli = np.geomspace(*PRIOR["modulus_MPa"], THRESHOLD_KNOTS)
+    found = [figure_4.thresholds(figure_4.deep_finger(m), figure_4.SPANS_DEG["touched half"]) for m in moduli]
+    return np.log(moduli), np.log([[f.noise_percent for f in found], [f.radius_share for f in found]])
 
 
 def unscaled(key: str, values: FloatArray) -> FloatArray:

@@ -23,7 +23,7 @@ from bayestouch.paper.published import TABLE_3, number
 from nicolson_fearing.linear_finger import LinearFinger, Tables
 from nicolson_fearing.linear_touches import LOAD, PER_KAPPA, R_B, best_ellipse
 from nicolson_fearing.paper_finger import CALIBRATIONS
-from nicolson_fearing.published_fits import FLOOR_MM, TIP_SHARE
+from nicolson_fearing.published_fits import FLOOR_MM, SHRINKAGE, TIP_SHARE
 from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +36,7 @@ ERROR_KEYS = tuple(f"table_4.{k}.{part}.{name}" for k in CALIBRATIONS for part i
 KEYS = (*ELEMENT_KEYS, *TIP_KEYS, *ERROR_KEYS)
 OF_TIPS = np.array([key in TIP_KEYS for key in KEYS])
 FINGERS = 24
-DRAWS, ROUNDS, WIDEN = 300, 4, 1.5
+DRAWS, ROUNDS, WIDEN, LEAST_WIDTH, REACH = 250, 4, 1.5, 0.08, 3.0
 MOST_ROUNDS, ENOUGH = 7, 50
 """Rounds go on until this many proposals of the evidence are worth one."""
 WALKERS_PER, STEPS, BURN, PROPOSALS = 4, 600, 200, 4000
@@ -101,10 +101,10 @@ class Explanation:
             self.fixed, **{n: lo + (hi - lo) * float(s) for n, (lo, hi), s in zip(self.free, ends, share, strict=True)}
         )
 
-    def simulated(self, shares: FloatArray) -> FloatArray:
+    def simulated(self, shares: FloatArray, first: int = 0) -> FloatArray:
         """What one finger at each of these would print, tips without errors; (n, numbers)."""
         out = []
-        for i, share in enumerate(shares):
+        for i, share in enumerate(shares, start=first):
             unknowns = replace(self.unknowns(share), tip_sd_mm=0.0)
             out.append(numbers_of(finger(i % FINGERS).tables(unknowns, draw=i)))
         return np.array(out)
@@ -118,8 +118,13 @@ class Explanation:
             kept = [near.explanation.free.index(name) for name in self.free]
             shares = _widened(near.shares[:, kept], draws, rng)
         least = ROUNDS if near is None else ROUNDS - 2
+        known, numbers = np.empty((0, len(self.free))), np.empty((0, len(KEYS)))
         for done in range(1, MOST_ROUNDS + 1):
-            found = Inferred.of(self, Emulator.of(self, shares), rng, steps)
+            known = np.concatenate([known, shares])
+            numbers = np.concatenate([numbers, self.simulated(shares, first=len(numbers))])
+            # of the earlier draws only those count that are as near as these
+            near_by = np.all(np.abs(known - shares.mean(axis=0)) <= REACH * shares.std(axis=0), axis=1)
+            found = Inferred.of(self, Emulator.of(self, known[near_by], numbers[near_by]), rng, steps)
             if done >= least and found.effective > ENOUGH:
                 break
             shares = _widened(found.shares, draws, rng)
@@ -127,10 +132,10 @@ class Explanation:
 
 
 def _widened(shares: FloatArray, draws: int, rng: np.random.Generator) -> FloatArray:
-    """Draws that reach somewhat further, within the priors."""
-    middle, spread = shares.mean(axis=0), shares.std(axis=0)
+    """Draws that reach further, within the priors, so that a regression on them does not follow chance."""
+    middle = shares.mean(axis=0)
     some = middle + WIDEN * (shares[rng.integers(len(shares), size=draws)] - middle)
-    return np.asarray(np.clip(some + 0.3 * spread * rng.standard_normal(some.shape), 0.0, 1.0))
+    return np.asarray(np.clip(some + LEAST_WIDTH * rng.standard_normal(some.shape), 0.0, 1.0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,14 +161,14 @@ class Emulator:
     covariance: FloatArray
 
     @classmethod
-    def of(cls, explanation: Explanation, shares: FloatArray) -> Emulator:
-        """Simulate there."""
-        found = explanation.simulated(shares)
+    def of(cls, explanation: Explanation, shares: FloatArray, found: FloatArray) -> Emulator:
+        """Of what was simulated there."""
         middle, width = shares.mean(axis=0), shares.std(axis=0) + 1e-9
         terms = _terms((shares - middle) / width)
         weights, *_ = np.linalg.lstsq(terms, found, rcond=None)
         left = found - terms @ weights
         covariance = left.T @ left / (len(found) - terms.shape[1])
+        covariance *= np.where(np.eye(len(KEYS)) > 0, 1.0, 1 - SHRINKAGE)
         return cls(explanation, middle, width, weights, covariance + np.diag(printed()[1] ** 2 + FLOOR_MM**2 * OF_TIPS))
 
     def mean(self, share: FloatArray) -> FloatArray:

@@ -40,14 +40,15 @@ SCRIPT = "nicolson_fearing/sweet_spot_causes.py"
 FINGERS = 12
 CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
 """Of the surface, as in `studies/surface_profile.py`; the tables of 1995 say nothing of its size."""
-NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
+NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "prober_deg": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
 CAUSES = {
     "E maps, near the touch": ("map_error",),
     "E maps, tails": ("tail",),
     "places, every element its own": ("place_error",),
+    "location of the prober": ("prober_deg",),
     "drift from touch to touch": ("drift",),
     "curvature of the surface": (),
-    "all of these": ("map_error", "tail", "place_error", "drift"),
+    "all of these": ("map_error", "tail", "place_error", "prober_deg", "drift"),
     "none: noise alone": (),
 }
 CURVED = ("curvature of the surface", "all of these")

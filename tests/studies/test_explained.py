@@ -104,7 +104,7 @@ def test_the_posterior_is_the_density_written_out() -> None:
     fixed = Unknowns(length_mm=4.0)
     explanation = Explanation("two", ("modulus_MPa", "tip_sd_mm"), fixed, ("table_3",))
     shares = np.random.default_rng(0).uniform(0.2, 0.6, (40, 2))
-    emulator = Emulator.of(explanation, shares)
+    emulator = Emulator.of(explanation, shares, explanation.simulated(shares))
     x = np.array([-0.4, 0.3])
     share = expit(x)
     unknowns = explanation.unknowns(share)
@@ -122,7 +122,8 @@ def test_the_posterior_is_the_density_written_out() -> None:
 
 def test_the_emulator_follows_what_fingers_print() -> None:
     explanation = Explanation("one", ("modulus_MPa",), Unknowns(length_mm=4.0))
-    emulator = Emulator.of(explanation, np.random.default_rng(1).uniform(0.3, 0.7, (80, 1)))
+    shares = np.random.default_rng(1).uniform(0.3, 0.7, (80, 1))
+    emulator = Emulator.of(explanation, shares, explanation.simulated(shares))
     at = np.full((60, 1), 0.5)
     found = explanation.simulated(at)
     sd = np.sqrt(emulator.covariance.diagonal())
