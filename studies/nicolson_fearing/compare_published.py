@@ -109,11 +109,16 @@ def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) 
         count[0] += (second or row).agrees
         count[1] += 1
     agree, total = (same[i] + kinds[True][i] + kinds[False][i] for i in range(2))
+    wider = [
+        (after[row.key].high - after[row.key].low) / (row.high - row.low)
+        for row in comparison.predicted
+        if row.key in after and np.isfinite(row.low) and np.isfinite(after[row.key].low)
+    ]
     used, others = (f"{agreeing} of {all_of}" for agreeing, all_of in (kinds[True], kinds[False]))
     return (
         f"After the effects of [](1995.md), {agree} of the {total} agree: {used} that the shared unknowns were "
         f"inferred from, {others} others that these change, and {same[0]} of {same[1]} that they do not change (their "
-        "columns *after* are empty)."
+        f"columns *after* are empty). Ranges are {np.median(wider):.1f} times as wide after as before (the median)."
     )
 
 
@@ -162,7 +167,8 @@ that all tables share, inferred from the numbers of Tables 1 to 4 by `studies/ni
 numbers that they were inferred from, agreement shows that a few unknowns are enough; only for the others is it a
 prediction. Totals of Table 4, and sentences that the paper calculates from its tables, follow from the other numbers.
 Its ranges hold the posterior of the unknowns, and chance from finger to finger. Since the size of the chance was
-inferred too, more than 90 % of the numbers that were fitted lie in them.
+inferred too, more than 90 % of the numbers that were fitted lie in them. After, errors of Table 4 are taken about the
+mean error of each tip, and not about that of all tips; errors go through the fits to first order.
 
 {listed}"""
 

@@ -23,7 +23,7 @@ from _page import DOCS, ends, markdown_table
 from _published import figure, run_study, save
 
 from bayestouch.contact import composite_radius
-from bayestouch.reliability import explained_sign, shared_by_indenters
+from bayestouch.reliability import shared_by_indenters
 from nicolson_fearing.explained import full
 from nicolson_fearing.explained_fit import finger as finger_of
 from nicolson_fearing.explained_fit import read_slopes
@@ -146,6 +146,11 @@ def foretold(finger: LinearFinger, found: Calibrated, reach: TouchFits) -> Float
     )
 
 
+def r_squared(predicted: FloatArray, seen: FloatArray) -> float:
+    """Share of the mean square of errors that a prediction of their values removes."""
+    return 1 - float(((seen - predicted) ** 2).sum() / (seen**2).sum())
+
+
 def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
     """One line a cause and calibration."""
     out = []
@@ -156,7 +161,7 @@ def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
                 for each in ([f.angle_deg for f in fingers], [f.load for f in fingers], [f.radius_mm for f in fingers])
             ]
             scores = [
-                [explained_sign(getattr(f, name)[c][ROUND], f.radius_mm[c][ROUND]).r_squared for f in fingers]
+                [r_squared(getattr(f, name)[c][ROUND], f.radius_mm[c][ROUND]) for f in fingers]
                 for name in ("by_edges", "by_flats")
             ]
             alike = np.mean([shared_by_indenters(f.radius_mm[c][OF_TABLE_3]) for f in fingers])
