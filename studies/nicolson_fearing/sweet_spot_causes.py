@@ -19,7 +19,7 @@ from pathlib import Path
 
 import _path  # noqa: F401
 import numpy as np
-from _page import DOCS, ends, markdown_table
+from _page import DOCS, markdown_table
 from _published import figure, run_study, save
 
 from bayestouch.contact import composite_radius
@@ -28,7 +28,7 @@ from nicolson_fearing.explained import full
 from nicolson_fearing.explained_fit import finger as finger_of
 from nicolson_fearing.explained_fit import read_slopes
 from nicolson_fearing.linear_finger import AT, OF_TABLE_3, SAMPLES, Calibrated, LinearFinger
-from nicolson_fearing.linear_touches import R_B, TouchFits
+from nicolson_fearing.linear_touches import LOAD, R_B, TouchFits
 from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, LOCATIONS_DEG
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.unknowns import Unknowns
@@ -52,6 +52,7 @@ CAUSES = {
     "none: noise alone": (),
 }
 CURVED = ("curvature of the surface", "all of these")
+NONE_MM = 0.1  # half of the noise of a mean of 20: a smaller bias is not scored
 ROUND = np.array([1.0 < tip < np.inf for tip in TIPS_MM])
 _FLAT = TIPS_MM.index(np.inf)
 
@@ -64,6 +65,8 @@ class Seen:
     ----------
     angle_deg, load, radius_mm : (2, tips, places) arrays
         Errors of θ_c, P and R.
+    bias_mm : (2, tips, places) array
+        Errors of R without noise.
     by_edges, by_flats : (2, tips, places) arrays
         Predicted errors of R, from edges, and from edges and flats.
     """
@@ -71,6 +74,7 @@ class Seen:
     angle_deg: FloatArray
     load: FloatArray
     radius_mm: FloatArray
+    bias_mm: FloatArray
     by_edges: FloatArray
     by_flats: FloatArray
 
@@ -96,7 +100,8 @@ def touched(u: Unknowns, seed: int, *, curved: bool) -> Seen:
     quiet = finger.levels / np.sqrt(SAMPLES)
     shape = (len(TIPS_MM), len(LOCATIONS_DEG))
     drift = u.drift / 100 * rng.standard_normal(shape)
-    averaged = reach.fit(finger.missed(found, reach) + quiet * rng.standard_normal((*shape, len(quiet))), drift)
+    missed = finger.missed(found, reach)
+    averaged = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), drift)
     silent = reach.fit(np.zeros((2, *shape, len(quiet))), np.zeros(shape))
 
     def radius(estimates: object) -> FloatArray:
@@ -104,18 +109,19 @@ def touched(u: Unknowns, seed: int, *, curved: bool) -> Seen:
 
     base = radius(silent)
     f = curvature(rng) if curved else np.zeros(shape[1])
-    seen = radius(averaged) - base + by_curvature(u, f)
+    curved_mm = by_curvature(u, f)
+    seen, bias = (radius(each) - base + curved_mm for each in (averaged, reach.fit(missed, np.zeros(shape))))
     expected = reach.fit(foretold(finger, found, reach), np.zeros(shape))
     by_edges = radius(expected) - base
     # what flats read beside what the edges foretell is taken for curvature
     at = np.arange(0, shape[1], int(DESIGN.flat_step_deg))
     per_f = by_curvature(u, np.ones(shape[1]))
-    flats = reach.fit(finger.missed(found, reach) + quiet * rng.standard_normal((*shape, len(quiet))), 0 * drift)
-    left = (radius(flats) - base + by_curvature(u, f) - by_edges)[:, _FLAT, at] / per_f[_FLAT, at]
+    flats = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), 0 * drift)
+    left = (radius(flats) - base + curved_mm - by_edges)[:, _FLAT, at] / per_f[_FLAT, at]
     share = np.clip(1 - _noise_of_flats(reach, quiet, u) / per_f[_FLAT, 0] ** 2 / (left**2).mean(axis=1), 0.0, 1.0)
     guess = np.array([np.interp(LOCATIONS_DEG, LOCATIONS_DEG[at], s * x) for s, x in zip(share, left, strict=True)])
     by_flats = by_edges + per_f * guess[:, None]
-    return Seen(averaged.angle_error_deg + found.prober, averaged.load_error, seen, by_edges, by_flats)
+    return Seen(averaged.angle_error_deg + found.prober, averaged.load_error, seen, bias, by_edges, by_flats)
 
 
 def by_curvature(u: Unknowns, f: FloatArray) -> FloatArray:
@@ -128,7 +134,7 @@ def by_curvature(u: Unknowns, f: FloatArray) -> FloatArray:
 def _noise_of_flats(reach: TouchFits, quiet: FloatArray, u: Unknowns) -> float:
     """Variance of a flat's R by the noise of a mean, mm², to first order and without what P adds."""
     solve = reach.solve[_FLAT]
-    per_kappa = u.modulus_MPa / 0.2
+    per_kappa = u.modulus_MPa / (LOAD / 1000)
     return float(per_kappa**2 * np.mean((solve[:, 2] ** 2 * quiet**2).sum(axis=-1)))
 
 
@@ -161,25 +167,33 @@ def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
                 for each in ([f.angle_deg for f in fingers], [f.load for f in fingers], [f.radius_mm for f in fingers])
             ]
             scores = [
-                [r_squared(getattr(f, name)[c][ROUND], f.radius_mm[c][ROUND]) for f in fingers]
+                [r_squared(getattr(f, name)[c][ROUND], f.bias_mm[c][ROUND]) for f in fingers]
                 for name in ("by_edges", "by_flats")
             ]
+            bias = np.sqrt(np.mean([f.bias_mm[c][ROUND] ** 2 for f in fingers]))
             alike = np.mean([shared_by_indenters(f.radius_mm[c][OF_TABLE_3]) for f in fingers])
             out.append(
                 [
                     f"{cause}, {calibration}",
                     f"{sizes[0]:.2f}, {sizes[1]:.1f}, {sizes[2]:.2f}",
                     f"{alike:.2f}",
-                    *(f"{np.median(s):.2f} ({ends(np.quantile(s, [0.05, 0.95]))})" for s in scores),
+                    f"{bias:.2f}",
+                    *("–" if bias < NONE_MM else _scored(s) for s in scores),
                 ]
             )
     return out
 
 
+def _scored(scores: list[float]) -> str:
+    """Median and 90 % range over fingers."""
+    low, high = np.quantile(scores, [0.05, 0.95])
+    return f"{np.median(scores):.2f} ({low:.2f} to {high:.2f})"
+
+
 def for_the_page(found: dict[str, list[Seen]]) -> str:
     """The table."""
     head = ("cause alone, calibration", "θ_c (degree), P (N/m), R (mm)", "shared by tips")
-    return markdown_table((*head, "R² from edges", "R² from edges and flats"), rows(found))
+    return markdown_table((*head, "bias of R (mm)", "R² from edges", "R² from edges and flats"), rows(found))
 
 
 def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
@@ -188,7 +202,7 @@ def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
     for side, (cause, fingers) in zip(axes.ravel(), found.items(), strict=False):
         for name, colour, label in (("by_edges", "C0", "edges"), ("by_flats", "C1", "edges and flats")):
             predicted = np.concatenate([getattr(f, name)[0][ROUND].ravel() for f in fingers[:3]])
-            seen = np.concatenate([f.radius_mm[0][ROUND].ravel() for f in fingers[:3]])
+            seen = np.concatenate([f.bias_mm[0][ROUND].ravel() for f in fingers[:3]])
             side.plot(predicted, seen, ".", ms=2, color=colour, alpha=0.5, label=label)
         reach = np.array([-2.0, 2.0])
         side.plot(reach, reach, color="0.6", lw=0.8)
@@ -197,7 +211,7 @@ def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
     for side in axes[-1]:
         side.set_xlabel("bias of R predicted (mm)")
     for side in axes[:, 0]:
-        side.set_ylabel("bias of R seen (mm)")
+        side.set_ylabel("bias of R (mm)")
     save(drawn, folder, "sweet_spot_causes")
 
 
