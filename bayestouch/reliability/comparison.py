@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,8 @@ from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised
 from bayestouch.paper import published
 
-_HEADER = "| number | paper | bayestouch | 90 % | difference | why |\n|---|---|---|---|---|---|"
+_COLUMNS = ("number", "paper", "bayestouch", "90 %", "difference", "why")
+_AFTER = ("after", "after, 90 %")
 
 
 @dataclass(frozen=True, repr=False)
@@ -104,8 +105,16 @@ class PublishedComparison(Summarised):
             f"{agree} agree within rounding and the interval given."
         )
 
-    def markdown(self) -> str:
-        """Comparison as Markdown: a section for each table of the paper and one for its text."""
+    def markdown(self, after: Mapping[str, Beside] | None = None) -> str:
+        """Comparison as Markdown: a section for each table of the paper and one for its text.
+
+        Parameters
+        ----------
+        after : mapping of Beside, optional
+            Numbers by key as a second simulation has them, for two more columns; empty cells where it has none.
+        """
+        columns = _COLUMNS if after is None else (*_COLUMNS[:-1], *_AFTER, _COLUMNS[-1])
+        header = f"| {' | '.join(columns)} |\n|{'---|' * len(columns)}"
         sections = [("Table 1", "table_1."), ("Table 2", "table_2."), ("Table 3", "table_3["), ("Table 4", "table_4.")]
         out = [self.counted(), ""]
         done: set[str] = set()
@@ -113,9 +122,9 @@ class PublishedComparison(Summarised):
             own = [row for row in self.rows if row.key.startswith(start)]
             rows = [row for row in own if row.paper.where.startswith(f"{title}, row")]
             done.update(row.key for row in rows)
-            out += [f"## {title}", "", _HEADER, *map(_line, rows), ""]
+            out += [f"## {title}", "", header, *(_line(row, after) for row in rows), ""]
         rest = [row for row in self.rows if row.key not in done]
-        out += ["## Text and captions", "", _HEADER, *map(_line, rest)]
+        out += ["## Text and captions", "", header, *(_line(row, after) for row in rest)]
         return "\n".join(out) + "\n"
 
 
@@ -128,12 +137,20 @@ def shown_number(value: float, decimals: int = 0) -> str:
     return f"{value:.{max(decimals, 2 - int(np.floor(np.log10(abs(value)))))}f}"
 
 
-def _line(row: Beside) -> str:
+def _line(row: Beside, after: Mapping[str, Beside] | None) -> str:
     unit = "" if row.paper.unit == "1" else f" {row.paper.unit}"
-    ours = shown_number(row.ours, len(row.paper.printed.partition(".")[2]))
-    interval = "" if np.isnan(row.low) else f"{shown_number(row.low)} to {shown_number(row.high)}"
+    ours, interval = _shown(row)
     sign = "+" if row.difference > 0 else ""
     difference = "0" if abs(row.difference) <= row.paper.rounding else sign + shown_number(row.difference)
     why = ("setting; " if row.put_in else "") + row.why
-    cells = (f"`{row.key}`", row.paper.printed + unit, ours, interval, difference, why.rstrip("; "))
+    second: tuple[str, ...] = ()
+    if after is not None:
+        second = _shown(after[row.key]) if row.key in after else ("", "")
+    cells = (f"`{row.key}`", row.paper.printed + unit, ours, interval, difference, *second, why.rstrip("; "))
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"
+
+
+def _shown(row: Beside) -> tuple[str, str]:
+    """Our number and its interval."""
+    ours = shown_number(row.ours, len(row.paper.printed.partition(".")[2]))
+    return ours, "" if np.isnan(row.low) else f"{shown_number(row.low)} to {shown_number(row.high)}"

@@ -9,6 +9,7 @@ Each row comes from the study of its table or figure, run on the same simulated 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 
 import _path  # noqa: F401
@@ -30,10 +31,15 @@ from bayestouch.paper import published
 from bayestouch.reliability import Beside, PublishedComparison
 from bayestouch.reliability.paper_criterion import NOISE_FACTOR
 from bayestouch.simulation import FingerDesign
+from nicolson_fearing.explained import FREE
+from nicolson_fearing.explained import after as after_effects
+from nicolson_fearing.explained_fit import KEYS
 from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design
 from nicolson_fearing.paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs
 
 PAGE = Path(__file__).parents[2] / "docs" / "published_comparison.md"
+#: Numbers that the shared unknowns are inferred from.
+USED = frozenset(key for key in KEYS if ".total." not in key)
 NO_COUNTERPART = {
     "dielectric_thickness": "an element is the strain at one radius; its thickness is not simulated",
     "tips.corner_angle": "the simulated edge is a knife edge; `bayestouch.contact.CornerContact` has the corner",
@@ -93,8 +99,32 @@ def compared(small: bool = False) -> PublishedComparison:
     )
 
 
-def page(comparison: PublishedComparison, fingers: int) -> str:
+def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) -> str:
+    """Sentences with the numbers that agree under all effects: fitted, predicted, and as before."""
+    kinds = {True: [0, 0], False: [0, 0]}
+    same = [0, 0]
+    for row in comparison.predicted:
+        second = after.get(row.key)
+        count = same if second is None else kinds[row.key in USED]
+        count[0] += (second or row).agrees
+        count[1] += 1
+    agree, total = (same[i] + kinds[True][i] + kinds[False][i] for i in range(2))
+    wider = [
+        (after[row.key].high - after[row.key].low) / (row.high - row.low)
+        for row in comparison.predicted
+        if row.key in after and np.isfinite(row.low) and np.isfinite(after[row.key].low)
+    ]
+    used, others = (f"{agreeing} of {all_of}" for agreeing, all_of in (kinds[True], kinds[False]))
+    return (
+        f"After the effects of [](1995.md), {agree} of the {total} agree: {used} that the shared unknowns were "
+        f"inferred from, {others} others that these change, and {same[0]} of {same[1]} that they do not change (their "
+        f"columns *after* are empty). Ranges are {np.median(wider):.1f} times as wide after as before (the median)."
+    )
+
+
+def page(comparison: PublishedComparison, fingers: int, after: Mapping[str, Beside]) -> str:
     """Markdown of the documentation's page."""
+    listed = comparison.markdown(after).replace(comparison.counted(), "", 1).lstrip()
     return f"""# The paper and bayestouch, number by number
 
 Made by `python studies/nicolson_fearing/compare_published.py --docs`. The command takes minutes, with `--small`
@@ -112,6 +142,8 @@ residuals of Tables 1 and 2 (`studies/nicolson_fearing/paper_run.py`). Measured 
 | bayestouch | our number, in the same unit: a mean over the fingers |
 | 90 % | the 90 % range of single fingers, since the paper made one; Figure 4 has other ranges, see below |
 | difference | ours minus the paper's, in the same unit; 0 within the paper's rounding |
+| after | our number with the effects that explain the tables: the median of single fingers |
+| after, 90 % | the 90 % range of single fingers with these effects |
 | why | the reason of a difference, or from what our number comes |
 
 A number agrees if the printed one, within its rounding, is inside the interval. The difference need not be 0. Where
@@ -124,16 +156,32 @@ Table 3 allows, and that of `figure_4.level` is over the locations of the touche
 are true only on average over many fingers, and the elements are simulated where the paper's fit found them, not where
 they were built. Begin with the rows without "setting".
 
-{comparison.markdown()}"""
+## Before and after
+
+{comparison.counted()} This is *before*: the columns *bayestouch* and *90 %*.
+
+{counted_after(comparison, after)}
+
+The columns *after* are of a second simulation. It has the printed length of the tips, 4 mm, and {len(FREE)} unknowns
+that all tables share, inferred from the numbers of Tables 1 to 4 by `studies/nicolson_fearing/explained.py`. So for the
+numbers that they were inferred from, agreement shows that a few unknowns are enough; only for the others is it a
+prediction. Totals of Table 4, and sentences that the paper calculates from its tables, follow from the other numbers.
+Its ranges hold the posterior of the unknowns, and chance from finger to finger. Since the size of the chance was
+inferred too, more than 90 % of the numbers that were fitted lie in them. After, errors of Table 4 are taken about the
+mean error of each tip, and not about that of all tips; errors go through the fits to first order.
+
+{listed}"""
 
 
 def main(small: bool = False, folder: Path | None = None) -> PublishedComparison:
     """Print the count of what agrees, and write the page to the folder."""
     comparison = compared(small)
+    after = after_effects(small)
     print(comparison.counted())
+    print(counted_after(comparison, after))
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
-        text = page(comparison, 2 if small else FINGERS)
+        text = page(comparison, 2 if small else FINGERS, after)
         (folder / "published_comparison.md").write_text(text, encoding="utf-8")
     return comparison
 

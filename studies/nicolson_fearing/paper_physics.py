@@ -157,6 +157,11 @@ class TrueFinger:
         return FiniteStrainTable.load(self.physics.measure).for_elements(self.sensing_radius_mm)
 
 
+def contact_of(design: FingerDesign, physics: Physics) -> LayerContact:
+    """The frictionless contact on the bonded layer, of indenters of that length."""
+    return _contact(design, physics.poisson_ratio, physics.length_mm)
+
+
 @lru_cache(maxsize=8)
 def _contact(design: FingerDesign, poisson_ratio: float, length_mm: float) -> LayerContact:
     radii = (design.core_radius_mm, design.outer_radius_mm)

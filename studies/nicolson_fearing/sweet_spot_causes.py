@@ -1,0 +1,233 @@
+"""Sweet spots by physical cause: rows of Table 4, what tips share, and what calibration touches foretell of the bias.
+
+    python studies/nicolson_fearing/sweet_spot_causes.py [FOLDER] [--small] [--no-pictures] [--docs]
+
+Each cause acts alone on linear fingers, in the amount that `explained` infers from the paper's tables. Noise is that of
+means of 20 samples. The bias of R of round tips is predicted from calibration touches alone, and scored about zero:
+from edges (the identified E map, and what it leaves over at the place), or from edges and flats every 3°, which see
+the width of the contact.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import _path  # noqa: F401
+import numpy as np
+from _page import DOCS, markdown_table
+from _published import figure, run_study, save
+
+from bayestouch.contact import composite_radius
+from bayestouch.reliability import shared_by_indenters
+from nicolson_fearing.explained import full
+from nicolson_fearing.explained_fit import finger as finger_of
+from nicolson_fearing.explained_fit import read_slopes
+from nicolson_fearing.linear_finger import AT, OF_TABLE_3, SAMPLES, Calibrated, LinearFinger
+from nicolson_fearing.linear_touches import LOAD, R_B, TouchFits
+from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, LOCATIONS_DEG
+from nicolson_fearing.paper_run import TIPS_MM
+from nicolson_fearing.unknowns import Unknowns
+
+FloatArray = np.ndarray
+
+PAGE = DOCS / "1995.md"
+SCRIPT = "nicolson_fearing/sweet_spot_causes.py"
+FINGERS = 12
+CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
+"""Of the surface, as in `studies/surface_profile.py`; the tables of 1995 say nothing of its size."""
+NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "prober_deg": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
+CAUSES = {
+    "E maps, near the touch": ("map_error",),
+    "E maps, tails": ("tail",),
+    "places, every element its own": ("place_error",),
+    "location of the prober": ("prober_deg",),
+    "drift from touch to touch": ("drift",),
+    "curvature of the surface": (),
+    "all of these": ("map_error", "tail", "place_error", "prober_deg", "drift"),
+    "none: noise alone": (),
+}
+CURVED = ("curvature of the surface", "all of these")
+NONE_MM = 0.1  # half of the noise of a mean of 20: a smaller bias is not scored
+ROUND = np.array([1.0 < tip < np.inf for tip in TIPS_MM])
+_FLAT = TIPS_MM.index(np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class Seen:
+    """Errors of one finger's averages, and predictions of the errors of R: (2, tips, places); mm.
+
+    Attributes
+    ----------
+    angle_deg, load, radius_mm : (2, tips, places) arrays
+        Errors of θ_c, P and R.
+    bias_mm : (2, tips, places) array
+        Errors of R without noise.
+    by_edges, by_flats : (2, tips, places) arrays
+        Predicted errors of R, from edges, and from edges and flats.
+    """
+
+    angle_deg: FloatArray
+    load: FloatArray
+    radius_mm: FloatArray
+    bias_mm: FloatArray
+    by_edges: FloatArray
+    by_flats: FloatArray
+
+
+def amounts(small: bool) -> Unknowns:
+    """Posterior means of the unknowns."""
+    inferred = full(small).inferred
+    return inferred.explanation.unknowns(inferred.shares.mean(axis=0))
+
+
+def curvature(rng: np.random.Generator) -> FloatArray:
+    """Departure f of the surface's curvature at each place, 1/mm: smooth and random."""
+    off = LOCATIONS_DEG[:, None] - LOCATIONS_DEG
+    covariance = np.exp(-0.5 * (off / CURVATURE_LENGTH_DEG) ** 2) + 1e-9 * np.eye(len(off))
+    return np.asarray(CURVATURE_PER_MM * np.linalg.cholesky(covariance) @ rng.standard_normal(len(off)))
+
+
+def touched(u: Unknowns, seed: int, *, curved: bool) -> Seen:
+    """Calibrate, predict, touch."""
+    finger, rng = finger_of(seed), np.random.default_rng([seed, 21])
+    found = finger.calibrated(u, rng)
+    reach = finger.reach(u, rng)
+    quiet = finger.levels / np.sqrt(SAMPLES)
+    shape = (len(TIPS_MM), len(LOCATIONS_DEG))
+    drift = u.drift / 100 * rng.standard_normal(shape)
+    missed = finger.missed(found, reach)
+    averaged = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), drift)
+    silent = reach.fit(np.zeros((2, *shape, len(quiet))), np.zeros(shape))
+
+    def radius(estimates: object) -> FloatArray:
+        return np.asarray(estimates.radius_mm(u.modulus_MPa, u.squeeze_mm))  # type: ignore[attr-defined]
+
+    base = radius(silent)
+    f = curvature(rng) if curved else np.zeros(shape[1])
+    curved_mm = by_curvature(u, f)
+    seen, bias = (radius(each) - base + curved_mm for each in (averaged, reach.fit(missed, np.zeros(shape))))
+    expected = reach.fit(foretold(finger, found, reach), np.zeros(shape))
+    by_edges = radius(expected) - base
+    # what flats read beside what the edges foretell is taken for curvature
+    at = np.arange(0, shape[1], int(DESIGN.flat_step_deg))
+    per_f = by_curvature(u, np.ones(shape[1]))
+    flats = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), 0 * drift)
+    left = (radius(flats) - base + curved_mm - by_edges)[:, _FLAT, at] / per_f[_FLAT, at]
+    share = np.clip(1 - _noise_of_flats(reach, quiet, u) / per_f[_FLAT, 0] ** 2 / (left**2).mean(axis=1), 0.0, 1.0)
+    guess = np.array([np.interp(LOCATIONS_DEG, LOCATIONS_DEG[at], s * x) for s, x in zip(share, left, strict=True)])
+    by_flats = by_edges + per_f * guess[:, None]
+    return Seen(averaged.angle_error_deg + found.prober, averaged.load_error, seen, bias, by_edges, by_flats)
+
+
+def by_curvature(u: Unknowns, f: FloatArray) -> FloatArray:
+    """Errors of R by a departure f of the curvature, (tips, places): as R changes, so does what is read."""
+    true = composite_radius(np.array(TIPS_MM), R_B)
+    slope = np.array([read_slopes(u, np.array([max(r, 0.1)]))[1, 0] for r in true])
+    return np.asarray(-(slope * true**2)[:, None] * f)
+
+
+def _noise_of_flats(reach: TouchFits, quiet: FloatArray, u: Unknowns) -> float:
+    """Variance of a flat's R by the noise of a mean, mm², to first order and without what P adds."""
+    solve = reach.solve[_FLAT]
+    per_kappa = u.modulus_MPa / (LOAD / 1000)
+    return float(per_kappa**2 * np.mean((solve[:, 2] ** 2 * quiet**2).sum(axis=-1)))
+
+
+def foretold(finger: LinearFinger, found: Calibrated, reach: TouchFits) -> FloatArray:
+    """Errors of strains that the edges foretell, (2, tips, places, m): the identified map, and residuals at a place."""
+    residual = found.residual
+    noise = finger.levels**2 / SAMPLES
+    share = np.clip(1 - noise / (residual**2).mean(axis=0), 0.0, 1.0)
+    better = found.absorbed[1]
+    return np.array(
+        [
+            finger.felt([b - a for a, b in zip(absorbed, better, strict=True)], reach) + share * residual[AT]
+            for absorbed in found.absorbed
+        ]
+    )
+
+
+def r_squared(predicted: FloatArray, seen: FloatArray) -> float:
+    """Share of the mean square of errors that a prediction of their values removes."""
+    return 1 - float(((seen - predicted) ** 2).sum() / (seen**2).sum())
+
+
+def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
+    """One line a cause and calibration."""
+    out = []
+    for cause, fingers in found.items():
+        for c, calibration in enumerate(CALIBRATIONS):
+            sizes = [
+                np.mean([np.sqrt(np.mean((a[c] - a[c].mean(axis=-1, keepdims=True)) ** 2)) for a in each])
+                for each in ([f.angle_deg for f in fingers], [f.load for f in fingers], [f.radius_mm for f in fingers])
+            ]
+            scores = [
+                [r_squared(getattr(f, name)[c][ROUND], f.bias_mm[c][ROUND]) for f in fingers]
+                for name in ("by_edges", "by_flats")
+            ]
+            bias = np.sqrt(np.mean([f.bias_mm[c][ROUND] ** 2 for f in fingers]))
+            alike = np.mean([shared_by_indenters(f.radius_mm[c][OF_TABLE_3]) for f in fingers])
+            out.append(
+                [
+                    f"{cause}, {calibration}",
+                    f"{sizes[0]:.2f}, {sizes[1]:.1f}, {sizes[2]:.2f}",
+                    f"{alike:.2f}",
+                    f"{bias:.2f}",
+                    *("–" if bias < NONE_MM else _scored(s) for s in scores),
+                ]
+            )
+    return out
+
+
+def _scored(scores: list[float]) -> str:
+    """Median and 90 % range over fingers."""
+    low, high = np.quantile(scores, [0.05, 0.95])
+    return f"{np.median(scores):.2f} ({low:.2f} to {high:.2f})"
+
+
+def for_the_page(found: dict[str, list[Seen]]) -> str:
+    """The table."""
+    head = ("cause alone, calibration", "θ_c (degree), P (N/m), R (mm)", "shared by tips")
+    return markdown_table((*head, "bias of R (mm)", "R² from edges", "R² from edges and flats"), rows(found))
+
+
+def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
+    """Predicted and seen, by cause."""
+    drawn, axes = figure(4, 2, figsize=(13.5, 6.5), sharex=True, sharey=True)
+    for side, (cause, fingers) in zip(axes.ravel(), found.items(), strict=False):
+        for name, colour, label in (("by_edges", "C0", "edges"), ("by_flats", "C1", "edges and flats")):
+            predicted = np.concatenate([getattr(f, name)[0][ROUND].ravel() for f in fingers[:3]])
+            seen = np.concatenate([f.bias_mm[0][ROUND].ravel() for f in fingers[:3]])
+            side.plot(predicted, seen, ".", ms=2, color=colour, alpha=0.5, label=label)
+        reach = np.array([-2.0, 2.0])
+        side.plot(reach, reach, color="0.6", lw=0.8)
+        side.set(title=cause, xlim=reach, ylim=reach)
+    axes[0, 0].legend(markerscale=4, title="predicted from")
+    for side in axes[-1]:
+        side.set_xlabel("bias of R predicted (mm)")
+    for side in axes[:, 0]:
+        side.set_ylabel("bias of R (mm)")
+    save(drawn, folder, "sweet_spot_causes")
+
+
+def main(small: bool = False, folder: Path | None = None) -> dict[str, list[Seen]]:
+    """Print the table and save the picture."""
+    everything = amounts(small)
+    found = {}
+    for cause, names in CAUSES.items():
+        changes = {name: value for name, value in NO_ERRORS.items() if name not in names}
+        u = replace(everything, **changes)
+        found[cause] = [touched(u, seed, curved=cause in CURVED) for seed in range(3 if small else FINGERS)]
+    print(for_the_page(found))
+    if folder is not None:
+        picture(folder, found)
+    return found
+
+
+if __name__ == "__main__":
+    run_study(main, __doc__, SCRIPT, for_the_page, PAGE)
