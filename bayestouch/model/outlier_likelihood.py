@@ -162,8 +162,8 @@ class OutlierLikelihood:
         )
         shift = once / mass
         log_product = most + np.log(mass) - 0.5 * np.log(2 * np.pi)
-        # Where the expectation contradicts all samples, the product may be between or beyond the nodes, and its variance
-        # is not resolved: it is at least half of that of the product of two normal densities.
+        # Where the expectation contradicts all samples, the product may be between or beyond the nodes, and its
+        # variance is not resolved: it is at least half of that of the product of two normal densities.
         variance = np.maximum(twice / mass - shift**2, 0.5 / (1 / usual + 1 / spread))
         precision = np.maximum(1 / variance - 1 / spread, LEAST_PRECISION / spread)
         # The mean of the product is the weighted mean of both normal densities.
