@@ -11,7 +11,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.model.added import AddedEffect
 from bayestouch.output.progress import Progress
 from bayestouch.pad.density import PadDensity
-from bayestouch.pad.requested import by_name, requested_groups
+from bayestouch.pad.requested import by_name, groups_of_pad
 from bayestouch.pad.sampling import sample_density
 from bayestouch.results.schema import LOG_DENSITY
 
@@ -95,6 +95,6 @@ class PadPosterior:
             },
             groups={
                 "sample_stats": {LOG_DENSITY: drawn.log_density[:, :, 0]},
-                **requested_groups(density, drawn.draws[:, :, 0], groups, seed),
+                **groups_of_pad(density, drawn.draws[:, :, 0], groups, seed),
             },
         )

@@ -16,7 +16,7 @@ from bayestouch.results.schema import Requested
 PREDICTED = frozenset({"prior_predictive", "posterior_predictive"})
 
 
-def requested_groups(density: PadDensity, vectors: FloatArray, groups: Sequence[str], seed: int) -> Requested:
+def groups_of_pad(density: PadDensity, vectors: FloatArray, groups: Sequence[str], seed: int) -> Requested:
     """Groups of a calibration, among those of `bayestouch.results.schema.GROUPS`.
 
     ``log_likelihood`` has ``whole_touch`` (chain, draw, t), the log density of the mean readings of each touch. With an

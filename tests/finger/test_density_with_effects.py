@@ -277,7 +277,8 @@ def test_functions_that_touches_share_are_integrated_out(of_one_element: int) ->
     vectors = one.points(4)
     alone = effect_fit(fitted, added, plain).density()
     together = replace(alone, posterior=replace(plain, columns=columns))
-    left, weight, slopes = alone._errors(vectors, alone.predict(vectors))
+    means, slopes = alone._errors(vectors, alone.predict(vectors))
+    left, weight = means.left, means.weight
     expected = []
     for i, before in enumerate(alone(vectors)):
         blocks = [np.diag(1 / weight[i, k]) + np.outer(slopes[0, i, k], slopes[0, i, k]) for k in range(t)]
