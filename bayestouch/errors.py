@@ -100,12 +100,12 @@ def nearest(name: str, known: Iterable[str]) -> str:
     return f"; did you mean {' or '.join(plain[each] for each in found)}?" if found else ""
 
 
-def unknown_name(what: str, name: object, known: Iterable[str]) -> InputError:
+def unknown_name(what: str, name: object, known: Iterable[str], column: str | None = None) -> InputError:
     """Return the error that a name is unknown, with the most similar name; if there is none or few names, with all."""
     names = list(known)
     question = nearest(str(name), names)
     known_are = f"; known are {', '.join(names)}" if len(names) <= _FEW_NAMES or not question else ""
-    return InputError(f"unknown {what} {shown(name)}{known_are}{question}")
+    return InputError(f"unknown {what} {shown(name)}{known_are}{question}", column=column)
 
 
 def misspelt(name: str, unknown: Iterable[str]) -> str:

@@ -115,9 +115,7 @@ def _with_effect(fitted: Fitted, effect: Effect, start: Mapping[str, float]) -> 
     """The model fitted with one more effect, from stated starting values if there are any."""
     names = [parameter.name for parameter in effect.parameters]
     if wrong := sorted(set(start) - set(names)):
-        raise InputError(
-            str(unknown_name(f"parameter of effect {effect.name}:", wrong[0], names)), column="effect.start"
-        )
+        raise unknown_name(f"parameter of effect {effect.name}:", wrong[0], names, column="effect.start")
     new = fit_with(effect, fitted, partial(_start, fitted, effect, start))
     return (new.fitted if new.noise else settled(new.fitted)), new.noise
 

@@ -87,7 +87,7 @@ class StatedModel:
 def _effect(table: dict[str, Any]) -> tuple[str, dict[str, float]]:
     name, known = table.get("name"), effect_classes()
     if not isinstance(name, str) or name not in known:
-        raise InputError(str(unknown_name("effect", name, known)), column="effect.name")
+        raise unknown_name("effect", name, known, column="effect.name")
     start = table.get("start", {})
     numbers = isinstance(start, dict) and all(
         isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < LARGEST

@@ -91,7 +91,7 @@ def calibration_with_effects(
         parameters=(*priors.parameters(sensor.reading_unit, discrepancy=at.discrepancy), *own),
         mode=_mode(fit, fitted.vector, added),
         posterior={
-            **in_vectors(vectors),
+            **draws_by_name(model.chain(fitted.vector), known, at, vectors),
             **_effect_draws(posterior, added, vectors, np.random.default_rng([seed, 2])),
         },
         covariance=np.cov(linear_vectors(at, model.sign, vectors).T),

@@ -15,7 +15,7 @@ from bayestouch.finger.layout import FlatLayout, FlatPrior
 from bayestouch.finger.noise import Precisions
 from bayestouch.finger.public import public_draws
 from bayestouch.finger.sampling_with_effects import EffectFit
-from bayestouch.results.schema import Requested
+from bayestouch.results.schema import Requested, of_readings
 
 
 def groups_without_effects(
@@ -54,7 +54,7 @@ def groups_without_effects(
     if "posterior_predictive" in groups:
         rng, held = np.random.default_rng([seed, 6]), max(1, NUMBERS_HELD // likelihood.missing.size)
         again = [density.replicated(flat[first : first + held], rng) for first in range(0, len(flat), held)]
-        out["posterior_predictive"] = {"reading": _of_readings(np.concatenate(again), shape)}
+        out["posterior_predictive"] = {"reading": of_readings(np.concatenate(again), shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
         drawn = _prior_draws(likelihood.prior, len(flat), rng)
@@ -62,7 +62,7 @@ def groups_without_effects(
             out["prior"] = public_draws(fit, drawn.reshape(vectors.shape))
         if "prior_predictive" in groups:
             wide = FingerDensity(likelihood, likelihood.series)
-            out["prior_predictive"] = {"reading": _of_readings(wide.replicated(_within_reach(fit, drawn), rng), shape)}
+            out["prior_predictive"] = {"reading": of_readings(wide.replicated(_within_reach(fit, drawn), rng), shape)}
     return out
 
 
@@ -97,14 +97,14 @@ def groups_with_effects(
         out["log_likelihood"] = {"whole_touch": density.touch_log_likelihood(flat).reshape(*shape, -1)}
     if "posterior_predictive" in groups:
         again = _replicated(posterior, flat, np.random.default_rng([seed, 6]))
-        out["posterior_predictive"] = {"reading": _of_readings(again, shape)}
+        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
         drawn = _prior_draws(posterior.prior, len(flat), rng)
         if "prior" in groups:
             out["prior"] = by_name(drawn.reshape(vectors.shape))
         if "prior_predictive" in groups:
-            out["prior_predictive"] = {"reading": _of_readings(_replicated(posterior, drawn, rng), shape)}
+            out["prior_predictive"] = {"reading": of_readings(_replicated(posterior, drawn, rng), shape)}
     if "log_prior" in groups:
         logs, at = _log_densities(posterior.prior, flat), posterior.layout
         named = [(effect.name, p.name) for effect in posterior.model.effects for p in effect.parameters]
@@ -133,10 +133,6 @@ def _replicated(posterior: EffectPosterior, vectors: FloatArray, rng: np.random.
         out[i] = touches + np.sqrt(variance) * rng.standard_normal(touches.shape)
         out[i] += shared[:, None] * added.together(noise.peak)
     return np.where(known.missing, np.nan, out)
-
-
-def _of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    return np.asarray(values.reshape(*shape, *values.shape[1:]), dtype=np.float32)
 
 
 def _log_densities(prior: FlatPrior, flat: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from scipy.linalg import solve_triangular
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.pad import COORDINATES
 from bayestouch.pad.density import NUMBERS_HELD, PadDensity
-from bayestouch.results.schema import Requested
+from bayestouch.results.schema import Requested, of_readings
 
 #: Groups of simulated readings.
 PREDICTED = frozenset({"prior_predictive", "posterior_predictive"})
@@ -44,7 +44,7 @@ def groups_of_pad(density: PadDensity, vectors: FloatArray, groups: Sequence[str
         out["log_prior"] = by_name(density, np.stack(logs, axis=-1))
     if "posterior_predictive" in groups:
         again = replicated(density, flat, np.random.default_rng([seed, 6]), learned=True)
-        out["posterior_predictive"] = {"reading": _of_readings(again, shape)}
+        out["posterior_predictive"] = {"reading": of_readings(again, shape)}
     if {"prior", "prior_predictive"} & set(groups):
         rng = np.random.default_rng([seed, 7])
         values = np.stack([prior.quantile(rng.random(len(flat))) for prior in density.priors], axis=-1)
@@ -53,7 +53,7 @@ def groups_of_pad(density: PadDensity, vectors: FloatArray, groups: Sequence[str
         if "prior_predictive" in groups:
             drawn = np.where(density.logarithmic, np.log(np.where(density.logarithmic, values, 1.0)), values)
             again = replicated(density, drawn, rng, learned=False)
-            out["prior_predictive"] = {"reading": _of_readings(again, shape)}
+            out["prior_predictive"] = {"reading": of_readings(again, shape)}
     return out
 
 
@@ -80,10 +80,6 @@ def replicated(density: PadDensity, vectors: FloatArray, rng: np.random.Generato
         again = means + np.moveaxis(np.linalg.solve(whitening, errors.reshape(t, m, -1)), 2, 0)
         out.append(np.where(missing, np.nan, again))
     return np.concatenate(out)
-
-
-def _of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    return np.asarray(values.reshape(*shape, *values.shape[1:]), dtype=np.float32)
 
 
 def by_name(density: PadDensity, values: FloatArray) -> dict[str, FloatArray]:

@@ -33,6 +33,11 @@ TOUCH_COORDINATES = ("index", "tip", "place", "place_x", "place_y")
 _DECIMALS = 6
 
 
+def of_readings(values: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """Simulated readings (n, t, m) as groups have them: (*shape, t, m), in single precision."""
+    return np.asarray(values.reshape(*shape, *values.shape[1:]), dtype=np.float32)
+
+
 def chosen_groups(names: str | Iterable[str]) -> tuple[str, ...]:
     """Names of groups in the order of `GROUPS`, from a list or from text such as ``log_likelihood,prior`` or ``all``.
 
