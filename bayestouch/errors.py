@@ -88,16 +88,22 @@ def few(names: Sequence[str], count: int = 6, length: int = 30) -> str:
     return ", ".join(_cut(name, length) for name in names[:count]) + (" …" if len(names) > count else "")
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return a question with the known name that is most similar to an unknown one, for a message; empty if none is.
+def similar(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known name that is most similar to an unknown one, in a list; empty if none is.
 
     Letters in upper case and the signs between words do not count. If the unknown name is a word of known ones, as
-    ``drift`` is of ``gain_drift``, the question has up to three of these.
+    ``drift`` is of ``gain_drift``, the list has up to three of these.
     """
     plain = {_plain(each): each for each in known}
     wanted = _plain(name)
     found = [each for each in plain if wanted in each.split()][:3] or get_close_matches(wanted, list(plain), n=1)
-    return f"; did you mean {' or '.join(plain[each] for each in found)}?" if found else ""
+    return [plain[each] for each in found]
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return a question with the known names that are `similar` to an unknown one, for a message; empty if none is."""
+    found = similar(name, known)
+    return f"; did you mean {' or '.join(found)}?" if found else ""
 
 
 def unknown_name(what: str, name: object, known: Iterable[str], column: str | None = None) -> InputError:

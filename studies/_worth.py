@@ -6,6 +6,7 @@ the elements alone.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
@@ -134,7 +135,7 @@ def worths(dataset: DataSet, traced: Traced) -> list[Worth]:
     ]
 
 
-def worth_table(found: list[tuple[str, DataSet, Traced]]) -> str:
-    """Markdown table of data sets, by name, with their diagnoses."""
-    cells = [[name, *each.cells()] for name, dataset, traced in found for each in worths(dataset, traced)]
+def worth_table(found: Mapping[str, Sequence[Worth]]) -> str:
+    """Markdown table of data sets, by name."""
+    cells = [[name, *each.cells()] for name, ways in found.items() for each in ways]
     return markdown_table(HEAD, cells).rstrip()

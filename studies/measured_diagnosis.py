@@ -17,9 +17,10 @@ from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+from _loop_picture import file_name, save_loop
 from _page import write_between
 from _published import OUTPUT, figure, save
-from _worth import WORTH, worth_table
+from _worth import WORTH, worth_table, worths
 
 import bayestouch
 from bayestouch.data.dataset import DataSet
@@ -268,19 +269,21 @@ def main(
         found.append(one)
         print_found(one)
         if folder is not None and not small:
-            name = case.name.replace(", ", "_").replace(" ", "_")
-            one.diagnosis.save(folder / name)
+            one.diagnosis.save(folder / file_name(case.name))
     tables = as_tables(found)
     print("\n" + tables)
     if folder is not None:
         draw(found, folder)
     if small:
         return found
-    worth = worth_table([(each.case.name, each.dataset, each.diagnosis.traced) for each in found])
-    print("\n" + worth)
+    worth = {each.case.name: worths(each.dataset, each.diagnosis.traced) for each in found}
+    print("\n" + worth_table(worth))
+    if folder is not None:
+        for each in found:
+            save_loop(each.case.name, each.diagnosis.traced, steps_percent(each), worth[each.case.name], folder)
     if page is not None:
         write_between(MARK, tables, page)
-        write_between(WORTH, worth, page)
+        write_between(WORTH, worth_table(worth), page)
     return found
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bayestouch.commands.folders import workplace
-from bayestouch.errors import InputError, few
+from bayestouch.errors import InputError, few, similar
 
 if TYPE_CHECKING:
     from bayestouch.data.dataset import DataSet
@@ -126,7 +125,7 @@ def _calibrations_near(path: Path, table: Path | None) -> str:
 
 def _similar(path: Path, names: Iterable[str]) -> str:
     """Question if one of the names beside a path is meant, empty if none is similar."""
-    found = difflib.get_close_matches(path.name, [name for name in names if name != "."], n=1)
+    found = similar(path.name, (name for name in names if name != "."))
     return _question(path, found[0]) if found else ""
 
 

@@ -44,8 +44,11 @@ _ERROR_TEXTS = (
 )
 
 
-def sentences(numbers: Mapping[str, Any]) -> list[str]:
-    """Sentences: what got worse, verdict, effects, remaining misfit, and errors before and after."""
+def sentences(numbers: Mapping[str, Any], *, with_causes: bool = True) -> list[str]:
+    """Sentences: what got worse, verdict, effects, causes, remaining misfit, and errors before and after.
+
+    A page that draws the probabilities of causes as bars leaves out their sentence (`with_causes`).
+    """
     out = [*worse_lines(numbers), verdict_sentence(numbers)]
     for effect in numbers["effects"]:
         line = f"Found {effect['name']} ({effect['summary']}): {_values(effect['parameters'])}."
@@ -53,7 +56,7 @@ def sentences(numbers: Mapping[str, Any]) -> list[str]:
             line += f" These data cannot distinguish it from {' or '.join(effect['indistinguishable_from'])}."
         out.append(line)
     left, structure_left = numbers["unexplained"], numbers["verdict"] in ("partly explained", "unattributed")
-    causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)]
+    causes = [f"{each['name']} {each['text']}" for each in probable_causes(numbers, 3)] if with_causes else []
     if causes:
         condition = " if nothing else were missing" if structure_left else ""
         out.append(f"Probabilities of causes{condition}: {', '.join(causes)}.")

@@ -46,7 +46,8 @@ def light_diagnosis(dataset: DataSet, seed: int, progress: Progress | None = Non
     numbers = diagnosis.to_dict()
     made = "made with this report" + ("" if read else ", without reading the held-out touches as unknown")
     return Diagnosed(
-        {**numbers, "sentences": sentences(numbers), "made": made}, _of_report(diagnosis_pictures(diagnosis.traced))
+        {**numbers, "sentences": sentences(numbers, with_causes=False), "made": made},
+        _of_report(diagnosis_pictures(diagnosis.traced)),
     )
 
 
@@ -66,7 +67,7 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
     if found != wanted:
         raise InputError(f"expected a diagnosis of a sensor with {wanted} elements, got {found}", file=file)
     pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
-    said = {"sentences": sentences(numbers), "made": f"read from {folder.name}/{file.name}"}
+    said = {"sentences": sentences(numbers, with_causes=False), "made": f"read from {folder.name}/{file.name}"}
     return Diagnosed({**numbers, **said}, _of_report(pictures))
 
 

@@ -117,8 +117,9 @@ def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) 
     used, others = (f"{agreeing} of {all_of}" for agreeing, all_of in (kinds[True], kinds[False]))
     return (
         f"After the effects of [](1995.md), {agree} of the {total} agree: {used} that the shared unknowns were "
-        f"inferred from, {others} others that these change, and {same[0]} of {same[1]} that they do not change (their "
-        f"columns *after* are empty). Ranges are {np.median(wider):.1f} times as wide after as before (the median)."
+        f"inferred from, {others} others that the effects change, and {same[0]} of {same[1]} that no effect changes "
+        f"(their columns *after* are empty). Ranges are {np.median(wider):.1f} times as wide after as before "
+        "(the median)."
     )
 
 
@@ -129,10 +130,10 @@ def page(comparison: PublishedComparison, fingers: int, after: Mapping[str, Besi
 
 Made by `python studies/nicolson_fearing/compare_published.py --docs`. The command takes minutes, with `--small`
 seconds. *The paper* is that of Nicolson and Fearing ([](published.md)); σ, r_s, R, θ_c and the E map are in
-[](physics.md) and the [glossary](glossary.md). Our numbers come from {fingers} simulated fingers with the printed
-sizes and noise. Their shear modulus is about {SHEAR_MODULUS:g} MPa. Each finger has its own value, drawn from what
-Table 3 implies, since the paper prints none. Errors of the elements and of the places touched are as large as the
-residuals of Tables 1 and 2 (`studies/nicolson_fearing/paper_run.py`). Measured sensors are in
+[](physics.md) and the [glossary](glossary.md). Our numbers come from {fingers} simulated fingers with the
+printed sizes and noise. The paper prints no shear modulus. So each finger has a modulus of its own, about
+{SHEAR_MODULUS:g} MPa, drawn from what Table 3 implies. Errors of the elements and of the places touched are as
+large as the residuals of Tables 1 and 2 (`studies/nicolson_fearing/paper_run.py`). Measured sensors are in
 [](measured_diagnosis.md).
 
 | column | meaning |
@@ -152,9 +153,9 @@ there is no interval, the printed number must be equal to ours within the roundi
 Figure 4 is of one finger. So its ranges are not of several fingers: they are over the values of the modulus that
 Table 3 allows, and that of `figure_4.level` is over the locations of the touches.
 
-"Setting" marks what the simulation was set to: its agreement shows nothing. There may be a difference: some settings
-are true only on average over many fingers, and the elements are simulated where the paper's fit found them, not where
-they were built. Begin with the rows without "setting".
+"Setting" marks what the simulation was set to: its agreement shows nothing. A setting can still differ from the
+printed number. Some settings are true only on average over many fingers. And the elements are simulated where
+the paper's fit found them, not where they were built. Begin with the rows without "setting".
 
 ## Before and after
 
@@ -162,13 +163,15 @@ they were built. Begin with the rows without "setting".
 
 {counted_after(comparison, after)}
 
-The columns *after* are of a second simulation. It has the printed length of the tips, 4 mm, and {len(FREE)} unknowns
-that all tables share, inferred from the numbers of Tables 1 to 4 by `studies/nicolson_fearing/explained.py`. So for the
-numbers that they were inferred from, agreement shows that a few unknowns are enough; only for the others is it a
-prediction. Totals of Table 4, and sentences that the paper calculates from its tables, follow from the other numbers.
-Its ranges hold the posterior of the unknowns, and chance from finger to finger. Since the size of the chance was
-inferred too, more than 90 % of the numbers that were fitted lie in them. After, errors of Table 4 are taken about the
-mean error of each tip, and not about that of all tips; errors go through the fits to first order.
+The columns *after* are of a second simulation. It has the printed length of the tips, 4 mm, and {len(FREE)}
+unknowns that all tables share, inferred from the numbers of Tables 1 to 4 by
+`studies/nicolson_fearing/explained.py`. The unknowns were inferred from some of the numbers. That these agree
+shows that a few unknowns are enough. Only agreement of the other numbers is a prediction. Totals of Table 4,
+and sentences that the paper calculates from its tables, follow from the other numbers. The ranges contain the
+uncertainty of the unknowns, and the chance from finger to finger. How large this chance is was inferred, too.
+So more than 90 % of the numbers that were fitted are inside their ranges. The column *why* is about *before*.
+After, errors of Table 4 are taken about the mean error of each tip, and not about that of all tips; errors go
+through the fits to first order.
 
 {listed}"""
 
