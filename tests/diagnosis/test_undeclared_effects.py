@@ -35,7 +35,8 @@ def diagnosed(folder: Path, design: Design, wanted: list[tuple[str, float]], see
         pytest.skip(str(reason))
     path = write(simulated, folder / "finger")
     (path / "truth.json").unlink()
-    return bayestouch.diagnose(bayestouch.load_dataset(path), sample=False, seed=0).to_dict()
+    # few draws: what is named and what is left over does not depend on them, and reading touches takes long
+    return bayestouch.diagnose(bayestouch.load_dataset(path), sample=False, draws=64, seed=0).to_dict()
 
 
 def named(diagnosis: dict[str, Any]) -> set[str]:
@@ -103,15 +104,26 @@ def test_what_is_not_in_proportion_to_the_load_is_corrected(tmp_path: Path) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [effect.key for effect in LISTED])
 def test_every_effect_is_named(tmp_path: Path, key: str) -> None:
-    """Size 2 on a full finger."""
+    """Size 2 on a small finger."""
+    assert EFFECTS[key].name in named(diagnosed(tmp_path, SMALL, [(key, 2.0)]))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("key", ["crosstalk: unequal, second neighbours", "gain_drift: exponential"])
+def test_an_effect_is_named_on_a_whole_finger(tmp_path: Path, key: str) -> None:
+    """Of practice size, which takes ten times as long as a small one."""
     assert EFFECTS[key].name in named(diagnosed(tmp_path, Design(), [(key, 2.0)]))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("key", [effect.key for effect in PLACED])
-def test_every_unlisted_effect_stays_without_a_name(tmp_path: Path, key: str) -> None:
-    """Size 2 on a full finger, and at least half of the excess is corrected."""
-    diagnosis = diagnosed(tmp_path, Design(), [(key, 2.0)])
+@pytest.mark.parametrize(
+    ("key", "design"),
+    [*((effect.key, SMALL) for effect in PLACED), ("far_lobe: ", Design())],
+    ids=lambda each: each if isinstance(each, str) else f"{each.n_elements} elements",
+)
+def test_every_unlisted_effect_stays_without_a_name(tmp_path: Path, key: str, design: Design) -> None:
+    """Size 2, and at least half of the excess is corrected."""
+    diagnosis = diagnosed(tmp_path, design, [(key, 2.0)])
     assert diagnosis["verdict"] == "unattributed"
     before, after = (diagnosis[when]["lack_of_fit"] for when in ("before", "after"))
     assert after - 1 < 0.5 * (before - 1)
