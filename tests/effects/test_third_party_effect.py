@@ -17,14 +17,14 @@ import numpy as np
 import bayestouch
 from bayestouch.simulation import FingerDesign, simulate
 
-design = FingerDesign(samples_per_touch=2, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=10.0)
+design = FingerDesign(n_elements=8, samples_per_touch=2, edge_step_deg=4.0, flat_step_deg=8.0, touch_step_deg=10.0)
 plain, bent = simulate(design, seed=3), simulate(design, effects={"bending_arm": 4.0}, seed=3)
 dataset = bent.dataset
 off = np.subtract(bent.truth["touches"]["theta_c"], plain.truth["touches"]["theta_c"])
 load = np.array(plain.truth["touches"]["P"])
 assert np.allclose(off, 4.0 * load / 200, rtol=0, atol=1e-9)  # beside the place by an angle that goes with the load
 assert np.array_equal(dataset.touches.angle_deg, plain.dataset.touches.angle_deg)  # commanded as without
-diagnosis = bayestouch.diagnose(dataset, sample=False)
+diagnosis = bayestouch.diagnose(dataset, sample=False, draws=64)
 diagnosis.calibration_after.save(sys.argv[1])
 read = bayestouch.infer(dataset.touches.select(dataset.touches.touch < 4), bayestouch.load(sys.argv[1]), draws=128)
 assert np.isfinite(read.mean("R")).all()

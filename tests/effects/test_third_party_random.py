@@ -90,13 +90,13 @@ from bayestouch.simulation import FingerDesign, simulate
 name, size, file = sys.argv[1], float(sys.argv[2]), sys.argv[3]
 design = FingerDesign(n_elements=8, samples_per_touch=5, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=6.0)
 dataset = simulate(design, effects={name: size}, seed=3).dataset
-diagnosis = bayestouch.diagnose(dataset, sample=False)
+diagnosis = bayestouch.diagnose(dataset, sample=False, draws=64)
 diagnosis.save(file)
 after = bayestouch.load(file + "/calibration_after.nc")
 read = bayestouch.infer(dataset.touches.select(dataset.touches.touch < 4), after, draws=128)
 assert np.isfinite(read.mean("R")).all()
 model = bayestouch.effects.read_model(file + "/model.toml")
-again = bayestouch.calibrate(dataset, model=model)
+again = bayestouch.calibrate(dataset, model=model, draws=64)
 (effect,) = diagnosis.to_dict()["effects"]
 found = effect["parameters"][name + "_sd"]
 print(effect["name"], diagnosis.verdict, found["mean"] / size, found["sd"] / size, again.mode[name + "_sd"] / size)
