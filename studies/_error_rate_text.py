@@ -6,6 +6,11 @@ How often `bayestouch diagnose` is right, on simulated fingers of which it knows
 (`tests/independent`) shares no code with the package. Words such as held out, coverage, R, θ_c and P are in the
 [glossary](glossary.md).
 
+This is the *development study*. Its effects, forms and sizes were known while the catalogue and the search were
+changed, and some of its formulas coincide with those of the catalogue ([](#which-formulas-the-effects-have)). The
+[blind study](blind_study.md) has other formulas and other causes. They were written down before the code that it
+examines was frozen.
+
 The rates are in the first table below each heading with the name of a set of fingers. The *fresh* set is the fair one.
 Its rows say:
 

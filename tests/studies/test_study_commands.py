@@ -25,6 +25,7 @@ NO_FOLDER = {
 }
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
+    "blind_study": ("-o", "{folder}", "--development", "--processes", "1", "--cases", "1"),
     "causes": ("-o", "{folder}/lines.jsonl", "--development", "--fingers", "3", "--cases", "3"),
     "effects_gallery": ("{folder}",),
     "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),

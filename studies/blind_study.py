@@ -1,0 +1,254 @@
+"""The blind study of the diagnosis: new forms, new causes, two rubbers, two orders. It is run once.
+
+Forms and causes are in `tests/independent/blind_forms.py`, cases and rules are in this file, tables in
+`studies/_blind_tables.py`. All of them were committed before the code that they examine was frozen. No form was adapted
+to what the diagnosis can do, and no diagnosis of these forms was run before. Results are published whatever they are.
+
+Cases, each with a finger of its own (seeds 88000 and on):
+
+- one: 2 forms of every effect at sizes 1, 2 and 5; each form sees both rubbers and both orders;
+- none: 100 fingers on which nothing is missing, 25 for each rubber and order;
+- unlisted: 12 causes at sizes 2 and 5, for each rubber and order;
+- pair: 30 pairs of effects, size 2 each, twice with other forms, rubbers or orders;
+- whole: 12 fingers as large as the practice fingers, counted apart from the others, which have 8 elements.
+
+A size that no plausible value reaches is replaced by the next smaller one of `blind_fingers.LADDER`.
+
+How results are counted, written down before any run:
+
+- one: right if the effect is the first that is added. In a column of its own: or if it is declared indistinguishable
+  from an effect that is added. The rate is that of sizes 1 and above. Aim 95 %.
+- none: right if the verdict is "adequate". Aim 95 %.
+- unlisted: right if no effect is added, and the verdict is "unattributed" or the diagnosis says "something smooth in
+  place" (`in_place`). Aim 90 %.
+- pair: right if both effects are added, in any order, where both have sizes of 1 and above. Aim 80 %.
+- drift: a listed drift of size 1 and above, alone or in a pair, is found if it is among the effects. Aim 95 %.
+- Failed diagnoses are wrong. Cases out of reach of all sizes are left out, and counted.
+- Harm: 78 touches that no fit has seen (the exam) are read by `infer` with the calibrations before and after, and
+  compared with what is true: R of the tip on a round finger, the place, and the load (read without the force sensor).
+  R, θ_c or P is worse if the mean of squared errors is larger after by more than two standard errors. The standard
+  error is that over the 13 places of the exam, since errors at one place belong together. A calibration that differs,
+  but reads no better and no worse, would be listed by chance once in 30 readings. Aim 0.
+- Causes: a set of causes is right as `studies/causes.py` counts it.
+
+    python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
+        --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
+        --cases N       ends after N new cases
+        --tables        runs nothing: prints the tables
+        --docs          runs nothing: writes the tables of docs/blind_study.md
+
+It refuses to run if the git tag `blind-study` does not exist, or if a file that makes the results differs from it.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+import argparse
+import json
+import random
+import sys
+import tempfile
+import time
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
+
+from _blind_run import FrozenError, diagnosed, frozen_commit  # noqa: E402
+from _blind_tables import NOT_RUN, tables  # noqa: E402
+from _error_rate_versions import code_version, version_of  # noqa: E402
+from _page import DOCS, put_into_page  # noqa: E402
+from _shared_out import finished  # noqa: E402
+from independent import blind_forms, dataset  # noqa: E402
+from independent.blind_fingers import design, simulate  # noqa: E402
+from independent.blind_forms import LISTED, UNLISTED, forms  # noqa: E402
+from independent.dataset import write  # noqa: E402
+from independent.sizes import OutOfReach  # noqa: E402
+
+EFFECTS = {**dataset.EFFECTS, **blind_forms.EFFECTS}
+#: Rubber and order of touches. Any three that follow each other have both rubbers and both orders.
+CONDITIONS = (("soft", "scan"), ("stiff", "random"), ("soft", "random"), ("stiff", "scan"))
+SIZES, UNLISTED_SIZES, PAIR_SIZE = (1.0, 2.0, 5.0), (2.0, 5.0), 2.0
+PLAIN = 25
+#: Seeds of the study, and of the fingers that try the runner.
+FRESH, DEVELOPMENT = 88_000, 86_000
+PAIRS = (
+    ("prober_eccentricity", "crosstalk"),
+    ("prober_eccentricity", "gain_drift"),
+    ("prober_eccentricity", "memory"),
+    ("load_offset", "soft_spot"),
+    ("load_offset", "channel_lag"),
+    ("load_misalignment", "gain_nonlinearity"),
+    ("load_misalignment", "outliers"),
+    ("blunt_edge", "baseline_drift"),
+    ("blunt_edge", "proximity"),
+    ("tangential_load", "crosstalk"),
+    ("tangential_load", "creep"),
+    ("tangential_load", "saturation"),
+    ("tangential_load", "surface_profile"),
+    ("surface_profile", "gain_drift"),
+    ("soft_spot", "memory"),
+    ("soft_spot", "baseline_drift"),
+    ("soft_spot", "common_mode_noise"),
+    ("finite_strain", "creep"),
+    ("finite_strain", "proximity"),
+    ("aperture", "baseline_drift"),
+    ("aperture", "signal_dependent_noise"),
+    ("crosstalk", "saturation"),
+    ("channel_lag", "proximity"),
+    ("channel_lag", "gain_drift"),
+    ("proximity", "gain_nonlinearity"),
+    ("gain_nonlinearity", "common_mode_noise"),
+    ("gain_nonlinearity", "baseline_drift"),
+    ("saturation", "creep"),
+    ("gain_drift", "outliers"),
+    ("memory", "signal_dependent_noise"),
+)
+#: Whole fingers: effects by key with their size; of each there are two, under conditions that follow each other.
+WHOLE = (
+    (),
+    (("crosstalk: ribbon", 2.0),),
+    (("baseline_drift: flicker", 2.0),),
+    (("soft_spot: patch", 2.0),),
+    (("grain: ", 2.0),),
+    (("seats_of_tips: ", 2.0),),
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One finger: effects by key with the sizes that are asked for, its seed, and how it is built and touched."""
+
+    kind: str
+    effects: tuple[tuple[str, float], ...]
+    rubber: str
+    order: str
+    seed: int
+    design: str = "small"
+
+    @property
+    def key(self) -> str:
+        """Name under which its result is kept."""
+        return json.dumps([self.kind, self.effects, self.rubber, self.order, self.seed, self.design])
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the effects."""
+        return [EFFECTS[key].name for key, _ in self.effects]
+
+
+def cases() -> list[Case]:
+    """All cases of the study in a fixed random order, so that a part of the run is a smaller study."""
+    plan: list[tuple[str, tuple[tuple[str, float], ...], int, str]] = []
+    for i, form in enumerate(LISTED):
+        plan += [("one", ((form.key, size),), i + j, "small") for j, size in enumerate(SIZES)]
+    plan += [("none", (), i, "small") for i in range(PLAIN * len(CONDITIONS))]
+    for cause in UNLISTED:
+        plan += [("unlisted", ((cause.key, size),), i, "small") for size in UNLISTED_SIZES for i in range(4)]
+    for i, (first, second) in enumerate(PAIRS):
+        for j in range(2):
+            both = (forms(first)[j].key, PAIR_SIZE), (forms(second)[1 - j].key, PAIR_SIZE)
+            plan.append(("pair", both, i + j, "small"))
+    for i, effects in enumerate(WHOLE):
+        kind = "none" if not effects else "one" if EFFECTS[effects[0][0]].listed else "unlisted"
+        plan += [(kind, effects, i + j, "whole") for j in range(2)]
+    out = []
+    for seed, (kind, effects, condition, size) in enumerate(plan, start=FRESH):
+        rubber, order = CONDITIONS[condition % len(CONDITIONS)]
+        out.append(Case(kind, effects, rubber, order, seed, size))
+    random.Random(FRESH).shuffle(out)
+    return out
+
+
+def trial_cases() -> list[Case]:
+    """One of each kind with forms that are published already."""
+    effects = {
+        "none": (),
+        "one": (("crosstalk: unequal, second neighbours", 2.0),),
+        "unlisted": (("far_lobe: ", 2.0),),
+        "pair": (("crosstalk: unequal, second neighbours", 2.0), ("baseline_drift: warm-up", 2.0)),
+    }
+    several = enumerate(effects.items())
+    return [Case(kind, each, *CONDITIONS[i], DEVELOPMENT + i) for i, (kind, each) in several]
+
+
+def run(commit: str, case: Case) -> dict[str, Any]:
+    """Simulate and diagnose one case."""
+    record: dict[str, Any] = {**asdict(case), "key": case.key, "truth": case.names}
+    record |= {"version": code_version(), "commit": commit}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            wanted = [(EFFECTS[key], size) for key, size in case.effects]
+            simulated = simulate(design(case.design, case.rubber), case.order, wanted, case.seed)
+        except OutOfReach as reason:
+            return {**record, "out_of_reach": str(reason)}
+        record["sizes"] = simulated.truth["sizes"]
+        start, cpu = time.perf_counter(), time.process_time()
+        try:
+            record |= diagnosed(write(simulated, Path(folder) / "finger"), simulated.recording)
+        except Exception as error:  # a study of many runs counts failures, it does not stop at one
+            record["error"] = f"{type(error).__name__}: {error}".replace(f"{folder}/", "")
+    return {**record, "seconds": time.perf_counter() - start, "processor_s": time.process_time() - cpu}
+
+
+def kept(folder: Path) -> list[dict[str, Any]]:
+    """Results so far.
+
+    Raises
+    ------
+    FrozenError
+        They are of several versions of the code: the study is run once.
+    """
+    cache = folder / "results.jsonl"
+    found = [json.loads(line) for line in cache.read_text("utf-8").splitlines()] if cache.exists() else []
+    if len({(version_of(each), each["commit"]) for each in found}) > 1:
+        raise FrozenError(f"{cache} holds results of several versions of the code; the study is run once")
+    return found
+
+
+def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
+    """Run what is not in the folder, and print the tables."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
+    parser.add_argument("-o", "--output", type=Path, default=Path("blind_study"), help="folder of the results")
+    parser.add_argument("--development", action="store_true", help="a handful of today's forms, with other seeds")
+    parser.add_argument("--processes", type=int, default=2)
+    parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
+    parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
+    parser.add_argument("--docs", action="store_true", help="run nothing: write the tables of docs/blind_study.md")
+    given = parser.parse_args(arguments)
+    try:
+        results = kept(given.output)
+        if not (given.tables or given.docs):
+            commit = "development" if given.development else frozen_commit()
+            if results and (version_of(results[0]), results[0]["commit"]) != (code_version(), commit):
+                raise FrozenError(f"{given.output} holds results of {version_of(results[0])}; the study is run once")
+            print(f"code version {code_version()}, commit {commit}")
+            done = {each["key"] for each in results}
+            left = [each for each in (trial_cases() if given.development else cases()) if each.key not in done]
+            left = left[: given.cases]
+            given.output.mkdir(parents=True, exist_ok=True)
+            with (given.output / "results.jsonl").open("a", encoding="utf-8") as file:
+                for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):
+                    results.append(record)
+                    file.write(json.dumps(record) + "\n")
+                    file.flush()
+    except FrozenError as reason:
+        parser.error(str(reason))
+    text = tables(results) if results else NOT_RUN
+    print(text)
+    if given.docs:
+        if any(each["commit"] == "development" for each in results):
+            parser.error("results of development are not for the page")
+        put_into_page("blind_study.py", text, DOCS / "blind_study.md")
+    return results
+
+
+if __name__ == "__main__":
+    main()

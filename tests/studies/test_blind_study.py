@@ -1,0 +1,260 @@
+"""The blind study: its cases are complete, it runs only at its tag, and its tables count what they say."""
+
+from __future__ import annotations
+
+import ast
+import json
+import subprocess
+from collections import Counter
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from independent import blind_forms, dataset
+from study_modules import STUDIES, study
+
+blind = study("blind_study")
+import _blind_run as runs  # noqa: E402  # beside the study, which puts its folder on the path
+import _blind_tables as tables  # noqa: E402
+
+CASES = blind.cases()
+SMALL = [case for case in CASES if case.design == "small"]
+
+
+def of_kind(kind: str) -> list[Any]:
+    return [case for case in SMALL if case.kind == kind]
+
+
+def result(kind: str, truth: list[str], named: list[str], verdict: str = "explained", **more: Any) -> dict[str, Any]:
+    """A made-up result."""
+    sizes = {each: 2.0 for each in truth}
+    return {
+        "kind": kind,
+        "effects": [[f"{each}: form", 2.0] for each in truth],
+        "truth": truth,
+        "sizes": sizes,
+        "rubber": "soft",
+        "order": "scan",
+        "seed": 1,
+        "design": "small",
+        "key": json.dumps([kind, truth, named, verdict, len(more)]),
+        "version": "1",
+        "commit": "0123456789ab",
+        "verdict": verdict,
+        "effects_found": [{"name": each, "indistinguishable_from": ["aperture"]} for each in named],
+        "in_place": None,
+        "causes": [{"names": truth or ["nothing"], "probability": 0.9}],
+        "processor_s": 4.0,
+        "exam": {name: {"before": 1.0, "after": 1.0, "change": 0.0, "standard_error": 0.0} for name in tables.UNITS},
+    } | more
+
+
+def test_every_form_has_all_sizes_both_rubbers_and_both_orders() -> None:
+    for form in blind_forms.LISTED:
+        own = [case for case in of_kind("one") if case.effects[0][0] == form.key]
+        assert {case.effects[0][1] for case in own} == {1.0, 2.0, 5.0} and len(own) == 3
+        assert {case.rubber for case in own} == {"soft", "stiff"}
+        assert {case.order for case in own} == {"scan", "random"}
+
+
+def test_the_other_kinds_are_complete() -> None:
+    assert Counter((case.rubber, case.order) for case in of_kind("none")) == dict.fromkeys(blind.CONDITIONS, 25)
+    unlisted = Counter((*case.effects[0], case.rubber, case.order) for case in of_kind("unlisted"))
+    assert len({key for key, *_ in unlisted}) >= 8
+    assert len(unlisted) == 12 * 2 * 4 and set(unlisted.values()) == {1}
+    pairs = of_kind("pair")
+    assert len(pairs) == 60
+    assert {name for case in pairs for name in case.names} == {form.name for form in blind_forms.LISTED}
+    assert len(set(map(frozenset, blind.PAIRS))) == 30
+    for names in blind.PAIRS:
+        own = [case for case in pairs if tuple(case.names) == names]
+        assert len({key for case in own for key, _ in case.effects}) == 4
+    assert Counter(case.kind for case in CASES if case.design == "whole") == {"none": 2, "one": 6, "unlisted": 4}
+
+
+def test_no_case_has_a_form_of_today() -> None:
+    assert not {key for case in CASES for key, _ in case.effects} & set(dataset.EFFECTS)
+
+
+def test_trials_have_forms_of_today_and_other_seeds() -> None:
+    trials = blind.trial_cases()
+    assert {case.kind for case in trials} == set(tables.KINDS)
+    assert {key for case in trials for key, _ in case.effects} <= set(dataset.EFFECTS)
+    assert not {case.seed for case in trials} & {case.seed for case in CASES}
+
+
+def test_seeds_are_of_no_other_study() -> None:
+    """Each case has its own, and no other study has a number in their range."""
+    seeds = {case.seed for case in CASES}
+    assert len(seeds) == len(CASES)
+    for path in STUDIES.rglob("*.py"):
+        if path.name != "blind_study.py":
+            nodes = ast.walk(ast.parse(path.read_text("utf-8")))
+            constants = [node.value for node in nodes if isinstance(node, ast.Constant)]
+            assert not {each for each in constants if type(each) is int} & seeds, path.name
+
+
+def test_the_page_counts_the_cases() -> None:
+    page = (STUDIES.parent / "docs" / "blind_study.md").read_text("utf-8")
+    for kind, text in (
+        ("one", "one effect: 42 forms at sizes 1, 2 and 5"),
+        ("none", "nothing is missing: 25 for each rubber and order"),
+        ("unlisted", "an unlisted cause: 12 at sizes 2 and 5, for each rubber and order"),
+        ("pair", "two effects of size 2: 30 pairs, twice"),
+    ):
+        assert f"| {text} | {len(of_kind(kind))} |" in page
+    assert f"| fingers of practice size | {len(CASES) - len(SMALL)} |" in page
+
+
+@pytest.fixture
+def repository(tmp_path: Path) -> Path:
+    def git(*arguments: str) -> None:
+        names = ("-c", "user.name=n", "-c", "user.email=e")
+        subprocess.run(["git", *names, *arguments], cwd=tmp_path, check=True, capture_output=True)
+
+    git("init")
+    (tmp_path / "code").mkdir()
+    (tmp_path / "code" / "a.py").write_text("1\n")
+    (tmp_path / "page.md").write_text("1\n")
+    git("add", ".")
+    git("commit", "-m", "frozen")
+    git("tag", "frozen")
+    return tmp_path
+
+
+def test_it_runs_at_the_tag_whatever_else_changes(repository: Path) -> None:
+    (repository / "page.md").write_text("2\n")
+    assert len(runs.frozen_commit(repository, "frozen", ("code",))) == 40
+
+
+@pytest.mark.parametrize("changed", ["a.py", "new.py"])
+def test_it_refuses_code_that_is_not_that_of_the_tag(repository: Path, changed: str) -> None:
+    (repository / "code" / changed).write_text("2\n")
+    with pytest.raises(runs.FrozenError, match=changed):
+        runs.frozen_commit(repository, "frozen", ("code",))
+
+
+def test_it_refuses_without_a_tag(repository: Path) -> None:
+    with pytest.raises(runs.FrozenError, match="no frozen code"):
+        runs.frozen_commit(repository, "another", ("code",))
+
+
+def test_what_makes_results_is_frozen() -> None:
+    assert all((STUDIES.parent / path).exists() for path in runs.FROZEN)
+
+
+def test_results_of_two_versions_are_refused(tmp_path: Path) -> None:
+    lines = [result("none", [], [], "adequate", version=version) for version in "12"]
+    (tmp_path / "results.jsonl").write_text("".join(json.dumps(each) + "\n" for each in lines))
+    with pytest.raises(runs.FrozenError, match="several versions"):
+        blind.kept(tmp_path)
+
+
+def test_only_what_is_missing_is_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ran: list[str] = []
+
+    def run(commit: str, case: Any) -> dict[str, Any]:
+        ran.append(case.key)
+        return result(case.kind, case.names, [], "adequate", key=case.key, commit=commit, version=blind.code_version())
+
+    monkeypatch.setattr(blind, "run", run)
+    arguments = ["-o", str(tmp_path), "--development", "--processes", "1"]
+    assert len(blind.main([*arguments, "--cases", "1"])) == 1
+    assert len(blind.main(arguments)) == 4
+    assert sorted(ran) == sorted(case.key for case in blind.trial_cases())
+
+
+def test_results_of_a_trial_do_not_come_into_the_page(tmp_path: Path) -> None:
+    line = result("none", [], [], "adequate", commit="development")
+    (tmp_path / "results.jsonl").write_text(json.dumps(line) + "\n")
+    with pytest.raises(SystemExit):
+        blind.main(["-o", str(tmp_path), "--docs"])
+
+
+def test_rates_by_hand() -> None:
+    some = [
+        result("one", ["creep"], ["creep"]),
+        result("one", ["aperture"], ["creep"]),
+        result("one", ["memory"], ["creep", "memory"]),
+        result("one", ["creep"], ["creep"], sizes={"creep": 0.7}),
+        result("none", [], [], "adequate"),
+        result("none", [], [], "unattributed"),
+        result("unlisted", ["grain"], [], "unattributed"),
+        result("unlisted", ["grain"], [], "explained", in_place={"gain": 1.0}),
+        result("unlisted", ["grain"], [], "adequate", in_place={"gain": 1.0}),
+        result("unlisted", ["grain"], ["creep"], "unattributed"),
+        result("pair", ["creep", "baseline_drift"], ["baseline_drift", "memory", "creep"]),
+        result("pair", ["creep", "gain_drift"], ["creep"]),
+        {key: value for key, value in result("one", ["gain_drift"], []).items() if key in KEPT_OF_FAILED},
+    ]
+    lines = tables.headline(some).splitlines()[2:]
+    cells = [[cell.strip() for cell in line.split("|")[2:4]] for line in lines]
+    # Clopper and Pearson: 1 of 4 from 0.6 to 80.6 %, 2 of 4 from 6.8 to 93.2 %, 1 of 2 from 1.3 to 98.7 %
+    assert cells == [
+        ["1 of 4", "1 to 81 %"],
+        ["2 of 4", "7 to 93 %"],
+        ["1 of 2", "1 to 99 %"],
+        ["2 of 4", "7 to 93 %"],
+        ["1 of 2", "1 to 99 %"],
+        ["1 of 3", "1 to 91 %"],
+    ]
+
+
+KEPT_OF_FAILED = {"kind", "effects", "truth", "sizes", "rubber", "order", "seed", "design", "key", "version", "commit"}
+
+
+def test_all_tables_of_all_kinds_of_results() -> None:
+    failed = {key: value for key, value in result("one", ["creep"], []).items() if key in KEPT_OF_FAILED}
+    some = [
+        result("one", ["creep"], ["creep"]),
+        result("none", [], ["memory"]),
+        result("unlisted", ["grain"], [], "unattributed"),
+        result("pair", ["creep", "memory"], ["creep"], design="whole"),
+        {**failed, "error": "ValueError: no"},
+        {**failed, "out_of_reach": "creep", "key": "far"},
+    ]
+    some[0]["exam"]["R"] = {"before": 0.5, "after": 0.75, "change": 0.3, "standard_error": 0.1}
+    some[1]["exam"]["P"] = {"before": 2.0, "after": 3.0, "change": 5.0, "standard_error": 2.5}
+    text = tables.tables(some)
+    assert "6 cases, 1 of them out of reach. Version of the code: `1` (commit 0123456789)." in text
+    assert "Diagnoses that failed, counted as wrong: 1." in text and "ValueError: no" in text
+    assert "1 of 12 readings" in text and "2 of them changed" in text
+    assert "| creep: form | soft, scan | R: 0.5 → 0.75 mm | 3.0 |" in text
+    assert "| memory | 1 |" in text
+    assert "Processor time of a case, s (least, median, 90 %, most): 4, 4, 4, 4." in text
+    # three small fingers with causes: the first sets name what is there in two, and the unlisted one has no name
+    assert "| 0.8 to 0.9 | 3 | 90 | 67 |" in text
+
+
+def test_a_change_of_errors_by_hand() -> None:
+    """Two places with two touches each: squares change by 1 and 2 at the first, by 3 and 6 at the second."""
+    before, after = np.zeros(4), np.sqrt([1.0, 2.0, 3.0, 6.0])
+    got = runs.compared(before, -after, np.array([0.0, 0.0, 5.0, 5.0]))
+    assert got["before"] == 0 and got["after"] == pytest.approx(np.sqrt(3))
+    assert got["change"] == pytest.approx(3)
+    # means 1.5 and 4.5: sd √4.5, over √2
+    assert got["standard_error"] == pytest.approx(1.5)
+
+
+def test_the_exam_is_compared_with_what_was_pressed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimates that are the commanded places and the nominal radii err where the truth is elsewhere."""
+    import bayestouch
+
+    tip, commanded = np.array([0.0, np.inf, 12.7, 12.7]), np.array([0.0, 0.0, 10.0, 20.0])
+    press = SimpleNamespace(angle=np.add(commanded, [0, 0, 0.5, 0.5]), load=np.full(4, 200.0))
+    body = SimpleNamespace(body=SimpleNamespace(outer=12.7))
+    recording: Any = SimpleNamespace(parts=(1, 1, 2), tip=tip, commanded=commanded, press=press, finger=body)
+    asked: list[bool] = []
+
+    def infer(table: Path, calibration: float, *, use_load: bool, **more: Any) -> Any:
+        asked.append(use_load)
+        values = {"R": np.full(2, 6.35 + calibration), "theta_c": commanded[2:], "P": np.full(2, 200.0)}
+        return SimpleNamespace(mean=values.__getitem__)
+
+    monkeypatch.setattr(bayestouch, "infer", infer)
+    got = runs.exam(Path("exam.csv"), recording, 0.0, 0.25)
+    assert (got["R"]["before"], got["R"]["after"]) == pytest.approx((0, 0.25))
+    assert got["theta_c"]["before"] == pytest.approx(0.5)
+    assert asked == [True, False, True, False]
