@@ -111,7 +111,7 @@ def practice(finger: str) -> tuple[Path, dict]:
 @pytest.mark.parametrize("finger", ["a", "b", pytest.param("c", marks=pytest.mark.slow)])
 def test_practice_fingers_whose_effects_have_the_same_names(finger: str) -> None:
     folder, truth = practice(finger)
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False)
+    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
     assert diagnosis.effects == tuple(truth)
     assert diagnosis.verdict == ("explained" if truth else "adequate")
     # Drifts leave a little of their own uncertainty between the touches that were fitted.
@@ -123,7 +123,7 @@ def test_practice_finger_whose_gain_expands() -> None:
     """It is made in another functional form than the catalogue's."""
     folder, truth = practice("d")
     assert set(truth) == {"expansion"}
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False)
+    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
     assert diagnosis.effects == ("gain_nonlinearity",) and diagnosis.verdict == "explained"
     assert diagnosis.numbers["after"]["lack_of_fit"] < 1.1
 
@@ -133,7 +133,7 @@ def test_practice_finger_with_an_effect_that_is_not_in_the_catalogue() -> None:
     """No cause is named, and a correction takes away at least half of what is beyond the noise."""
     folder, truth = practice("e")
     assert set(truth) == {"far_lobe"}
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False)
+    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
     assert diagnosis.effects == () and diagnosis.verdict == "unattributed"
     floor = diagnosis.numbers["noise_floor_percent_peak"]
     before, after = (diagnosis.numbers[each]["prediction_error_percent_peak"] - floor for each in ("before", "after"))

@@ -85,7 +85,7 @@ def test_one_table_is_parted() -> None:
 
 def test_dead_element_no_repeats_no_times() -> None:
     """All at once: the effect is found all the same, and what cannot be told is null."""
-    diagnosis = bayestouch.diagnose(changed(lambda table: timeless(once(dead(table)))), sample=False)
+    diagnosis = bayestouch.diagnose(changed(lambda table: timeless(once(dead(table)))), sample=False, draws=64)
     numbers = diagnosis.to_dict()
     assert diagnosis.effects == ("crosstalk",)
     assert numbers["noise_floor_percent_peak"] is None
@@ -100,7 +100,7 @@ def test_dead_element_no_repeats_no_times() -> None:
 
 def test_too_few_touches_to_tell() -> None:
     """Errors are null, rivals are named, and so is what to measure."""
-    diagnosis = bayestouch.diagnose(changed(few(12)), sample=False)
+    diagnosis = bayestouch.diagnose(changed(few(12)), sample=False, draws=64)
     numbers = diagnosis.to_dict()
     assert set(numbers["before"].values()) == {None}
     (effect,) = numbers["effects"]
