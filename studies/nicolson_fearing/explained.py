@@ -29,12 +29,12 @@ from nicolson_fearing.explained_effects import BEFORE, Numbers, before_of, effec
 from nicolson_fearing.explained_fingers import PREDICTED, ExplainedFingers
 from nicolson_fearing.explained_fit import DRAWS, KEYS, STEPS, Explanation, Inferred
 from nicolson_fearing.linear_touches import R_B
-from nicolson_fearing.unknowns import BY_HAND, PRIOR, Unknowns
+from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 PAGE = DOCS / "1995.md"
 SCRIPT = "nicolson_fearing/explained.py"
 LENGTH_MM = published.number("tips.length").value
-FREE = tuple(name for name in PRIOR if name not in BY_HAND)
+FREE = tuple(PRIOR)
 OF_TIPS = ("modulus_MPa", "poisson_ratio", "squeeze_mm", "odd_tip_R_mm", "tip_sd_mm")
 MEANING = {
     "modulus_MPa": ("shear modulus μ of the rubber, also that of the authors' formulas", "MPa"),
@@ -49,8 +49,6 @@ MEANING = {
     "prober_deg": ("sd of the prober's error of location, by place", "degree"),
     "drift": ("sd of a factor of all readings that changes from touch to touch", "%"),
     "jitter": ("sd of a factor of all readings that changes from sample to sample", "%"),
-    "curvature_per_mm": ("rms departure of the curvature of the surface", "1/mm"),
-    "core_mm": ("how far the core is off centre", "mm"),
 }
 TAKEN_AWAY = {
     "tips of 4 mm (plane strain in place of it)": ("poisson_ratio", {"length_mm": np.inf}),
@@ -86,7 +84,6 @@ class Findings:
     full: Case
     without: dict[str, Case]
     from_part: dict[str, Case]
-    added: dict[str, Case]
     small: bool = False
 
 
@@ -113,24 +110,6 @@ def without(name: str, small: bool) -> Case:
     dropped, changes = TAKEN_AWAY[name]
     free = tuple(each for each in FREE if each != dropped)
     return Case.of(Explanation(name, free, replace(Unknowns(length_mm=LENGTH_MM), **changes)), small, full(small))
-
-
-def added(name: str, small: bool) -> Case:
-    """One unknown more."""
-    return Case.of(Explanation(name, (*FREE, name), Unknowns(length_mm=LENGTH_MM)), small)
-
-
-def added_table(found: Findings) -> str:
-    """Posteriors of unknowns that are added, and what they are worth."""
-    rows = []
-    for name, case in found.added.items():
-        (meaning, unit), ends = MEANING[name], PRIOR[name]
-        gain = f"{case.inferred.log_evidence - found.full.inferred.log_evidence:.0f}"
-        cells = Numbers.of(case.fingers).of_effect()
-        said = [f"{ends[0]:g} to {ends[1]:g}", span(case.inferred.of_name(name)), gain]
-        rows.append([meaning, unit, *said, *cells[2:5]])
-    head = ("unknown that is added", "unit", "uniform prior", "posterior mean (90 %)", "log evidence")
-    return markdown_table((*head, "Tables 1, 2 agree", "Table 3 agree", "Table 4 agree"), rows)
 
 
 def of_table_3(length_mm: float, small: bool) -> Case:
@@ -194,9 +173,7 @@ def prediction_table(found: Findings) -> str:
 
 def tables(found: Findings) -> str:
     """The tables for the page."""
-    return "\n".join(
-        [posterior_table(found.full), effects_tables(found, found.small), added_table(found), prediction_table(found)]
-    )
+    return "\n".join([posterior_table(found.full), effects_tables(found, found.small), prediction_table(found)])
 
 
 def picture(folder: Path, found: Findings) -> None:
@@ -246,7 +223,6 @@ def main(small: bool = False, folder: Path | None = None) -> Findings:
             "plane strain": of_table_3(np.inf, small),
             f"tips of {LENGTH_MM:g} mm": of_table_3(LENGTH_MM, small),
         },
-        {name: added(name, small) for name in BY_HAND},
         small,
     )
     print(tables(found))

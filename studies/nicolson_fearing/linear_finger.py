@@ -31,7 +31,6 @@ from nicolson_fearing.finger_errors import (
     true_radii,
 )
 from nicolson_fearing.linear_touches import LOAD, MODES, R_B, TouchFits, best_ellipse, element_weights, felt
-from nicolson_fearing.made_by_hand_causes import of_unknowns
 from nicolson_fearing.noise_causes import noise_levels
 from nicolson_fearing.paper_finger import DESIGN, POISSON_RATIO
 from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TIPS_MM
@@ -146,9 +145,8 @@ class LinearFinger:
     def tables(self, u: Unknowns, draw: int = 0) -> Tables:
         """Calibrate, touch and read under these unknowns; each draw has its own errors and noise."""
         edges, radii, touches = self.drawn(u, draw)
-        added = of_unknowns(self, u, radii, np.random.default_rng([self.seed, 13, draw]))
-        found, reach = self.calibrated(edges, added.edges), self.reach(u, radii)
-        return self._read(u, reach, found, self.missed(found, reach) + added.tips, touches)
+        found, reach = self.calibrated(edges), self.reach(u, radii)
+        return self._read(u, reach, found, self.missed(found, reach), touches)
 
     def drawn(self, u: Unknowns, draw: int = 0) -> tuple[EdgeErrors, FloatArray, TouchErrors]:
         """Errors of the edges, composite radii of the tips (mm), and errors of the touches."""

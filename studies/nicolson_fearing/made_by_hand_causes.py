@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,26 +17,22 @@ from numpy.typing import NDArray
 from bayestouch.body.annulus import solve_annulus
 from bayestouch.contact.hertz import elliptic_spectrum
 from nicolson_fearing.finger_errors import AT, EDGES_DEG
+from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, MODES, R_A, R_B, best_ellipse, felt
 from nicolson_fearing.paper_finger import LOCATIONS_DEG, POISSON_RATIO
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.unknowns import Unknowns
 
-if TYPE_CHECKING:
-    from nicolson_fearing.linear_finger import LinearFinger
-
 FloatArray = NDArray[np.float64]
 
 OFF_CENTRE_MM = 0.2
 """Of the core; as all amounts of this file as in docs/made_by_hand.md, since the paper says nothing."""
-CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
-"""Rms departure of the surface's curvature, and over which angle it is smooth, as in `studies/surface_profile.py`."""
 TILT_LOAD, TURN = 5.0, 0.05
 """Standard deviations over tips: N/m more in the plane of the elements, and slope of the tip to the axis (3°)."""
 LENGTH_MM, BESIDE_MM = 2.0, 1.0
 """Half the length of the elements along the axis, and the distance of their middle from that of the tips."""
 _GAUSS, _SHARES = np.array([-0.775, 0.0, 0.775]), np.array([5, 8, 5]) / 18  # points and weights of a mean over a length
-_STEP_MM, _STEP_SHARE = 0.02, 0.05
+_STEP_MM = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +59,7 @@ class Added:
         return Added(self.edges + other.edges, self.tips + other.tips, location)
 
 
-Cause = Callable[["LinearFinger", Unknowns, FloatArray, np.random.Generator], Added]
+Cause = Callable[[LinearFinger, Unknowns, FloatArray, np.random.Generator], Added]
 
 
 def nothing(finger: LinearFinger) -> Added:
@@ -90,46 +85,16 @@ def responses(sensing_radius_mm: FloatArray, core_radius_mm: float, nominal_mm: 
     return np.asarray(strain(sensing_radius_mm, core_radius_mm) / strain(nominal_mm, R_A).sum(axis=1, keepdims=True))
 
 
-def of_unknowns(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
-    """Causes whose amounts are unknowns: the curvature of the surface, and the core off centre."""
-    added = nothing(finger)
-    if u.curvature_per_mm:
-        added += out_of_round(finger, u, radii_mm, u.curvature_per_mm * curvature(rng))
-    if u.core_mm:
-        added += core_off_centre(finger, u, radii_mm, rng, u.core_mm)
-    return added
-
-
-def curvature(rng: np.random.Generator) -> FloatArray:
-    """A smooth random curve over the places touched, sd 1."""
-    off = LOCATIONS_DEG[:, None] - LOCATIONS_DEG
-    covariance = np.exp(-0.5 * (off / CURVATURE_LENGTH_DEG) ** 2) + 1e-9 * np.eye(len(off))
-    return np.asarray(np.linalg.cholesky(covariance) @ rng.standard_normal(len(off)))
-
-
-def out_of_round(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, f: FloatArray) -> Added:
-    """The curvature of the surface is f (places,) more, 1/mm, to first order; edges do not feel it."""
-    step = _STEP_SHARE * radii_mm
-    by_radius = (pressures(u, radii_mm + step) - pressures(u, radii_mm - step)) / (2 * _STEP_SHARE)
-    cos, _ = finger.turns
-    # d ln R = -R f
-    tips = felt(100 * cos[AT] * finger.weights, by_radius) * -(radii_mm[:, None] * f)[..., None]
-    none = nothing(finger)
-    return Added(none.edges, tips, none.location_deg)
-
-
-def core_off_centre(
-    finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator, amount_mm: float = OFF_CENTRE_MM
-) -> Added:
+def core_off_centre(finger: LinearFinger, u: Unknowns, radii_mm: FloatArray, rng: np.random.Generator) -> Added:
     """The core is off centre: under each touch the layer is as thick as it is there, and elements go with the core."""
     phase = rng.uniform(-90, 90)
-    place, element = (amount_mm * np.cos(np.radians(a - phase)) for a in (EDGES_DEG, finger.angle_deg))
+    place, element = (OFF_CENTRE_MM * np.cos(np.radians(a - phase)) for a in (EDGES_DEG, finger.angle_deg))
     at, step = finger.sensing_radius_mm, _STEP_MM
     by_core = (responses(at, R_A + step, at) - responses(at, R_A - step, at)) / (2 * step)
     by_depth = (responses(at + step, R_A, at) - responses(at - step, R_A, at)) / (2 * step)
     off = 100 * (place[:, None, None] * by_core + element[:, None] * by_depth)
     cos, _ = finger.turns
-    # the width of a contact is interpolated: a step as large as the usual amount is smooth
+    # the width of a contact is interpolated: a step as large as the amount is the smoothest
     wider, narrower = (pressures(u, radii_mm, core_mm=R_A + s * OFF_CENTRE_MM) for s in (1, -1))
     by_thickness = (wider - narrower) / (2 * OFF_CENTRE_MM)
     tips = felt(cos[AT] * off[AT], pressures(u, radii_mm))

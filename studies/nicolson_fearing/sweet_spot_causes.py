@@ -33,13 +33,11 @@ from nicolson_fearing.finger_errors import AT, OF_TABLE_3, SAMPLES, EdgeErrors, 
 from nicolson_fearing.linear_finger import Calibrated, LinearFinger
 from nicolson_fearing.linear_touches import LOAD, R_B, Estimates, TouchFits
 from nicolson_fearing.made_by_hand_causes import (
-    CURVATURE_PER_MM,
     OFF_CENTRE_MM,
     TILT_LOAD,
     TURN,
     Cause,
     core_off_centre,
-    curvature,
     nothing,
     prober_off_centre,
     tilted_tips,
@@ -54,6 +52,8 @@ FloatArray = np.ndarray
 PAGE = DOCS / "1995.md"
 SCRIPT = "nicolson_fearing/sweet_spot_causes.py"
 FINGERS = 12
+CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
+"""Of the surface, as in `studies/surface_profile.py`; the tables of 1995 say nothing of its size."""
 NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "prober_deg": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
 INFERRED = {
     "E maps, near the touch": ("map_error",),
@@ -128,6 +128,13 @@ def cases(u: Unknowns) -> dict[str, Case]:
     }
 
 
+def curvature(rng: np.random.Generator) -> FloatArray:
+    """Departure f of the surface's curvature at each place, 1/mm: smooth and random."""
+    off = LOCATIONS_DEG[:, None] - LOCATIONS_DEG
+    covariance = np.exp(-0.5 * (off / CURVATURE_LENGTH_DEG) ** 2) + 1e-9 * np.eye(len(off))
+    return np.asarray(CURVATURE_PER_MM * np.linalg.cholesky(covariance) @ rng.standard_normal(len(off)))
+
+
 def touched(u: Unknowns, seed: int, *, curved: bool = False, made: tuple[Cause, ...] = ()) -> Seen:
     """Calibrate, predict, touch."""
     finger, rng = finger_of(seed), np.random.default_rng([seed, 21])
@@ -148,7 +155,7 @@ def touched(u: Unknowns, seed: int, *, curved: bool = False, made: tuple[Cause, 
         return estimates.radius_mm(u.modulus_MPa, u.squeeze_mm)
 
     base = radius(silent)
-    f = CURVATURE_PER_MM * curvature(rng) if curved else np.zeros(shape[1])
+    f = curvature(rng) if curved else np.zeros(shape[1])
     curved_mm = by_curvature(u, f)
     seen, bias = (radius(each) - base + curved_mm for each in (averaged, reach.fit(missed, np.zeros(shape))))
     expected = reach.fit(foretold(finger, found, reach), np.zeros(shape))

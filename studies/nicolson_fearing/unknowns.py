@@ -57,10 +57,6 @@ class Unknowns:
         A factor of all readings that changes from sample to sample, %.
     length_mm : float
         Length of the tips; inf is plane strain.
-    curvature_per_mm : float
-        Rms departure of the surface's curvature from 1/r_b, smooth over 10°.
-    core_mm : float
-        How far the core is off centre.
     """
 
     ODD_TIP_MM: ClassVar[float] = 3.90
@@ -78,8 +74,6 @@ class Unknowns:
     drift: float = 0.0
     jitter: float = 0.0
     length_mm: float = np.inf
-    curvature_per_mm: float = 0.0
-    core_mm: float = 0.0
 
     def element_scales(self, drawn: FloatArray) -> FloatArray:
         """Error sizes of the elements, mean 1, from normal numbers."""
@@ -102,8 +96,4 @@ PRIOR = {
     "prober_deg": (0.0, 0.3),
     "drift": (0.0, 5.0),
     "jitter": (0.0, 5.0),
-    "curvature_per_mm": (0.0, 0.03),
-    "core_mm": (0.0, 1.0),
 }
-BY_HAND = ("curvature_per_mm", "core_mm")
-"""Unknowns that are not among those of the explanation: they are added one at a time."""

@@ -9,7 +9,6 @@ import pytest
 import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from independent.body import Annulus
 from independent.finger import Finger, Press
-from nicolson_fearing.explained_fit import read_slopes
 from nicolson_fearing.finger_errors import AT, EdgeErrors, TouchErrors, table_4_rows
 from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, R_A, R_B
@@ -22,8 +21,6 @@ from nicolson_fearing.made_by_hand_causes import (
     Added,
     core_off_centre,
     nothing,
-    of_unknowns,
-    out_of_round,
     pressures,
     prober_off_centre,
     tilted_tips,
@@ -165,32 +162,6 @@ def test_calibrations_take_up_a_prober_off_centre() -> None:
     # what the prober says is then where the fit finds the touch, but for what an element's model cannot follow
     assert np.abs(left[1]).max() < 0.02 * 0.5 < 0.1 * np.abs(added.location_deg[AT]).max()
     assert np.abs(left[0]).max() < 0.2 * 0.5
-
-
-def test_a_surface_out_of_round_has_the_errors_of_its_curvature() -> None:
-    elements, f = LinearFinger.of(0), np.linspace(-1e-3, 1e-3, len(LOCATIONS_DEG))
-    added, reach = out_of_round(elements, PLANE, RADII, f), elements.reach(PLANE, RADII)
-    silent = np.zeros((2, *added.tips.shape))
-    after, before = (
-        reach.fit(silent + each, np.zeros(added.tips.shape[:2])).radius_mm(PLANE.modulus_MPa, 0.0)[0]
-        for each in (added.tips, silent)
-    )
-    expected = -(read_slopes(PLANE, RADII[1:])[0] * RADII[1:] ** 2)[:, None] * f
-    assert (after - before)[1:] == pytest.approx(expected, abs=0.06 * np.abs(expected).max())
-    assert np.all(added.edges == 0)
-
-
-def test_amounts_that_are_unknowns_add_causes() -> None:
-    elements = LinearFinger.of(0)
-    none = of_unknowns(elements, PLANE, RADII, np.random.default_rng(3))
-    core = of_unknowns(elements, replace(PLANE, core_mm=0.4), RADII, np.random.default_rng(3))
-    as_by_hand = core_off_centre(elements, PLANE, RADII, np.random.default_rng(3))
-    assert np.all(none.tips == 0) and np.all(none.edges == 0)
-    assert core.edges == pytest.approx(0.4 / OFF_CENTRE_MM * as_by_hand.edges)
-    curved = [
-        of_unknowns(elements, replace(PLANE, curvature_per_mm=rms), RADII, np.random.default_rng(3)) for rms in (1, 2)
-    ]
-    assert curved[1].tips == pytest.approx(2 * curved[0].tips)
 
 
 def test_causes_add_up() -> None:
