@@ -25,6 +25,7 @@ from bayestouch.contact import indenter_radius
 from bayestouch.paper import published
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reliability import Beside
+from nicolson_fearing.explained_effects import BEFORE, Numbers, before_of, effects_table, numbers_table
 from nicolson_fearing.explained_fingers import PREDICTED, ExplainedFingers
 from nicolson_fearing.explained_fit import DRAWS, KEYS, STEPS, Explanation, Inferred
 from nicolson_fearing.linear_touches import R_B
@@ -75,11 +76,6 @@ class Case:
         inferred = explanation.inferred(near=begin, draws=200 if small else DRAWS, steps=200 if small else STEPS)
         return cls(inferred, ExplainedFingers.of(inferred, 60 if small else PREDICTED))
 
-    def count(self, *tables: str) -> str:
-        """How many numbers of some tables agree."""
-        some = np.array([key.startswith(tables) for key in KEYS])
-        return f"{self.fingers.inside[some].sum()} of {some.sum()}"
-
 
 @dataclass(frozen=True, eq=False)
 class Findings:
@@ -88,6 +84,7 @@ class Findings:
     full: Case
     without: dict[str, Case]
     from_part: dict[str, Case]
+    small: bool = False
 
 
 @lru_cache(maxsize=2)
@@ -100,6 +97,12 @@ def after(small: bool = False) -> dict[str, Beside]:
     """Numbers of the paper under all effects, by key."""
     fingers = full(small).fingers
     return {row.key: row for row in (*fingers.rows(), *fingers.thresholds, *fingers.text())}
+
+
+def posterior_mean(small: bool = False) -> Unknowns:
+    """Posterior means of the unknowns, under all effects."""
+    inferred = full(small).inferred
+    return inferred.explanation.unknowns(inferred.shares.mean(axis=0))
 
 
 def without(name: str, small: bool) -> Case:
@@ -140,32 +143,18 @@ def posterior_table(case: Case) -> str:
     return markdown_table(("unknown", "unit", "uniform prior", "posterior mean (90 %)"), rows)
 
 
-def effects_table(found: Findings) -> str:
-    """What each effect is worth."""
-    rows = []
-    for name, case in {"none": found.full, **found.without}.items():
-        alike, order = found_shared(case)
-        rows.append(
-            [
-                name,
-                f"{case.inferred.log_evidence - found.full.inferred.log_evidence:.0f}",
-                span(case.inferred.of_name("modulus_MPa")),
-                *(f"{case.fingers.rms(contact):.2f}" for contact in ("hertz", "frictionless")),
-                case.count("table_1", "table_2"),
-                case.count("table_3"),
-                case.count("table_4"),
-                f"{alike[0]:.2f}, {alike[1]:.2f}; {100 * order[0]:.0f}, {100 * order[1]:.0f} %",
-            ]
-        )
-    head = ("effect taken away", "log evidence", "μ (MPa)", "Hertz, rms R (mm)", "frictionless, rms R (mm)")
-    more = ("Tables 1, 2 agree", "Table 3 agree", "Table 4 agree", "Figure 13: shared; in order (model, empirical)")
-    return markdown_table((*head, *more), rows)
-
-
-def found_shared(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    """Figure 13, means over the fingers."""
-    alike, order = case.fingers.shared
-    return alike.mean(axis=0), order.mean(axis=0)
+def effects_tables(found: Findings, small: bool) -> str:
+    """What each effect is worth: evidence and what agrees, then numbers."""
+    rows = {"none": found.full, **found.without}
+    numbers = {name: Numbers.of(case.fingers) for name, case in rows.items()}
+    least = found.full.inferred.log_evidence
+    said = {
+        name: (numbers[name], f"{case.inferred.log_evidence - least:.0f}", span(case.inferred.of_name("modulus_MPa")))
+        for name, case in rows.items()
+    }
+    before = before_of(small)
+    first = effects_table({BEFORE: before, **said})
+    return first + "\n" + numbers_table({BEFORE: before[0], **numbers}, small)
 
 
 def prediction_table(found: Findings) -> str:
@@ -184,7 +173,7 @@ def prediction_table(found: Findings) -> str:
 
 def tables(found: Findings) -> str:
     """The tables for the page."""
-    return "\n".join([posterior_table(found.full), effects_table(found), prediction_table(found)])
+    return "\n".join([posterior_table(found.full), effects_tables(found, found.small), prediction_table(found)])
 
 
 def picture(folder: Path, found: Findings) -> None:
@@ -234,6 +223,7 @@ def main(small: bool = False, folder: Path | None = None) -> Findings:
             "plane strain": of_table_3(np.inf, small),
             f"tips of {LENGTH_MM:g} mm": of_table_3(LENGTH_MM, small),
         },
+        small,
     )
     print(tables(found))
     if folder is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -12,9 +13,9 @@ from bayestouch.contact import composite_radius, indenter_radius
 from bayestouch.paper import published
 from bayestouch.reliability import Beside, shared_by_indenters
 from nicolson_fearing import figure_4, figure_13
-from nicolson_fearing.explained_fit import FINGERS, KEYS, OF_TIPS, Inferred, finger, numbers_of, printed
+from nicolson_fearing.explained_fit import FINGERS, KEYS, OF_TIPS, Inferred, finger, numbers_of
+from nicolson_fearing.finger_errors import Tables
 from nicolson_fearing.flats_and_edges import flat_errors
-from nicolson_fearing.linear_finger import Tables
 from nicolson_fearing.linear_touches import R_B
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.published_fits import TIP_SHARE
@@ -25,8 +26,14 @@ FloatArray = NDArray[np.float64]
 PREDICTED = 200
 UNBIASED = 0.1  # share of the radius, as in `table_3`
 THRESHOLD_KNOTS = 5
+THRESHOLDS = ("figure_4.flat_from_edge_noise", "figure_4.r_c_over_r_b")
 OUTSIDE = 0.05  # on either side of a 90 % interval
 _FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
+
+
+def first_order(seed: int, unknowns: Unknowns, draw: int) -> Tables:
+    """A finger whose errors go through its fits to first order."""
+    return finger(seed).tables(unknowns, draw)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,29 +55,19 @@ class ExplainedFingers:
     numbers: FloatArray
 
     @classmethod
-    def of(cls, inferred: Inferred, count: int = PREDICTED) -> ExplainedFingers:
-        """Draw them."""
+    def of(
+        cls, inferred: Inferred, count: int = PREDICTED, simulate: Callable[[int, Unknowns, int], Tables] = first_order
+    ) -> ExplainedFingers:
+        """Draw them; what simulates a finger gets the seed of its elements, its unknowns and the number of the draw."""
         rng = np.random.default_rng(2)
         drawn = inferred.draws(count)
         tables = []
         for i, u in enumerate(drawn):
             shared = replace(u, tip_sd_mm=float(np.sqrt(TIP_SHARE)) * u.tip_sd_mm)
-            tables.append(finger(i % FINGERS).tables(shared, draw=i))
+            tables.append(simulate(i % FINGERS, shared, i))
         own = np.sqrt(1 - TIP_SHARE) * np.array([[u.tip_sd_mm] for u in drawn]) * OF_TIPS
         numbers = np.array([numbers_of(each) for each in tables])
         return cls(tuple(drawn), tuple(tables), numbers + own * rng.standard_normal(numbers.shape))
-
-    @cached_property
-    def inside(self) -> NDArray[np.bool_]:
-        """Which printed numbers lie in the 90 % interval of single fingers, with their rounding."""
-        return np.array([row.agrees for row in self.rows()])
-
-    def rms(self, contact: str, without: tuple[float, ...] = ()) -> float:
-        """Root mean square of printed less expected composite radii of a contact's columns, mm."""
-        out = [f"table_3[{tip:.2f}]" for tip in without]
-        some = [i for i, key in enumerate(KEYS) if f".{contact}_" in key and not key.startswith(tuple(out) or ("-",))]
-        off = printed()[0] - np.median(self.numbers, axis=0)
-        return float(np.sqrt(np.mean(off[some] ** 2)))
 
     def rows(self) -> list[Beside]:
         """All numbers of Tables 1 to 4 that it has, in the paper's units: median and 90 % interval."""
@@ -86,8 +83,7 @@ class ExplainedFingers:
         moduli = np.log([u.modulus_MPa for u in self.unknowns])
         knots, curves = _threshold_curves()
         return [
-            beside(key, np.exp(np.interp(moduli, knots, curve)))
-            for key, curve in zip(("figure_4.flat_from_edge_noise", "figure_4.r_c_over_r_b"), curves, strict=True)
+            beside(key, np.exp(np.interp(moduli, knots, curve))) for key, curve in zip(THRESHOLDS, curves, strict=True)
         ]
 
     @cached_property

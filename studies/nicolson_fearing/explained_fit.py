@@ -20,7 +20,8 @@ from scipy.stats import multivariate_t
 
 from bayestouch.contact import composite_radius
 from bayestouch.paper.published import TABLE_3, number
-from nicolson_fearing.linear_finger import LinearFinger, Tables
+from nicolson_fearing.finger_errors import Tables
+from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, PER_KAPPA, R_B, best_ellipse
 from nicolson_fearing.paper_finger import CALIBRATIONS
 from nicolson_fearing.published_fits import FLOOR_MM, SHRINKAGE, TIP_SHARE

@@ -15,51 +15,31 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.contact import composite_radius, indenter_radius
-from bayestouch.paper.published import number
 from bayestouch.paper.simplex.elements import WINDOW_DEG
 from bayestouch.paper.simplex.empirical import SMALLEST_SINGULAR_VALUE, coefficients_needed
 from bayestouch.simulation.finger import BuiltFinger
-from nicolson_fearing.error_curves import smooth_curves, tail_curves
+from nicolson_fearing.finger_errors import (
+    AT,
+    EDGES_DEG,
+    OF_TABLE_3,
+    OF_TABLE_4,
+    Curves,
+    EdgeErrors,
+    Tables,
+    TouchErrors,
+    table_4_rows,
+    true_radii,
+)
 from nicolson_fearing.linear_touches import LOAD, MODES, R_B, TouchFits, best_ellipse, element_weights, felt
 from nicolson_fearing.noise_causes import noise_levels
-from nicolson_fearing.paper_finger import DESIGN, LOCATIONS_DEG, POISSON_RATIO
-from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TABLE_4_TIPS, TIPS_MM
+from nicolson_fearing.paper_finger import DESIGN, POISSON_RATIO
+from nicolson_fearing.paper_run import DEPTH_SPREAD_MM, TIPS_MM
 from nicolson_fearing.unknowns import Unknowns
 
 FloatArray = NDArray[np.float64]
 
-SAMPLES = int(number("touches.n_samples").value)
-FORCE_NOISE = number("noise.force_sensor").value
-EDGES_DEG = np.arange(-DESIGN.calibration_span_deg, DESIGN.calibration_span_deg + 1)
-AT = np.searchsorted(EDGES_DEG, LOCATIONS_DEG)
-Curves = list[FloatArray]  # cosine and sine coefficients (m, modes) of the angle from an element
-OF_TABLE_4 = np.isin(TIPS_MM, TABLE_4_TIPS)
-OF_TABLE_3 = np.array([0 < tip < np.inf for tip in TIPS_MM])
 BLUNTEST = 0.97
 """Largest R, as a share of that of a flat, whose r_c counts in a mean: the r_c of a flat is infinite."""
-
-
-@dataclass(frozen=True, eq=False)
-class Tables:
-    """What the paper would print of one finger.
-
-    Attributes
-    ----------
-    errors_1, errors_2 : (m,) arrays
-        Errors of the elements in Tables 1 and 2, % of the peak.
-    table_3 : (2, 2, 9) array
-        Mean r_c as composite radius (mm): contact (Hertz, frictionless), calibration, tip.
-    table_4 : (2, 3, 3) array
-        Calibration; total, location, noise; θ_c (degree), P (N/m), R (mm).
-    radius_errors : (2, tips, places) array
-        Errors of R of averages by the squeezed contact, mm.
-    """
-
-    errors_1: FloatArray
-    errors_2: FloatArray
-    table_3: FloatArray
-    table_4: FloatArray
-    radius_errors: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,20 +102,20 @@ class LinearFinger:
         return element_weights(self.sensing_radius_mm, POISSON_RATIO)
 
     @cached_property
-    def _turns(self) -> tuple[FloatArray, FloatArray]:
+    def turns(self) -> tuple[FloatArray, FloatArray]:
         """cos and sin of each mode at each edge, (2, edges, m, modes)."""
         turn = np.radians(EDGES_DEG[:, None] - self.angle_deg)[..., None] * MODES
         return np.cos(turn), np.sin(turn)
 
     @cached_property
-    def _by_degree(self) -> FloatArray:
+    def by_degree(self) -> FloatArray:
         """Change of the edges' strains by a degree of location, % of the peak; (edges, m)."""
-        return np.asarray(-100 * np.pi / 180 * (self._turns[1] * self.weights * MODES).sum(axis=-1))
+        return np.asarray(-100 * np.pi / 180 * (self.turns[1] * self.weights * MODES).sum(axis=-1))
 
     @cached_property
     def _edges(self) -> FloatArray:
         """Strains of the edges, % of the peak; (edges, m)."""
-        return np.asarray(100 * (self._turns[0] * self.weights).sum(axis=-1))
+        return np.asarray(100 * (self.turns[0] * self.weights).sum(axis=-1))
 
     @cached_property
     def _fits(self) -> tuple[list[tuple[NDArray[np.bool_], FloatArray]], FloatArray]:
@@ -144,7 +124,7 @@ class LinearFinger:
         by_element = []
         for i, design in enumerate(DESIGN.element_angles_deg):
             near = np.abs(EDGES_DEG - design) <= WINDOW_DEG / 2
-            columns = np.stack([(self._turns[odd][near, i] * c[i]).sum(axis=-1) for odd, c in slopes], axis=1)
+            columns = np.stack([(self.turns[odd][near, i] * c[i]).sum(axis=-1) for odd, c in slopes], axis=1)
             by_element.append((near, columns))
         n_c = _coefficients()
         p = np.radians(EDGES_DEG)[:, None] * np.arange(n_c + 1)
@@ -164,28 +144,28 @@ class LinearFinger:
 
     def tables(self, u: Unknowns, draw: int = 0) -> Tables:
         """Calibrate, touch and read under these unknowns; each draw has its own errors and noise."""
-        rng = np.random.default_rng([self.seed, 12, draw])
-        found = self.calibrated(u, rng)
-        reach = self.reach(u, rng)
-        return self._read(u, reach, found, self.missed(found, reach), rng)
+        edges, radii, touches = self.drawn(u, draw)
+        found, reach = self.calibrated(edges), self.reach(u, radii)
+        return self._read(u, reach, found, self.missed(found, reach), touches)
 
-    def calibrated(self, u: Unknowns, rng: np.random.Generator) -> Calibrated:
-        """Draw the errors, and fit the edges."""
-        m, n_edges = DESIGN.n_elements, len(EDGES_DEG)
-        scale = u.element_scales(rng.standard_normal(m))
-        curves = [u.map_error * scale[:, None] * c for c in smooth_curves(rng, m)]
-        curves = [a + u.tail * b for a, b in zip(curves, tail_curves(rng, m), strict=True)]
-        place = u.place_error * scale * rng.standard_normal((n_edges, m))
-        prober = u.prober_deg * rng.standard_normal(n_edges)
-        quiet = self.levels * rng.standard_normal((n_edges, m)) / np.sqrt(SAMPLES)
-        factor = (u.drift * rng.standard_normal((n_edges, 1)) - FORCE_NOISE * rng.standard_normal((n_edges, 1))) / 100
-        cos, sin = self._turns
-        seen = (cos * curves[0]).sum(axis=-1) + (sin * curves[1]).sum(axis=-1) + place
-        measured = seen + quiet + factor * self._edges + prober[:, None] * self._by_degree
+    def drawn(self, u: Unknowns, draw: int = 0) -> tuple[EdgeErrors, FloatArray, TouchErrors]:
+        """Errors of the edges, composite radii of the tips (mm), and errors of the touches."""
+        rng = np.random.default_rng([self.seed, 12, draw])
+        edges = EdgeErrors.of(u, self.levels, rng)
+        radii = true_radii(u, rng)
+        return edges, radii, TouchErrors.of(u, self.levels, rng)
+
+    def calibrated(self, wrong: EdgeErrors, added: FloatArray | float = 0.0) -> Calibrated:
+        """Fit the edges; strains (edges, m) of other causes may be added to theirs, % of the peak."""
+        cos, sin = self.turns
+        seen = (cos * wrong.curves[0]).sum(axis=-1) + (sin * wrong.curves[1]).sum(axis=-1) + wrong.place
+        factor = (wrong.drift - wrong.force)[:, None] / 100
+        measured = seen + wrong.noise + factor * self._edges + wrong.prober[:, None] * self.by_degree + added
         errors_1, absorbed_1 = self._table_1(measured)
         residual, absorbed_2 = self._table_2(measured)
         errors_2 = np.sqrt((residual**2).mean(axis=0))
-        return Calibrated((errors_1, errors_2), curves, (absorbed_1, absorbed_2), residual, place[AT], prober[AT])
+        absorbed = (absorbed_1, absorbed_2)
+        return Calibrated((errors_1, errors_2), wrong.curves, absorbed, residual, wrong.place[AT], wrong.prober[AT])
 
     def missed(self, found: Calibrated, reach: TouchFits) -> FloatArray:
         """Errors of the strains that readers with both calibrations do not expect, (2, tips, places, m)."""
@@ -194,17 +174,13 @@ class LinearFinger:
 
     def felt(self, curves: Curves, reach: TouchFits) -> FloatArray:
         """Errors of E maps under the pressures of the tips, (tips, places, m)."""
-        cos, sin = self._turns
+        cos, sin = self.turns
         return felt(cos[AT] * curves[0] + sin[AT] * curves[1], reach.spectrum)
 
-    def reach(self, u: Unknowns, rng: np.random.Generator) -> TouchFits:
-        """Fits of all tips, whose radii have errors."""
-        true = composite_radius(np.array(TIPS_MM), R_B)
-        wrong = u.tip_sd_mm * rng.standard_normal(len(TIPS_MM)) * OF_TABLE_3
-        true = np.where(np.array(TIPS_MM) == u.ODD_TIP_MM, u.odd_tip_R_mm, true)
-        kappa = LOAD / 1000 * np.maximum(true + wrong, 0.02 * OF_TABLE_3) / u.modulus_MPa
-        width, factor = best_ellipse(kappa, u.poisson_ratio, u.length_mm)
-        return TouchFits.of(self.weights, [t[AT] for t in self._turns], width, factor)
+    def reach(self, u: Unknowns, radii_mm: FloatArray) -> TouchFits:
+        """Fits of tips of these composite radii."""
+        width, factor = best_ellipse(LOAD / 1000 * radii_mm / u.modulus_MPa, u.poisson_ratio, u.length_mm)
+        return TouchFits.of(self.weights, [t[AT] for t in self.turns], width, factor)
 
     def _table_1(self, measured: FloatArray) -> tuple[FloatArray, Curves]:
         """Errors of the fits (m,), and what they took up, as curves."""
@@ -233,32 +209,17 @@ class LinearFinger:
         absorbed[1][:, : n_c + 1] = (odd * np.cos(turn) - even * np.sin(turn)).T
         return measured - fitted, absorbed
 
-    def _read(
-        self,
-        u: Unknowns,
-        reach: TouchFits,
-        found: Calibrated,
-        missed: FloatArray,
-        rng: np.random.Generator,
-    ) -> Tables:
-        shape = (int(OF_TABLE_4.sum()), len(LOCATIONS_DEG), SAMPLES)
-        noise = self.levels * rng.standard_normal((*shape, DESIGN.n_elements))
-        jitter = u.jitter / 100 * rng.standard_normal(shape)
-        # of the other tips only averages are needed
-        means = self.levels * rng.standard_normal(missed.shape[1:]) / np.sqrt(SAMPLES)
-        factor = u.jitter / 100 * rng.standard_normal(missed.shape[1:3]) / np.sqrt(SAMPLES)
-        means[OF_TABLE_4], factor[OF_TABLE_4] = noise.mean(axis=2), jitter.mean(axis=2)
-        drift = u.drift / 100 * rng.standard_normal(missed.shape[1:3])
-        averaged = reach.fit(missed + means, factor + drift)
+    def _read(self, u: Unknowns, reach: TouchFits, found: Calibrated, missed: FloatArray, wrong: TouchErrors) -> Tables:
+        averaged = reach.fit(missed + wrong.mean_noise, wrong.mean_jitter + wrong.drift)
         table_3 = []
         for squeeze in (0.0, u.squeeze_mm):
             radius = np.minimum(averaged.radius_mm(u.modulus_MPa, squeeze), BLUNTEST * R_B)[:, OF_TABLE_3]
             table_3.append(composite_radius(indenter_radius(radius, R_B).mean(axis=-1), R_B))
         some = reach.only(OF_TABLE_4)
-        single = some.fit(missed[:, OF_TABLE_4, :, None] + noise, jitter + drift[OF_TABLE_4, :, None])
-        radius = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm)
+        drift = wrong.drift[OF_TABLE_4, :, None]
+        single = some.fit(missed[:, OF_TABLE_4, :, None] + wrong.noise, wrong.jitter + drift)
         true = composite_radius(np.array(TIPS_MM), R_B)
-        errors = radius - true[:, None]
+        errors = averaged.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[:, None]
         angle = averaged.angle_error_deg + found.prober
         mean = [each[:, OF_TABLE_4] for each in (angle, averaged.load_error, errors)]
         one = [
@@ -266,13 +227,7 @@ class LinearFinger:
             single.load_error,
             single.radius_mm(u.modulus_MPa, u.squeeze_mm) - true[OF_TABLE_4, None, None],
         ]
-        table_4 = np.empty((2, 3, 3))
-        for i, (a, s) in enumerate(zip(mean, one, strict=True)):
-            middle = a.mean(axis=-1, keepdims=True)
-            table_4[:, 0, i] = np.sqrt(((s - middle[..., None]) ** 2).mean(axis=(1, 2, 3)))
-            table_4[:, 1, i] = np.sqrt(((a - middle) ** 2).mean(axis=(1, 2)))
-            table_4[:, 2, i] = np.sqrt(((s - a[..., None]) ** 2).mean(axis=(1, 2, 3)))
-        return Tables(*found.errors, np.array(table_3), table_4, errors)
+        return Tables(*found.errors, np.array(table_3), table_4_rows(mean, one), errors)
 
 
 @lru_cache(maxsize=1)

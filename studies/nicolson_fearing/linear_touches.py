@@ -6,7 +6,7 @@ narrower than an edge.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -125,12 +125,14 @@ def element_weights(sensing_radius_mm: FloatArray, poisson_ratio: float) -> Floa
     return np.asarray(strain / strain.sum(axis=1, keepdims=True))
 
 
-@lru_cache(maxsize=8)
-def _ellipses(poisson_ratio: float, length_mm: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+@lru_cache(maxsize=24)
+def _ellipses(
+    poisson_ratio: float, length_mm: float, core_radius_mm: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """κ, half-width and load of the ellipse that reads most like the contact on the layer."""
     physics = Physics(poisson_ratio=poisson_ratio, length_mm=length_mm)
     kappa = np.linspace(0.0, np.sqrt(LARGEST_KAPPA), KAPPAS) ** 2
-    true = contact_of(DESIGN, physics).spectrum(kappa, MODES)
+    true = contact_of(replace(DESIGN, core_radius_mm=core_radius_mm), physics).spectrum(kappa, MODES)
     # elements and places are spread evenly, so that the sum over them is one over modes
     power = element_weights(np.array([DESIGN.sensing_radius_mm]), POISSON_RATIO)[0] ** 2 * np.where(
         MODES == 0, 1.0, 0.5
@@ -142,16 +144,18 @@ def _ellipses(poisson_ratio: float, length_mm: float) -> tuple[FloatArray, Float
     return kappa, widths[best], along[np.arange(KAPPAS), best] / square[best]
 
 
-def best_ellipse(kappa: FloatArray, poisson_ratio: float, length_mm: float) -> tuple[FloatArray, FloatArray]:
+def best_ellipse(
+    kappa: FloatArray, poisson_ratio: float, length_mm: float, core_radius_mm: float = R_A
+) -> tuple[FloatArray, FloatArray]:
     """Half-width (mm) and load (1: the true one) of the elliptic pressure that fits the contact on the layer best.
 
-    Between a few Poisson's ratios by interpolation.
+    Between a few Poisson's ratios by interpolation. A larger core has a thinner layer.
     """
     place = np.interp(poisson_ratio, POISSON_RATIOS, np.arange(len(POISSON_RATIOS)))
     low = min(int(place), len(POISSON_RATIOS) - 2)
     out = []
     for ratio in POISSON_RATIOS[low : low + 2]:
-        known, width, load = _ellipses(ratio, length_mm)
+        known, width, load = _ellipses(ratio, length_mm, core_radius_mm)
         out.append([np.interp(np.sqrt(kappa), np.sqrt(known), each) for each in (width, load)])
     upper = place - low
     width, load = (1 - upper) * np.array(out[0]) + upper * np.array(out[1])

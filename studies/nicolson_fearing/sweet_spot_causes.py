@@ -23,12 +23,26 @@ from _page import DOCS, markdown_table
 from _published import figure, run_study, save
 
 from bayestouch.contact import composite_radius
+from bayestouch.paper.published import number
 from bayestouch.reliability import shared_by_indenters
-from nicolson_fearing.explained import full
+from nicolson_fearing import figure_13
+from nicolson_fearing.explained import posterior_mean
 from nicolson_fearing.explained_fit import finger as finger_of
 from nicolson_fearing.explained_fit import read_slopes
-from nicolson_fearing.linear_finger import AT, OF_TABLE_3, SAMPLES, Calibrated, LinearFinger
-from nicolson_fearing.linear_touches import LOAD, R_B, TouchFits
+from nicolson_fearing.finger_errors import AT, OF_TABLE_3, SAMPLES, EdgeErrors, true_radii
+from nicolson_fearing.linear_finger import Calibrated, LinearFinger
+from nicolson_fearing.linear_touches import LOAD, R_B, Estimates, TouchFits
+from nicolson_fearing.made_by_hand_causes import (
+    OFF_CENTRE_MM,
+    TILT_LOAD,
+    TURN,
+    Cause,
+    core_off_centre,
+    nothing,
+    prober_off_centre,
+    tilted_tips,
+    turned_tips,
+)
 from nicolson_fearing.paper_finger import CALIBRATIONS, DESIGN, LOCATIONS_DEG
 from nicolson_fearing.paper_run import TIPS_MM
 from nicolson_fearing.unknowns import Unknowns
@@ -41,20 +55,33 @@ FINGERS = 12
 CURVATURE_PER_MM, CURVATURE_LENGTH_DEG = 0.0084, 10.0
 """Of the surface, as in `studies/surface_profile.py`; the tables of 1995 say nothing of its size."""
 NO_ERRORS = {"map_error": 0.0, "place_error": 0.0, "tail": 0.0, "prober_deg": 0.0, "drift": 0.0, "tip_sd_mm": 0.0}
-CAUSES = {
+INFERRED = {
     "E maps, near the touch": ("map_error",),
     "E maps, tails": ("tail",),
     "places, every element its own": ("place_error",),
     "location of the prober": ("prober_deg",),
     "drift from touch to touch": ("drift",),
-    "curvature of the surface": (),
-    "all of these": ("map_error", "tail", "place_error", "prober_deg", "drift"),
-    "none: noise alone": (),
 }
-CURVED = ("curvature of the surface", "all of these")
+CURVED = "curvature of the surface"
+TOGETHER, ALL = "inferred ones and curvature", "all of these"
+
+
+@dataclass(frozen=True)
+class Case:
+    """Causes that act together: names of unknowns, whether the surface has a curvature, and what was made by hand."""
+
+    free: tuple[str, ...] = ()
+    curved: bool = False
+    made: tuple[Cause, ...] = ()
+
+
+CORE = f"core {OFF_CENTRE_MM:g} mm off centre"
+PANELS = (*list(INFERRED)[:4], CURVED, CORE, TOGETHER, ALL)
 NONE_MM = 0.1  # half of the noise of a mean of 20: a smaller bias is not scored
 ROUND = np.array([1.0 < tip < np.inf for tip in TIPS_MM])
 _FLAT = TIPS_MM.index(np.inf)
+FIGURE_13 = [TIPS_MM.index(tip) for tip in figure_13.TIPS]
+_TRUE_13 = composite_radius(np.array(figure_13.TIPS), R_B)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +96,8 @@ class Seen:
         Errors of R without noise.
     by_edges, by_flats : (2, tips, places) arrays
         Predicted errors of R, from edges, and from edges and flats.
+    of_elements : (2,) array
+        Mean errors of the elements in Tables 1 and 2, % of the peak.
     """
 
     angle_deg: FloatArray
@@ -77,12 +106,26 @@ class Seen:
     bias_mm: FloatArray
     by_edges: FloatArray
     by_flats: FloatArray
+    of_elements: FloatArray
 
 
-def amounts(small: bool) -> Unknowns:
-    """Posterior means of the unknowns."""
-    inferred = full(small).inferred
-    return inferred.explanation.unknowns(inferred.shares.mean(axis=0))
+def cases(u: Unknowns) -> dict[str, Case]:
+    """All rows of the table; the sine of a prober off centre has the rms of its errors by place."""
+    names = tuple(name for names in INFERRED.values() for name in names)
+    made: dict[str, tuple[Cause, ...]] = {
+        CORE: (core_off_centre,),
+        "axis of the prober off centre": (prober_off_centre(u.prober_deg),),
+        f"tips tilted along the finger, {TILT_LOAD:g} N/m": (tilted_tips,),
+        f"tips turned by {np.degrees(TURN):.0f}°": (turned_tips,),
+    }
+    return {
+        **{cause: Case(free) for cause, free in INFERRED.items()},
+        CURVED: Case(curved=True),
+        **{cause: Case(made=each) for cause, each in made.items()},
+        TOGETHER: Case(names, curved=True),
+        ALL: Case(names, True, tuple(each[0] for each in made.values())),
+        "none: noise alone": Case(),
+    }
 
 
 def curvature(rng: np.random.Generator) -> FloatArray:
@@ -92,20 +135,24 @@ def curvature(rng: np.random.Generator) -> FloatArray:
     return np.asarray(CURVATURE_PER_MM * np.linalg.cholesky(covariance) @ rng.standard_normal(len(off)))
 
 
-def touched(u: Unknowns, seed: int, *, curved: bool) -> Seen:
+def touched(u: Unknowns, seed: int, *, curved: bool = False, made: tuple[Cause, ...] = ()) -> Seen:
     """Calibrate, predict, touch."""
     finger, rng = finger_of(seed), np.random.default_rng([seed, 21])
-    found = finger.calibrated(u, rng)
-    reach = finger.reach(u, rng)
+    wrong = EdgeErrors.of(u, finger.levels, rng)
+    radii = true_radii(u, rng)
+    by_hand = np.random.default_rng([seed, 22])
+    added = sum((cause(finger, u, radii, by_hand) for cause in made), nothing(finger))
+    found = finger.calibrated(wrong, added.edges)
+    reach = finger.reach(u, radii)
     quiet = finger.levels / np.sqrt(SAMPLES)
     shape = (len(TIPS_MM), len(LOCATIONS_DEG))
     drift = u.drift / 100 * rng.standard_normal(shape)
-    missed = finger.missed(found, reach)
+    missed = finger.missed(found, reach) + added.tips
     averaged = reach.fit(missed + quiet * rng.standard_normal((*shape, len(quiet))), drift)
     silent = reach.fit(np.zeros((2, *shape, len(quiet))), np.zeros(shape))
 
-    def radius(estimates: object) -> FloatArray:
-        return np.asarray(estimates.radius_mm(u.modulus_MPa, u.squeeze_mm))  # type: ignore[attr-defined]
+    def radius(estimates: Estimates) -> FloatArray:
+        return estimates.radius_mm(u.modulus_MPa, u.squeeze_mm)
 
     base = radius(silent)
     f = curvature(rng) if curved else np.zeros(shape[1])
@@ -121,7 +168,9 @@ def touched(u: Unknowns, seed: int, *, curved: bool) -> Seen:
     share = np.clip(1 - _noise_of_flats(reach, quiet, u) / per_f[_FLAT, 0] ** 2 / (left**2).mean(axis=1), 0.0, 1.0)
     guess = np.array([np.interp(LOCATIONS_DEG, LOCATIONS_DEG[at], s * x) for s, x in zip(share, left, strict=True)])
     by_flats = by_edges + per_f * guess[:, None]
-    return Seen(averaged.angle_error_deg + found.prober, averaged.load_error, seen, bias, by_edges, by_flats)
+    angle = averaged.angle_error_deg + found.prober + added.location_deg[AT]
+    sizes = np.array([each.mean() for each in found.errors])
+    return Seen(angle, averaged.load_error, seen, bias, by_edges, by_flats, sizes)
 
 
 def by_curvature(u: Unknowns, f: FloatArray) -> FloatArray:
@@ -158,8 +207,12 @@ def r_squared(predicted: FloatArray, seen: FloatArray) -> float:
 
 
 def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
-    """One line a cause and calibration."""
+    """What is printed, then one line a cause and calibration."""
     out = []
+    for calibration, error in zip(CALIBRATIONS, ("table_1.error.avg", "table_2.error.avg"), strict=True):
+        keys = [f"table_4.{calibration}.location.{name}" for name in ("theta_c", "P", "R")]
+        of_touches = ", ".join(number(key).printed for key in keys)
+        out.append([f"printed, {calibration}", of_touches, "; all", number(error).printed, "", "", ""])
     for cause, fingers in found.items():
         for c, calibration in enumerate(CALIBRATIONS):
             sizes = [
@@ -172,11 +225,13 @@ def rows(found: dict[str, list[Seen]]) -> list[list[str]]:
             ]
             bias = np.sqrt(np.mean([f.bias_mm[c][ROUND] ** 2 for f in fingers]))
             alike = np.mean([shared_by_indenters(f.radius_mm[c][OF_TABLE_3]) for f in fingers])
+            order = np.mean([figure_13.monotonic(f.radius_mm[c][FIGURE_13] + _TRUE_13[:, None]) for f in fingers])
             out.append(
                 [
                     f"{cause}, {calibration}",
                     f"{sizes[0]:.2f}, {sizes[1]:.1f}, {sizes[2]:.2f}",
-                    f"{alike:.2f}",
+                    f"{alike:z.2f}; {100 * order:.0f} %",
+                    f"{np.mean([f.of_elements[c] for f in fingers]):.2f}",
                     f"{bias:.2f}",
                     *("–" if bias < NONE_MM else _scored(s) for s in scores),
                 ]
@@ -192,14 +247,16 @@ def _scored(scores: list[float]) -> str:
 
 def for_the_page(found: dict[str, list[Seen]]) -> str:
     """The table."""
-    head = ("cause alone, calibration", "θ_c (degree), P (N/m), R (mm)", "shared by tips")
-    return markdown_table((*head, "bias of R (mm)", "R² from edges", "R² from edges and flats"), rows(found))
+    head = ("cause alone, calibration", "θ_c (degree), P (N/m), R (mm)", "shared by tips; in order")
+    more = ("error of elements (%)", "bias of R (mm)", "R² from edges", "R² from edges and flats")
+    return markdown_table((*head, *more), rows(found))
 
 
 def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
     """Predicted and seen, by cause."""
     drawn, axes = figure(4, 2, figsize=(13.5, 6.5), sharex=True, sharey=True)
-    for side, (cause, fingers) in zip(axes.ravel(), found.items(), strict=False):
+    for side, cause in zip(axes.ravel(), PANELS, strict=True):
+        fingers = found[cause]
         for name, colour, label in (("by_edges", "C0", "edges"), ("by_flats", "C1", "edges and flats")):
             predicted = np.concatenate([getattr(f, name)[0][ROUND].ravel() for f in fingers[:3]])
             seen = np.concatenate([f.bias_mm[0][ROUND].ravel() for f in fingers[:3]])
@@ -217,12 +274,12 @@ def picture(folder: Path, found: dict[str, list[Seen]]) -> None:
 
 def main(small: bool = False, folder: Path | None = None) -> dict[str, list[Seen]]:
     """Print the table and save the picture."""
-    everything = amounts(small)
+    everything = posterior_mean(small)
     found = {}
-    for cause, names in CAUSES.items():
-        changes = {name: value for name, value in NO_ERRORS.items() if name not in names}
-        u = replace(everything, **changes)
-        found[cause] = [touched(u, seed, curved=cause in CURVED) for seed in range(3 if small else FINGERS)]
+    for cause, case in cases(everything).items():
+        u = replace(everything, **{name: value for name, value in NO_ERRORS.items() if name not in case.free})
+        seeds = range(3 if small else FINGERS)
+        found[cause] = [touched(u, seed, curved=case.curved, made=case.made) for seed in seeds]
     print(for_the_page(found))
     if folder is not None:
         picture(folder, found)

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import study_modules  # noqa: F401  # it makes nicolson_fearing known
 from nicolson_fearing.explained_fit import KEYS, OF_TIPS, Emulator, Explanation, printed, read_slopes
+from nicolson_fearing.finger_errors import AT, EDGES_DEG
 from nicolson_fearing.flats_and_edges import flat_errors
-from nicolson_fearing.linear_finger import AT, EDGES_DEG, LinearFinger
+from nicolson_fearing.linear_finger import LinearFinger
 from nicolson_fearing.linear_touches import LOAD, MODES, PER_KAPPA, R_B, TouchFits, best_ellipse
 from nicolson_fearing.many_fits import fit_many_touches
 from nicolson_fearing.paper_finger import LOCATIONS_DEG
@@ -44,7 +45,7 @@ def test_small_errors_go_through_fits_as_through_searches() -> None:
     reader = EllipseReader(finger)
     radius = np.array([1.3, 4.0, 7.0])
     width = np.sqrt(PER_KAPPA * LOAD / 1000 * radius / MODULUS)
-    turns = [t[AT] for t in finger._turns]
+    turns = [t[AT] for t in finger.turns]
     fits = TouchFits.of(finger.weights, turns, width, np.ones(3))
     rng = np.random.default_rng(1)
     errors = 0.05 * rng.standard_normal((2, 3, len(LOCATIONS_DEG), len(finger.levels)))
@@ -61,7 +62,7 @@ def test_small_errors_go_through_fits_as_through_searches() -> None:
 
 def test_no_contact_is_narrower_than_an_edge() -> None:
     finger = LinearFinger.of(0)
-    fits = TouchFits.of(finger.weights, [t[AT] for t in finger._turns], np.zeros(1), np.ones(1))
+    fits = TouchFits.of(finger.weights, [t[AT] for t in finger.turns], np.zeros(1), np.ones(1))
     errors = np.random.default_rng(0).standard_normal((2, 1, len(LOCATIONS_DEG), len(finger.levels)))
     found = fits.fit(errors, np.zeros((1, len(LOCATIONS_DEG))))
     assert found.width_mm.min() == 0 < found.width_mm.max()
@@ -76,7 +77,7 @@ def test_no_contact_is_narrower_than_an_edge() -> None:
 
 def test_calibrations_take_up_what_they_have_parameters_for() -> None:
     finger = LinearFinger.of(1)
-    cos, _ = finger._turns
+    cos, _ = finger.turns
     deeper = 0.3 * 100 * (cos * finger._slopes[1][1]).sum(axis=-1)
     errors, absorbed = finger._table_1(deeper)
     assert errors.max() < 1e-6
