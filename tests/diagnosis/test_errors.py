@@ -107,7 +107,8 @@ def test_the_prediction_at_stated_references_has_no_effect_that_moves_them(eccen
 
 
 def test_references_that_nothing_moves_give_the_same_errors() -> None:
-    diagnosis = bayestouch.diagnose(simulate(DESIGN, effects={"crosstalk": 0.06}, seed=5).dataset, sample=False, draws=64)
+    dataset = simulate(DESIGN, effects={"crosstalk": 0.06}, seed=5).dataset
+    diagnosis = bayestouch.diagnose(dataset, sample=False, draws=64)
     assert diagnosis.effects == ("crosstalk",)
     assert diagnosis.numbers["after_against_stated"] == diagnosis.numbers["after"]
 
