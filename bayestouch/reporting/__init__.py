@@ -134,7 +134,7 @@ def report(
     baselines : bool
         On a pad, also read the held-out touches of the diagnosis by regression without physics, a Gaussian process and
         a polynomial (`bayestouch.baselines`); the page has their errors between those before and after. It needs
-        scikit-learn and a diagnosis that is made with the report, and takes a minute with a thousand touches.
+        scikit-learn and a diagnosis that is made with the report, and takes minutes with thousands of touches.
     progress : callable, optional
         Function that is called with the fraction of the work that is done.
 
