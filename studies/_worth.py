@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import astuple, dataclass, replace
 
 import numpy as np
-from _baselines import Known, Read, baselines
 from _page import markdown_table
 from numpy.typing import NDArray
 
 import bayestouch
+from bayestouch.baselines import HeldOutBaseline, baselines
 from bayestouch.data.dataset import DataSet
 from bayestouch.diagnosis.traced import Traced
 from bayestouch.inference import infer
@@ -70,20 +70,17 @@ class Worth:
         )
 
     @classmethod
-    def of_regression(cls, way: str, read: Read, held: Known) -> Worth:
-        """Errors of the posteriors that a regression gives."""
-        distance = np.sqrt(((read.location - held.location) ** 2).sum(axis=1))
-        load = np.full(len(distance), np.nan) if held.load is None else held.load
-        low, high = read.load_interval.T
-        inside = (low <= load) & (load <= high)
+    def of_regression(cls, baseline: HeldOutBaseline) -> Worth:
+        """Errors of the posteriors that a regression gives, in its readings those of the means of touches."""
+        found = baseline.errors
         return cls(
-            way,
-            rms_percent(read.residual),
-            float(np.median(distance)),
-            float(np.sqrt(np.mean(distance**2))),
-            float(read.location_inside.mean()),
-            float(np.sqrt(np.mean((read.load - load) ** 2))),
-            float(inside.mean()) if held.load is not None else np.nan,
+            baseline.regression.name,
+            found["touch_error_percent_peak"],
+            found["location_median_mm"],
+            found["location_rms_mm"],
+            found["coverage_90"],
+            found["P_rms_N"],
+            found["P_coverage_90"],
         )
 
     def cells(self) -> list[str]:
@@ -126,10 +123,9 @@ def worths(dataset: DataSet, traced: Traced) -> list[Worth]:
     linear = kernel_alone(traced, str(before.calibration.settings["kernel"]))
     # A regression is given all touches that are not held out, of which a diagnosis may use a part.
     regressions = baselines(SplitData.of(dataset), held.observed, peak)
-    touches = Known.of(held.observed, peak)
     return [
         Worth.of_calibration("kernel alone", *linear, traced),
-        *(Worth.of_regression(each.name, read, touches) for each, read in regressions),
+        *(Worth.of_regression(each) for each in regressions),
         Worth.of_calibration("before: kernel and map", before.calibration, before.read, traced),
         Worth.of_calibration("after", after.calibration, after.read, traced),
     ]

@@ -22,6 +22,11 @@ from bayestouch.output.progress import progress_bar
     "--diagnosis", type=click.Path(path_type=Path), default=None, help="Folder of a saved diagnosis to include."
 )
 @click.option("--no-diagnosis", is_flag=True, help="Do not search for effects that are not in the model.")
+@click.option(
+    "--baselines",
+    is_flag=True,
+    help="On a pad, also read held-out touches by regression without physics (needs scikit-learn).",
+)
 @click.option("--open", "open_page", is_flag=True, help="Open the page in a browser when it is written.")
 @click.option("--draws", type=click.IntRange(min=64), default=1024, show_default=True, help="Draws per touch.")
 @seeded
@@ -32,6 +37,7 @@ def report(
     plug_in: bool,
     diagnosis: Path | None,
     no_diagnosis: bool,
+    baselines: bool,
     open_page: bool,
     draws: int,
     seed: int,
@@ -51,11 +57,14 @@ def report(
     check_folder(output)
     if no_diagnosis and diagnosis is not None:
         raise InputError("--diagnosis and --no-diagnosis exclude each other")
+    if baselines and (no_diagnosis or diagnosis is not None):
+        other = "--no-diagnosis" if no_diagnosis else "--diagnosis"
+        raise InputError(f"--baselines and {other} exclude each other: touches of a diagnosis made now are read")
     if len(datasets) > 2:
         raise InputError(f"expected at most two data sets or calibrations to compare, got {len(datasets)}")
     if len(datasets) == 2:
-        if plug_in or diagnosis is not None:
-            raise InputError("--plug-in and --diagnosis are options of a report on one data set")
+        if plug_in or baselines or diagnosis is not None:
+            raise InputError("--plug-in, --baselines and --diagnosis are options of a report on one data set")
         first, second = (_side(each) for each in datasets)
         with progress_bar("compare", quiet) as advance:
             compared = bayestouch.compare(
@@ -70,7 +79,14 @@ def report(
     wanted = not no_diagnosis if diagnosis is None else diagnosis_at(diagnosis, datasets[0] if datasets else None)
     with progress_bar("report", quiet) as advance:
         written = bayestouch.report(
-            data, output, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=advance
+            data,
+            output,
+            seed=seed,
+            draws=draws,
+            plug_in=plug_in,
+            diagnosis=wanted,
+            baselines=baselines,
+            progress=advance,
         )
     facts = {
         "page": str(output / "index.html"),

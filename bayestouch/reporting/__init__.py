@@ -110,6 +110,7 @@ def report(
     draws: int = 1024,
     plug_in: bool = False,
     diagnosis: bool | str | Path = True,
+    baselines: bool = False,
     progress: Progress | None = None,
 ) -> Report:
     """Report on the reliability of a sensor; this calibrates, infers all touches and writes the report.
@@ -129,7 +130,11 @@ def report(
         Assume that the calibration is exact.
     diagnosis : bool or path
         True to search for effects that are missing from the model (a short run, without inference of the held-out
-        touches), or the folder of a saved diagnosis.
+        touches on a finger), or the folder of a saved diagnosis.
+    baselines : bool
+        On a pad, also read the held-out touches of the diagnosis by regression without physics, a Gaussian process and
+        a polynomial (`bayestouch.baselines`); the page has their errors between those before and after. It needs
+        scikit-learn and a diagnosis that is made with the report, and takes minutes with thousands of touches.
     progress : callable, optional
         Function that is called with the fraction of the work that is done.
 
@@ -141,7 +146,8 @@ def report(
     Raises
     ------
     InputError
-        As in `bayestouch.calibrate` and `bayestouch.infer`, or if the folder cannot be written.
+        As in `bayestouch.calibrate` and `bayestouch.infer`, if the folder cannot be written, or if `baselines` are
+        wanted of a finger, beside a saved diagnosis or none, or without scikit-learn.
 
     Examples
     --------
@@ -164,7 +170,15 @@ def report(
     output = Path(output)
     wanted = diagnosis if isinstance(diagnosis, bool) else Path(diagnosis)
     with new_folder(output) as folder:
-        evidence = gather(dataset, seed=seed, draws=draws, plug_in=plug_in, diagnosis=wanted, progress=progress)
+        evidence = gather(
+            dataset,
+            seed=seed,
+            draws=draws,
+            plug_in=plug_in,
+            diagnosis=wanted,
+            baselines=baselines,
+            progress=progress,
+        )
         writing = staged(progress, GATHERED, 1.0, "write the page")
         numbers = write_report(evidence, folder)
     if writing is not None:

@@ -37,7 +37,7 @@ def report_numbers(evidence: Evidence) -> dict[str, Any]:
             "seed": evidence.seed,
             "draws_per_touch": evidence.draws,
             "plug_in": evidence.plug_in,
-            "versions": versions(),
+            "versions": versions(evidence),
             "command": command(evidence),
         },
         "data": about_data(evidence),

@@ -4,16 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from bayestouch.data.dataset import DataSet
 from bayestouch.errors import InputError
 from bayestouch.output.pictures import Format, Picture
-from bayestouch.output.progress import Progress
+from bayestouch.output.progress import Progress, staged
 from bayestouch.reporting.diagnosis_file import read_diagnosis, read_figure
+
+if TYPE_CHECKING:
+    from bayestouch.diagnosis.traced import Traced
 
 #: Number of figures of a diagnosis that a report shows; the folder of the diagnosis has all.
 _SHOWN = 3
+#: Share of the time of a diagnosis with regressions that the search takes, for the progress bar.
+_SEARCHED = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +31,8 @@ class Diagnosed:
     ----------
     numbers : dict
         Content of ``diagnosis.json``, with ``sentences`` and ``made`` (its origin); or only ``missing``, the reason why
-        there is no diagnosis.
+        there is no diagnosis. With regressions `baselines`, a list of their names and errors; `before`, `after` and
+        `after_against_stated` then also have `location_median_mm`.
     pictures : tuple of Picture
         The most important figures.
     """
@@ -33,22 +41,54 @@ class Diagnosed:
     pictures: tuple[Picture, ...] = ()
 
 
-def light_diagnosis(dataset: DataSet, seed: int, progress: Progress | None = None, *, read: bool = False) -> Diagnosed:
-    """Diagnosis for a report: verdict and prediction errors, and errors of held-out touches if `read`."""
+def light_diagnosis(
+    dataset: DataSet,
+    seed: int,
+    progress: Progress | None = None,
+    *,
+    read: bool = False,
+    baselines: bool = False,
+) -> Diagnosed:
+    """Diagnosis for a report: verdict and prediction errors, and errors of held-out touches if `read`.
+
+    With `baselines`, which need `read` and a pad, errors of the same touches read by regression without physics too.
+    """
     from bayestouch.diagnosis import diagnose
     from bayestouch.diagnosis.outcome import sentences
     from bayestouch.diagnosis.pictures import diagnosis_pictures
 
+    searching = staged(progress, 0.0, _SEARCHED) if baselines else progress
     try:
-        diagnosis = diagnose(dataset, sample=read, draws=100, seed=seed, progress=progress)
+        diagnosis = diagnose(dataset, sample=read, draws=100, seed=seed, progress=searching)
     except InputError as error:
-        return Diagnosed({"missing": f"No effect was searched for: {error.message}."})
+        none: dict[str, Any] = {"baselines": []} if baselines else {}
+        return Diagnosed({"missing": f"No effect was searched for: {error.message}.", **none})
     numbers = diagnosis.to_dict()
     made = "made with this report" + ("" if read else ", without reading the held-out touches as unknown")
-    return Diagnosed(
-        {**numbers, "sentences": sentences(numbers, with_causes=False), "made": made},
-        _of_report(diagnosis_pictures(diagnosis.traced)),
-    )
+    said = {"sentences": sentences(numbers, with_causes=False), "made": made}
+    if baselines:
+        staged(progress, _SEARCHED, 1.0, "regression without physics")
+        numbers = _beside_regressions(numbers, diagnosis.traced, dataset)
+    return Diagnosed({**numbers, **said}, _of_report(diagnosis_pictures(diagnosis.traced)))
+
+
+def _beside_regressions(numbers: dict[str, Any], traced: Traced, dataset: DataSet) -> dict[str, Any]:
+    """Numbers of a diagnosis with `baselines`, and with the median error of the location in all."""
+    from bayestouch.baselines import baselines
+    from bayestouch.model.split_data import SplitData
+
+    held = traced.before.held_out
+    if held is None:
+        return {**numbers, "baselines": []}
+    # A regression is given all touches that are not held out, of which the search may use a part.
+    found = baselines(SplitData.of(dataset), held.observed, traced.before.fitted.model.peak)
+    out = {**numbers, "baselines": [{"name": each.regression.name, **each.errors} for each in found]}
+    # No effect of a pad changes a location, so that references as stated and as corrected are the same.
+    for key, model in (("before", traced.before), ("after", traced.after), ("after_against_stated", traced.after)):
+        assert model.read is not None
+        median = float(np.median(model.read.by_touch["location_rms_mm"]))
+        out[key] = {**numbers[key], "location_median_mm": median}
+    return out
 
 
 def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
@@ -67,6 +107,8 @@ def saved_diagnosis(folder: Path, dataset: DataSet) -> Diagnosed:
     if found != wanted:
         raise InputError(f"expected a diagnosis of a sensor with {wanted} elements, got {found}", file=file)
     pictures = tuple(_read(folder, each) for each in numbers.pop("figures")[:_SHOWN])
+    # Regressions are made in a report alone, so that `bayestouch diagnose` never wrote this.
+    numbers.pop("baselines", None)
     said = {"sentences": sentences(numbers, with_causes=False), "made": f"read from {folder.name}/{file.name}"}
     return Diagnosed({**numbers, **said}, _of_report(pictures))
 

@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from bayestouch.data.dataset import DataSet
+from bayestouch.data.sensor import pad_of
 from bayestouch.data.splits import with_calibration
+from bayestouch.errors import InputError
 from bayestouch.model.body import body_of
 from bayestouch.output.progress import Progress, staged
 from bayestouch.reporting.bodies import PAGES
@@ -28,6 +30,7 @@ def gather(
     draws: int,
     plug_in: bool,
     diagnosis: bool | Path = False,
+    baselines: bool = False,
     progress: Progress | None = None,
 ) -> Evidence:
     """Calibration and posteriors for a report, with a diagnosis if requested.
@@ -40,13 +43,15 @@ def gather(
         As in `bayestouch.infer`.
     diagnosis : bool or Path
         True to search for effects, or the folder of a saved diagnosis.
+    baselines : bool
+        Read the held-out touches of the diagnosis by regression without physics too; for pads.
     progress : callable, optional
         Function that is called with the fraction of the whole report that is done.
 
     Raises
     ------
     InputError
-        As in `bayestouch.calibrate` and `bayestouch.infer`.
+        As in `bayestouch.calibrate` and `bayestouch.infer`, or if `baselines` cannot be had.
     """
     from bayestouch.calibration import calibrate
     from bayestouch.inference import infer
@@ -57,6 +62,9 @@ def gather(
 
         simulated = embedded_dataset()
         dataset, truth = simulated.dataset, dict(simulated.truth)
+    if baselines:
+        # At once, not after minutes.
+        _require_baselines(dataset, diagnosis)
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None
@@ -95,6 +103,17 @@ def gather(
         searching = staged(progress, _READ, GATHERED, "diagnose")
         # The search splits the touches as `bayestouch diagnose` does: a scan of a pad into blocks in time.
         pages = PAGES[dataset.sensor.body.kind]
-        made = saved or light_diagnosis(given, seed, searching, read=pages.reads_held_out)
+        made = saved or light_diagnosis(given, seed, searching, read=pages.reads_held_out, baselines=baselines)
         return replace(evidence, diagnosed=made)
     return evidence
+
+
+def _require_baselines(dataset: DataSet, diagnosis: bool | Path) -> None:
+    """Raise an error unless regressions can read the held-out touches of a diagnosis that is made now."""
+    from bayestouch.baselines import require_scikit_learn
+
+    pad_of(dataset.sensor, "a report with baselines")
+    if diagnosis is not True:
+        got = "a saved one" if diagnosis else "none"
+        raise InputError(f"baselines: expected a diagnosis that is made with the report (diagnosis=True), got {got}")
+    require_scikit_learn()

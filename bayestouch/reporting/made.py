@@ -11,10 +11,10 @@ from bayestouch.reporting.evidence import Evidence
 _LIBRARIES = ("numpy", "scipy", "emcee", "xarray", "arviz", "matplotlib", "bokeh")
 
 
-def versions() -> dict[str, str]:
+def versions(evidence: Evidence) -> dict[str, str]:
     """Versions of Python and of the libraries that compute numbers and figures."""
     found = {"Python": platform.python_version()}
-    for name in _LIBRARIES:
+    for name in (*_LIBRARIES, *(("scikit-learn",) if _has_baselines(evidence) else ())):
         try:
             found[name] = version(name)
         except PackageNotFoundError:
@@ -31,4 +31,10 @@ def command(evidence: Evidence) -> str:
         parts.append("--plug-in")
     if evidence.diagnosed is None:
         parts.append("--no-diagnosis")
+    if _has_baselines(evidence):
+        parts.append("--baselines")
     return shlex.join(parts)
+
+
+def _has_baselines(evidence: Evidence) -> bool:
+    return evidence.diagnosed is not None and "baselines" in evidence.diagnosed.numbers

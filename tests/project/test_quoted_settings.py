@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from bayestouch.baselines import reading as baselines
 from bayestouch.data import parquet, tables, toml_text, touch_source
 from bayestouch.diagnosis import comparison, search
 from bayestouch.finger import priors
@@ -67,7 +68,12 @@ QUOTED = {
         f"Pieces that take up to {touch_source.ROOM // MEBI} MB in memory",
         f"({driver.BLOCK_DRAWS // 1024:,} touches at 1,024 draws)",
     ],
-    "report.md": [f"More than {touch_list.MOST_TOUCHES} touches are thinned evenly"],
+    "report.md": [
+        f"More than {touch_list.MOST_TOUCHES} touches are thinned evenly",
+        f"The grid has {baselines.LOCATIONS[1]} locations and {baselines.LOADS[1]} loads on a line, "
+        f"{baselines.LOCATIONS[2]} locations along each axis in a plane, and in a plane with measured loads "
+        f"{baselines.LOCATIONS_WITH_LOADS[2]} along each axis and {baselines.LOADS[2]} loads",
+    ],
 }
 
 
