@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -55,9 +56,10 @@ def loop_picture(name: str, traced: Traced, steps: Sequence[tuple[str, float]], 
     effects = [each.added.effect.name for each in traced.rounds if each.added is not None]
     corrected = traced.corrected is not None
     loads = np.isfinite(worth[-1].load_rms_N)
-    picture, axes = figure(5 if loads else 4, 1, figsize=(15.0 if loads else 12.5, 3.4))
+    picture, axes = figure(5 if loads else 4, 1, figsize=(17.0 if loads else 14.5, 3.6))
     quantity, label = chosen_quantity(before)
-    found = " and ".join(effects) or ("no known effect; a correction" if corrected else "nothing")
+    named = [*effects, *(["a correction"] if corrected and effects else [])]
+    found = ",\n".join(named) or ("no known effect; a correction" if corrected else "nothing")
     limit = 1.05 * float(np.nanquantile(np.abs(along(before, quantity)[1]), 0.999))
     for axis, held, colour, title in (
         (axes[0], before, ORANGE, "1. Missing: residual of the\nkernel with a map"),
@@ -65,7 +67,7 @@ def loop_picture(name: str, traced: Traced, steps: Sequence[tuple[str, float]], 
     ):
         axis.plot(*(each.ravel() for each in along(held, quantity)), ".", ms=3, color=colour, alpha=0.5)
         axis.axhline(0, color=GREY, lw=0.8)
-        axis.set(xlabel=label, ylim=(-limit, limit), title=title)
+        axis.set(xlabel=fill(label, 24), ylim=(-limit, limit), title=title)
     axes[0].set_ylabel("residual, held out (% of the peak)")
     colours = [GREY, ORANGE, *[BLUE] * (len(steps) - 2)]
     names = ["kernel alone", "with a map", *(f"+ {each.replace('_', ' ')}" for each, _ in steps[2:])]

@@ -24,12 +24,15 @@ _ONE_EACH = """
     table_1 table_2 table_3 table_3_modulus table_3_residual table_3_tips table_3_diagnosis
     table_4 noise_row table_4_noise explained sweet_spot_causes condition_numbers
     distinguishability sweet_spots sweet_spots_of_places design_questions
-    before_and_after measured_diagnosis empirical_calibration ridge pooling sbc_calibration
+    before_and_after empirical_calibration ridge pooling sbc_calibration
 """
+#: Data sets of which there is a picture of the loop.
+LOOPS = ("baro-line", "baro-line_one_rest_reading", "fluid-oil-1.5", "array8-soft")
 #: Study: pictures of its that the gallery shows.
 PICTURES: dict[str, tuple[str, ...]] = {
     **{name: (name,) for name in _ONE_EACH.split()},
     "finite_strain_table": ("finite_strain",),
+    "measured_diagnosis": ("measured_diagnosis", *(f"loop_{name}" for name in LOOPS)),
     "measured_pads": tuple(f"measured_pads_{name}" for name in ("baro-line", "array8-soft", "fluid-oil-1.5")),
     "sbc_touches": tuple(f"sbc_touches_{method}_{n}" for method in ("emcee", "importance") for n in (1, 20)),
     "sweet_spots_measured": ("sweet_spots_array8-soft", "sweet_spots_baro-line"),
