@@ -29,7 +29,7 @@ LOOK: dict[str, Any] = {
 }
 CYCLE = (BLUE, RED, GREEN, PURPLE, ORANGE, SKY, GREY)
 # Enough for lines with their smooth edges and a scale of colours, at a third of the bytes.
-COLOURS = 256
+COLOURS = 128
 
 
 def print_beside(rows: Iterable[Beside]) -> None:

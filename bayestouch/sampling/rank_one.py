@@ -65,13 +65,30 @@ def inverse_root(variance: FloatArray, directions: Sequence[FloatArray], present
     present : (t, m) bool array
         True for present entries; rows and columns of the others are zero.
     """
-    eye = np.eye(variance.shape[1])
-    covariance = np.einsum("ti,ij->tij", variance, eye)
-    for direction in directions:
-        seen = np.where(present, direction, 0.0)
-        covariance += seen[:, :, None] * seen[:, None, :]
-    root = np.linalg.solve(np.linalg.cholesky(covariance), eye[None])
-    return np.asarray(root * present[:, :, None])
+    if not directions:
+        return np.asarray(np.einsum("ti,ij->tij", present / np.sqrt(variance), np.eye(variance.shape[1])))
+    first, *others = (np.where(present, direction, 0.0) for direction in directions)
+    root = _inverse_root(variance, first)
+    for direction in others:
+        # In units of what came before, the covariance of each row is the identity.
+        seen = (root @ direction[:, :, None])[:, :, 0]
+        root = _inverse_root(np.ones_like(seen), seen) @ root
+    return root * present[:, :, None]
+
+
+def _inverse_root(variance: FloatArray, direction: FloatArray) -> FloatArray:
+    """`inverse_root` with one shared error s, without a factor of any matrix.
+
+    Entry after entry is predicted from those before: of these, s has the mean ``Σ v x/variance`` over the precision.
+    """
+    weight = direction / variance
+    precision = 1 + np.cumsum(direction * weight, axis=1)
+    before = np.concatenate([np.ones_like(precision[:, :1]), precision[:, :-1]], axis=1)
+    inverse_sd = np.sqrt(before / (variance * precision))
+    out = (-direction * inverse_sd / before)[:, :, None] * weight[:, None, :]
+    out *= np.tri(variance.shape[1], k=-1)
+    np.einsum("tii->ti", out)[:] = inverse_sd
+    return np.asarray(out)
 
 
 def normal_log_density(root: FloatArray, rows: FloatArray) -> float:

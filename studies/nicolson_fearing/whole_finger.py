@@ -135,14 +135,17 @@ def for_the_page(found: Findings) -> str:
 
 
 def main(small: bool = False, folder: Path | None = None) -> Findings:
-    """Print the tables."""
-    del folder  # there is no picture
+    """Print the tables; write them in the folder given."""
     at = posterior_mean(small)
     ways = (first_order, searched)
     fingers = tuple(tuple(way(seed, at, 0) for way in ways) for seed in range(1 if small else FINGERS))
     drawn = [Numbers.of(ExplainedFingers.of(full(small).inferred, 3 if small else DRAWN, way)) for way in ways]
     found = Findings(tuple((a, b) for a, b in fingers), (drawn[0], drawn[1]))
-    print(for_the_page(found))
+    tables = for_the_page(found)
+    print(tables)
+    if folder is not None:
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / "whole_finger.md").write_text(tables + "\n", "utf-8")
     return found
 
 

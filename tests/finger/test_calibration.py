@@ -25,7 +25,7 @@ from bayestouch.priors.prior_text import priors_from_text
 from bayestouch.results.reading import load_calibration
 from bayestouch.sampling import ensembles
 
-PLAIN_STEPS = 16_000
+PLAIN_STEPS = 8_000
 
 
 @pytest.fixture(scope="module")

@@ -1,9 +1,13 @@
-"""Every study as its page says to run it, ``python studies/NAME.py FOLDER``: small, and with files in the folder."""
+"""Every study as its page says to run it, ``python studies/NAME.py FOLDER``: small, and with files in the folder.
+
+Of a study whose function `main` another test runs, with a folder, only the command line is tried here.
+"""
 
 from __future__ import annotations
 
 import os
 import re
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +21,14 @@ SHARED = Path(os.environ.get("BAYESTOUCH_SHARED", STUDIES.parents[1] / "shared")
 QUICK = tuple(
     f"nicolson_fearing/{name}" for name in ["noise_row", "figure_2", "figure_3", "figure_6", "figure_9", "figure_10"]
 )
+#: `main` is run by another test of this folder, which looks at its numbers and files.
+RUN_ELSEWHERE = {
+    *("before_and_after", "blind_study", "design_questions", "error_rates", "live_stream", "measured_diagnosis", "pooling"),
+    *("sbc_calibration", "sbc_touches"),
+    *(f"nicolson_fearing/table_{name}" for name in ("1", "2", "3", "4", "3_residual")),
+    *(f"nicolson_fearing/figure_{name}" for name in ("4", "12", "13")),
+    *(f"nicolson_fearing/{name}" for name in ("compare_published", "ridge", "sweet_spots", "sweet_spots_of_places")),
+}
 #: Print alone, or write files that their options name.
 NO_FOLDER = {
     *("conditions", "coverage", "faulty_pads", "faulty_sensors", "fuzz_coverage", "fuzz_readers", "gallery"),
@@ -25,25 +37,21 @@ NO_FOLDER = {
 }
 #: Options in place of ``FOLDER --small``; without a folder they take the one after ``-o``.
 OTHER_OPTIONS = {
-    "blind_study": ("-o", "{folder}", "--development", "--processes", "1", "--cases", "1"),
     "causes": ("-o", "{folder}/lines.jsonl", "--development", "--fingers", "3", "--cases", "3"),
     "effects_gallery": ("{folder}",),
-    "error_rates": ("-o", "{folder}", "--small", "--light", "--fingers", "1", "--processes", "1", "--minutes", "0.02"),
     "first_reports": ("{folder}",),
     "golden": ("-o", "{folder}", "--only", "pad_line"),
-    "live_stream": ("-o", "{folder}", "--touches", "20"),
     "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),
     "practice_diagnosis": ("-o", "{folder}", "finger-b"),
 }
 #: What they need of the folder of measured and practice data.
 DATA = {
     "empirical_calibration": "practice",
-    "measured_diagnosis": "measured",
     "measured_pads": "measured",
     "practice_diagnosis": "practice",
     "sweet_spots_measured": "measured",
 }
-NAMES = [name for name in SCRIPTS if name not in NO_FOLDER]
+NAMES = [name for name in SCRIPTS if name not in NO_FOLDER | RUN_ELSEWHERE]
 
 
 @pytest.mark.parametrize(
@@ -60,6 +68,19 @@ def test_a_study_runs_with_a_folder(name: str, tmp_path: Path) -> None:
     assert done.stdout
     written = [path for path in tmp_path.rglob("*") if path.is_file()]
     assert written and all(path.stat().st_size > 100 for path in written)
+
+
+@pytest.mark.parametrize("name", sorted(RUN_ELSEWHERE))
+def test_a_study_that_another_test_runs_has_a_command(
+    name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tests = "".join(path.read_text("utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    assert f'study("{name}")' in tests
+    monkeypatch.setattr(sys, "argv", [f"{name}.py", "--help"])
+    with pytest.raises(SystemExit) as ended:
+        runpy.run_path(str(STUDIES / f"{name}.py"), run_name="__main__")
+    assert ended.value.code == 0
+    assert "usage:" in capsys.readouterr().out
 
 
 def test_studies_without_a_folder_do_not_take_one() -> None:
