@@ -21,6 +21,7 @@ import argparse
 import json
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,7 @@ def make(folder: Path, only: str | None = None) -> None:
         "pad_line": (line, {}),
         "pad_grid": (grid, {}),
         "pad_creep": (grid, {"creep": 0.05}),
+        "pad_three": (replace(line, element_x_mm=(0.0, 6.0, 12.0), calibration_step_mm=1.0, n_touches=24), {}),
     }
     for name, (design, effects) in sets.items():
         if only not in (None, name):

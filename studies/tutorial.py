@@ -4,7 +4,7 @@
 
 Commands and Python run in the order of `docs/tutorial.md`, in FOLDER or in a temporary folder. ``--docs`` puts what
 they print into the page, below each of them, and takes the picture of the report (which needs Chromium and playwright).
-``--small`` keeps a quarter of the touches.
+``--small`` keeps an eighth of the touches.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ STEP = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?
 #: Longest line that a page shows without a scroll bar.
 WIDTH = 90
 #: A small run keeps one run of so many touches in so many.
-RUN, SMALL = 6, 4
+RUN, SMALL = 6, 8
 
 
 def wrapped(text: str) -> str:
@@ -111,7 +111,7 @@ def main(folder: Path, small: bool = False, docs: bool = False) -> None:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="?")
-    parser.add_argument("--small", action="store_true", help="keep a quarter of the touches")
+    parser.add_argument("--small", action="store_true", help="keep an eighth of the touches")
     parser.add_argument("--docs", action="store_true", help="write the page and its picture")
     chosen = parser.parse_args()
     with TemporaryDirectory() as scratch:

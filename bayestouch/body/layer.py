@@ -18,11 +18,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import j0
+from scipy.special import j0, j1
 
 from bayestouch.array_types import FloatArray
 from bayestouch.body.half_space import half_space_kernel_1d, half_space_kernel_2d
@@ -36,9 +35,6 @@ from bayestouch.body.layer_transfer import (
     reflected_stress,
 )
 
-if TYPE_CHECKING:
-    from scipy.interpolate import CubicSpline
-
 __all__ = [
     "EXTENT",
     "half_space_kernel_1d",
@@ -51,6 +47,11 @@ __all__ = [
 
 EXTENT = 32.0
 """Kernels are zero beyond this many thicknesses from the load; there they have decayed by exp(-0.74 * 32), 1e-10."""
+#: Points of the table over arcsinh(ρ/2h), and their spacing: cubic interpolation errs by less than 1e-10 of the peak.
+GRID = 600
+_STEP = float(np.arcsinh(EXTENT / 2)) / (GRID - 1)
+#: Singular values below this share of the largest are left out.
+ROUNDING = 1e-11
 
 
 def layer_kernel_2d(
@@ -130,42 +131,65 @@ def _kernel(
 
 @dataclass(frozen=True)
 class _Reflection:
-    """Contribution of the base to the half-space response, tabulated over distance divided by thickness."""
+    """Contribution of the base to the half-space response, tabulated over distance divided by thickness.
+
+    Attributes
+    ----------
+    dimensions : int
+        1 for a line load, 2 for a load on a disc.
+    values, slopes : (n,) arrays
+        Contribution on the grid of `_quadrature`, and its derivative times the spacing of the grid.
+    """
 
     dimensions: int
-    spline: CubicSpline
+    values: FloatArray
+    slopes: FloatArray
 
     def added_to(self, direct: FloatArray, distance_mm: ArrayLike, thickness_mm: float) -> FloatArray:
         distance = np.abs(np.asarray(distance_mm, dtype=float)) / thickness_mm
-        added = self.spline(np.arcsinh(distance / 2)) / thickness_mm**self.dimensions
+        added = self._at(np.minimum(np.arcsinh(distance / 2) / _STEP, GRID - 1.0)) / thickness_mm**self.dimensions
         # The base cancels the power-law tail of the half-space: beyond the table their sum is zero.
         return np.asarray(np.where(distance > EXTENT, 0.0, direct + added))
+
+    def _at(self, place: FloatArray) -> FloatArray:
+        """Cubic interpolation at places in steps of the grid, by values and slopes at both ends (Hermite)."""
+        left = np.minimum(place.astype(np.intp), GRID - 2)
+        t = place - left
+        s = 1 - t
+        by_values = s * s * (1 + 2 * t) * self.values.take(left) + t * t * (1 + 2 * s) * self.values.take(left + 1)
+        return np.asarray(by_values + s * t * (s * self.slopes.take(left) - t * self.slopes.take(left + 1)))
 
 
 @lru_cache(maxsize=64)
 def _reflection(
     dimensions: int, poisson_ratio: float, depth: float, load_radius: float, quantity: Quantity
 ) -> _Reflection:
-    from scipy.interpolate import CubicSpline
-
-    xi, weights, grid, waves = _quadrature(dimensions)
+    xi, onto, out = _quadrature(dimensions)
     reflected = combine(*reflected_stress(xi, 1.0, depth, poisson_ratio), poisson_ratio, quantity)
-    table = waves @ (weights * reflected * hertz_spectrum(xi * load_radius, dimensions))
-    return _Reflection(dimensions, CubicSpline(grid, table, bc_type=("clamped", "not-a-knot")))
+    table = out @ (onto @ (reflected * hertz_spectrum(xi * load_radius, dimensions)))
+    return _Reflection(dimensions, table[:GRID], table[GRID:])
 
 
 @lru_cache(maxsize=2)
-def _quadrature(dimensions: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Gauss-Legendre nodes and weights in ξh, the grid arcsinh(ρ/2h), and cos ξx or J0(ξρ) on grid and nodes.
+def _quadrature(dimensions: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Nodes ξh (q,), and two matrices, (r, q) and (2 n, r): after each other they turn a spectrum into a `_Reflection`.
 
     The reflected part decays as ξ² exp(-ξ(2h - z)), at least as fast as ξ² exp(-ξh): at 45 it is below 1e-15.
-    1,200 nodes resolve the phase of 45 * 32 rad (Gauss needs π nodes per cycle, 720) and the oscillations of a
-    wide load.
+    1,200 Gauss-Legendre nodes resolve the phase of 45 * 32 rad (π nodes per cycle are needed, 720) and the
+    oscillations of a wide load. The grid is even in arcsinh(ρ/2h). What decays so fast has a response that few
+    functions describe: those of the product with singular values above rounding, which takes a sixth of the time.
     """
     nodes, weights = np.polynomial.legendre.leggauss(1200)
     xi, weights = 22.5 * (nodes + 1), 22.5 * weights
-    grid = np.linspace(0, np.arcsinh(EXTENT / 2), 600)
-    phase = np.outer(2 * np.sinh(grid), xi)
+    grid = _STEP * np.arange(GRID)
+    distance, slope = 2 * np.sinh(grid), 2 * np.cosh(grid) * _STEP
+    phase = np.outer(distance, xi)
     if dimensions == 1:
-        return xi, weights / np.pi, grid, np.cos(phase)
-    return xi, weights * xi / (2 * np.pi), grid, np.asarray(j0(phase))
+        waves, falls, weights = np.cos(phase), -np.sin(phase), weights / np.pi
+    else:
+        waves, falls, weights = np.asarray(j0(phase)), -np.asarray(j1(phase)), weights * xi / (2 * np.pi)
+    decay = (1 + xi**2) * np.exp(-xi)
+    both = np.concatenate([waves, slope[:, None] * falls * xi]) * (weights * decay)
+    left, size, right = np.linalg.svd(both, full_matrices=False)
+    kept = size > ROUNDING * size[0]
+    return xi, right[kept] / decay, left[:, kept] * size[kept]

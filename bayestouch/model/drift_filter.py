@@ -53,7 +53,9 @@ def filtered(
         beyond, mean = step @ beyond @ step.swapaxes(1, 2), step @ mean
         cross = seen @ (beyond[:, :c] + np.eye(c, 2 * c))
         root = np.linalg.cholesky(np.eye(m) + cross[:, :, :c] @ seen.swapaxes(1, 2))
-        solved = inverse_of_lower(root) @ np.concatenate([cross, rows - seen @ mean[:, :c]], axis=2)
+        solved = inverse_of_lower(np.asarray(root, dtype=np.float64)) @ np.concatenate(
+            [cross, rows - seen @ mean[:, :c]], axis=2
+        )
         gain, new = solved[:, :, : 2 * c], solved[:, :, 2 * c :]
         beyond, mean = beyond - gain.swapaxes(1, 2) @ gain, mean + gain.swapaxes(1, 2) @ new
         volume += 2 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)

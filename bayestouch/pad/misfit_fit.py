@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -118,6 +118,51 @@ def _starts(base: MapDiscrepancy, spacing_mm: float, warm: bool) -> tuple[tuple[
     return ((length, 0.01, 0.01, 0.01, 0.005), (length, 0.01, 0.1, 0.001, 0.005))
 
 
+@dataclass(frozen=True, eq=False)
+class _Inverse:
+    """Log density of errors with a covariance C, and its derivatives.
+
+    Attributes
+    ----------
+    log_density : float
+        Up to a constant.
+    weights : (n,) array
+        ``C⁻¹`` times the errors.
+    precision : (n, n) array
+        Lower triangle of ``C⁻¹``; zero above.
+    """
+
+    log_density: float
+    weights: FloatArray
+    precision: FloatArray
+
+    @classmethod
+    def of(cls, covariance: FloatArray, variance: FloatArray, errors: FloatArray) -> _Inverse:
+        """Of the errors (n,), from a part (n, n) of their covariance, which is overwritten, and independent variances.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            The covariance is not positive definite.
+        """
+        from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
+
+        np.einsum("ii->i", covariance)[:] += variance
+        # Rows of C are columns for LAPACK: its upper triangle is the lower one here.
+        root, failed = dpotrf(covariance.T, lower=0, clean=1, overwrite_a=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance is not positive definite")
+        weights, _ = dpotrs(root, errors, lower=0)
+        log_density = -0.5 * float(errors @ weights) - float(np.log(np.diag(root)).sum())
+        precision, _ = dpotri(root, lower=0, overwrite_c=1)
+        return cls(log_density, weights, precision.T)
+
+    def slope(self, change: FloatArray) -> float:
+        """Twice the derivative of the log density along a symmetric change (n, n) of the covariance."""
+        trace = 2 * np.vdot(self.precision, change) - np.diag(self.precision) @ np.diag(change)
+        return float(self.weights @ change @ self.weights - trace)
+
+
 def _evidence(
     misfit: MapDiscrepancy, residual: FloatArray, signal: FloatArray, noise: Noise
 ) -> tuple[float, FloatArray]:
@@ -130,22 +175,21 @@ def _evidence(
     value, gradient = 0.0, np.zeros(5 + m)
     for e in range(m):
         here = misfit.present[:, e]
-        inside = np.ix_(here, here)
+        if not here.any():
+            continue
+        # of an element that read all touches, no copy
+        correlation, longer = (each if here.all() else each[np.ix_(here, here)] for each in (rho, by_length))
         even = (misfit.misfit * misfit.amplitude[e]) ** 2
-        own = (misfit.relative * misfit.amplitude[e]) ** 2 * np.outer(misfit.shape[here, e], misfit.shape[here, e])
-        variance = misfit.variance[here, e]
-        covariance = (even + own) * rho[inside] + np.diag(variance)
-        root = np.linalg.cholesky(covariance)
-        precision = np.linalg.inv(covariance)
-        weights = precision @ residual[here, e]
-        value -= 0.5 * float(residual[here, e] @ weights) + float(np.log(np.diag(root)).sum())
-        slope = 0.5 * (np.outer(weights, weights) - precision)
-        diagonal = np.diag(slope)
-        gradient[0] += float((slope * by_length[inside] * (even + own)).sum())
-        gradient[1] += 2 * float((slope * rho[inside]).sum()) * even
-        gradient[2] += 2 * float((slope * rho[inside] * own).sum())
-        of_floor = 2 * float(diagonal.sum() * noise.discrepancy_sd[e] ** 2)
-        gradient[3] += 2 * float(diagonal @ (noise.signal_share * signal[here, e]) ** 2)
+        share = misfit.relative * misfit.amplitude[e] * misfit.shape[here, e]
+        of_even, of_share = even * correlation, share[:, None] * correlation * share
+        found = _Inverse.of(of_even + of_share, misfit.variance[here, e], residual[here, e])
+        value += found.log_density
+        gradient[0] += 0.5 * (even * found.slope(longer) + found.slope(share[:, None] * longer * share))
+        gradient[1] += found.slope(of_even)
+        gradient[2] += found.slope(of_share)
+        diagonal = found.weights**2 - np.diag(found.precision)
+        of_floor = float(diagonal.sum() * noise.discrepancy_sd[e] ** 2)
+        gradient[3] += float(diagonal @ (noise.signal_share * signal[here, e]) ** 2)
         gradient[4] += of_floor
         gradient[5 + e] += of_floor
     return value, gradient

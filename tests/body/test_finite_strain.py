@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 
 import numpy as np
@@ -184,14 +183,3 @@ def test_another_finger_is_refused() -> None:
         FiniteStrainTable.load().for_elements([11.5])
     with pytest.raises(InputError, match="measure of strain"):
         FiniteStrainTable.load("length")  # type: ignore[arg-type]
-
-
-def test_finite_strain_costs_about_as_much_as_the_linear_chain() -> None:
-    """Both together took 2.0 to 2.4 times the linear chain alone, 0.4 µs a touch of 16 elements."""
-    touch, chains, seconds = touches(2000), (finger(), finger(1.0)), []
-    for _ in range(15):
-        for chain in chains:
-            start = time.perf_counter()
-            chain.predict(*touch)
-            seconds.append(time.perf_counter() - start)
-    assert min(seconds[1::2]) < 4 * min(seconds[::2])

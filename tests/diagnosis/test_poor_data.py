@@ -23,9 +23,7 @@ Change = Callable[[Touches], Touches]
 @cache
 def crossed() -> DataSet:
     """A finger of eight elements whose neighbours leak 6 %."""
-    design = FingerDesign(
-        n_elements=8, samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0
-    )
+    design = FingerDesign(n_elements=8, samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
     return simulate(design, effects={"crosstalk": 0.06}, seed=5).dataset
 
 
