@@ -42,7 +42,7 @@ OTHER_OPTIONS = {
     "first_reports": ("{folder}",),
     "golden": ("-o", "{folder}", "--only", "pad_three"),
     "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),
-    "practice_diagnosis": ("-o", "{folder}", "finger-b"),
+    "practice_diagnosis": ("-o", "{folder}", "finger-a"),
 }
 #: What they need of the folder of measured and practice data.
 DATA = {
