@@ -8,6 +8,7 @@ fault of another.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Protocol
 
 import numpy as np
@@ -100,7 +101,7 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
     fitted : FittedTouches
         Touches and the model of the calibrated sensor.
     """
-    t, k = fitted.columns.shape
+    whole, (t, k) = fitted, fitted.columns.shape
     order = np.arange(k - 1)
     out = _columns_to_leave_out(fitted)
     if out is None:
@@ -118,6 +119,9 @@ def find_faults(fitted: FittedTouches) -> SensorCheck:
     # Next to faulty elements, the others may have small faults; without any fault, the model should fit as calibrated.
     overall, worst = _root_mean_squares(misfit)
     widen = overall > (SLIGHT_MISFIT if len(faults) else LARGEST_MISFIT)
+    if widen and (pair := _swapped_alone(whole)) is not None:
+        # what was left out had misfitted because of the wires
+        return SensorCheck((), _exchanged(k - 1, pair), 1.0, t)
     return SensorCheck(faults, order, max(1.0, worst) if widen else 1.0, t)
 
 
@@ -197,6 +201,21 @@ def _swapped(fitted: FittedTouches, out: BoolArray) -> tuple[int, int] | None:
             exchanged = fitted.with_order(_exchanged(m, (int(first), int(second))))
             if np.isfinite(tested(exchanged(kept)).gain[first]) and _failed_tests(exchanged, kept) is None:
                 return int(first), int(second)
+    return None
+
+
+def _swapped_alone(fitted: FittedTouches) -> tuple[int, int] | None:
+    """Two elements with which no column needs to be left out if their readings are exchanged; None if none.
+
+    They are among the columns that misfit most while all are in.
+    """
+    none = np.zeros(fitted.columns.shape[1], dtype=bool)
+    m = len(none) - 1
+    likely = np.sort(np.argsort(tested(fitted(none)).drop[:m])[::-1][:MOST_TRIED])
+    for first, second in combinations(likely.tolist(), 2):
+        exchanged = fitted.with_order(_exchanged(m, (first, second)))
+        if _failed_tests(exchanged, none) is None and _root_mean_squares(exchanged(none))[0] <= SLIGHT_MISFIT:
+            return first, second
     return None
 
 

@@ -85,18 +85,14 @@ def test_a_force_sensor_off_by_a_factor_is_left_out(sound: tuple[Calibration, To
 
 
 def test_study_of_faults_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One pad and two faults: both are noticed; coverage comes back after the one that is always rightly named.
-
-    Swapped wires are now and then taken for two broken elements (one of 12 calibrations of this pad, by its draws).
-    """
+    """One pad and two faults: found, and coverage comes back."""
     module = study("faulty_pads")
     monkeypatch.setattr(module, "TABLES", 2)
     wanted = ("wires swapped", "force x 1.4")
     monkeypatch.setattr(module, "OURS", tuple(fault for fault in module.OURS if fault.name in wanted))
     rows = module.main(1)
-    assert all(rows[name]["noticed"] == 1 for name in wanted)
-    force = rows["force x 1.4"]
-    assert force["named"] == 1
-    # 60 touches: two standard errors are 8 per cent
-    assert force["after"].min() > 80
-    assert force["before"].min() < force["after"].min() - 5
+    for name in wanted:
+        assert rows[name]["named"] == 1
+        # 60 touches: two standard errors are 8 per cent
+        assert rows[name]["after"].min() > 80
+        assert rows[name]["before"].min() < rows[name]["after"].min() - 5
