@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 
 import bayestouch
 from bayestouch.commands.cli import main
+from bayestouch.data.dataset import DataSet
 from bayestouch.effects import StatedModel, read_model
 from bayestouch.simulation import FingerDesign, save_simulated, simulate
 
@@ -29,8 +31,8 @@ KEYS = {
 
 @pytest.fixture(scope="module")
 def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A finger whose neighbours leak 4 %, on disk."""
-    design = FingerDesign(samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
+    """A finger of eight elements whose neighbours leak 6 %, on disk."""
+    design = FingerDesign(n_elements=8, samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
     folder = tmp_path_factory.mktemp("data") / "crossed"
     save_simulated(simulate(design, effects={"crosstalk": 0.06}, seed=5), folder)
     return folder
@@ -108,10 +110,20 @@ def practice(finger: str) -> tuple[Path, dict]:
     return folder, truth["effects"]
 
 
+def half_of(dataset: DataSet) -> DataSet:
+    """Every other touch of both tables: a diagnosis takes half of the time."""
+    assert dataset.calibration is not None
+    calibration, touches = (t.select(t.touch % 2 == 0) for t in (dataset.calibration, dataset.touches))
+    return replace(dataset, calibration=calibration, touches=touches)
+
+
 @pytest.mark.parametrize("finger", ["a", "b", pytest.param("c", marks=pytest.mark.slow)])
 def test_practice_fingers_whose_effects_have_the_same_names(finger: str) -> None:
     folder, truth = practice(finger)
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
+    dataset = bayestouch.load_dataset(folder)
+    if finger == "c":
+        dataset = half_of(dataset)
+    diagnosis = bayestouch.diagnose(dataset, sample=False, draws=64)
     assert diagnosis.effects == tuple(truth)
     assert diagnosis.verdict == ("explained" if truth else "adequate")
     # Drifts leave a little of their own uncertainty between the touches that were fitted.
@@ -133,7 +145,7 @@ def test_practice_finger_with_an_effect_that_is_not_in_the_catalogue() -> None:
     """No cause is named, and a correction takes away at least half of what is beyond the noise."""
     folder, truth = practice("e")
     assert set(truth) == {"far_lobe"}
-    diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), sample=False, draws=64)
+    diagnosis = bayestouch.diagnose(half_of(bayestouch.load_dataset(folder)), sample=False, draws=64)
     assert diagnosis.effects == () and diagnosis.verdict == "unattributed"
     floor = diagnosis.numbers["noise_floor_percent_peak"]
     before, after = (diagnosis.numbers[each]["prediction_error_percent_peak"] - floor for each in ("before", "after"))

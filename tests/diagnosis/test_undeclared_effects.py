@@ -104,15 +104,8 @@ def test_what_is_not_in_proportion_to_the_load_is_corrected(tmp_path: Path) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [effect.key for effect in LISTED])
 def test_every_effect_is_named(tmp_path: Path, key: str) -> None:
-    """Size 2 on a small finger."""
+    """Size 2 on a small finger; whole ones are in `test_finger.py`."""
     assert EFFECTS[key].name in named(diagnosed(tmp_path, SMALL, [(key, 2.0)]))
-
-
-@pytest.mark.slow
-def test_an_effect_is_named_on_a_whole_finger(tmp_path: Path) -> None:
-    """Of practice size, which takes ten times as long as a small one."""
-    key = "crosstalk: unequal, second neighbours"
-    assert EFFECTS[key].name in named(diagnosed(tmp_path, Design(), [(key, 2.0)]))
 
 
 @pytest.mark.slow

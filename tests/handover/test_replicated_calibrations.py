@@ -13,7 +13,7 @@ from scipy import stats
 
 import bayestouch
 
-REPLICATES = 100
+REPLICATES = 60
 M = w.ELEMENTS
 
 
@@ -22,12 +22,12 @@ def within(rng: np.random.Generator, mean: float, sd: float, low: float, high: f
     return stats.truncnorm((low - mean) / sd, (high - mean) / sd, mean, sd).rvs(n, random_state=rng)
 
 
-@pytest.mark.slow  # a hundred calibrations of a second each
+@pytest.mark.slow  # sixty calibrations of a second each
 def test_calibrations_of_new_data_scatter_as_each_says() -> None:
-    """Errors of 17 parameters in a hundred data sets, in the directions that each covariance makes round.
+    """Errors of 17 parameters in sixty data sets, in the directions that each covariance makes round.
 
     The truth is drawn from the prior, what the model misses too, so that the mean square is one exactly. The mean of a
-    hundred scatters by 5 %: it sees a variance a fifth too small. `test_draws_to_files.py` sees 5 % of an sd.
+    sixty scatters by 6.5 %: it sees a variance a quarter too small. `test_draws_to_files.py` sees 5 % of an sd.
     """
     squares = []
     for seed in range(REPLICATES):
@@ -54,13 +54,13 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
         n, d = len(draws), len(truth)
         squares.append(error @ np.linalg.solve(made.covariance, error) / d * (n - d - 2) / (n - 1) / (1 + 1 / n))
     error = np.std(squares) / np.sqrt(REPLICATES)
-    assert error < 0.06
+    assert error < 0.08
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)
 
 
-@pytest.mark.slow  # a hundred calibrations of a pad
+@pytest.mark.slow  # sixty calibrations of a pad
 def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
-    """The same of a pad's 13 parameters. The mean of a hundred scatters by 4 %: a variance a fifth too small shows.
+    """The same of a pad's 13 parameters. The mean of sixty scatters by 5 %: a variance a fifth too small shows.
 
     `test_pad_density.py` holds the covariance against its information to 4 %; this knows nothing of any formula.
     """
@@ -73,5 +73,5 @@ def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
         covariance = found.group("laplace")["covariance"]
         squares.append(error @ np.linalg.solve(covariance, error) / len(flat))
     error = np.std(squares) / np.sqrt(REPLICATES)
-    assert error < 0.06
+    assert error < 0.08
     assert np.mean(squares) == pytest.approx(1, abs=2.5 * error)

@@ -231,7 +231,7 @@ def test_pictures_stand_in_where_scripts_are_off(browser: Any, folders: dict[str
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["practice/finger-b", "measured/array8-soft", None])
+@pytest.mark.parametrize("name", ["measured/array8-soft", None])
 def test_pages_of_real_data(browser: Any, shared_folder: Path, tmp_path: Path, name: str | None) -> None:
     data = None if name is None else bayestouch.load_dataset(shared_folder / name)
     if name == "measured/array8-soft":  # a seventh of 2,800 touches
