@@ -82,7 +82,7 @@ def summary(tried: Sequence[Tried]) -> str:
     low, high = score.interval
     return (
         f"mutation score {score.share:.1%} (95 % interval {low:.1%} to {high:.1%}): of {score.made} changes "
-        f"{score.killed + score.timeouts} were noticed ({score.timeouts} by their time), {score.equivalent} change "
+        f"{score.killed + score.timeouts} were noticed ({score.timeouts} of these by time), {score.equivalent} change "
         f"nothing, {score.survived} survived"
     )
 
@@ -96,7 +96,7 @@ def section(tried: Sequence[Tried], seed: int, places: int) -> str:
     """The trial as a section: how it was made, the score by part, and every survivor."""
     judged = judgements()
     lines = [
-        f"{len(tried)} places (seed {seed}) of the {places:,} in the core that an operator of cosmic-ray can change, "
+        f"{len(tried)} places (seed {seed}) of the {places:,} in the core that the program cosmic-ray can change, "
         "one change at each.",
         f"{summary(tried).capitalize()}.",
         "",

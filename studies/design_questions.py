@@ -172,7 +172,7 @@ def picture(folder: Path, found: Answers) -> None:
 
 def for_the_page(found: Answers) -> str:
     """Table of what to build, and how much effort is enough, for the documentation."""
-    strain = "noise the same as a strain"
+    strain = "noise the same in units of strain"
     rows = [
         ("as it is", "spacing_mm", 1.58),
         ("elements 0.8 mm apart", "spacing_mm", 0.8),

@@ -114,12 +114,13 @@ def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) 
         for row in comparison.predicted
         if row.key in after and np.isfinite(row.low) and np.isfinite(after[row.key].low)
     ]
-    used, others = (f"{agreeing} of {all_of}" for agreeing, all_of in (kinds[True], kinds[False]))
+    fitted, others = kinds[True], kinds[False]
     return (
-        f"After the effects of [](1995.md), {agree} of the {total} agree: {used} that the shared unknowns were "
-        f"inferred from, {others} others that the effects change, and {same[0]} of {same[1]} that no effect changes "
-        f"(their columns *after* are empty). Ranges are {np.median(wider):.1f} times as wide after as before "
-        "(the median)."
+        f"After the effects of [](1995.md), {agree} of the {total} agree. The shared unknowns were inferred from "
+        f"{len(USED)} numbers. {len(USED) - fitted[1]} of these are settings; {fitted[0]} of the {fitted[1]} others "
+        f"agree. The effects change {others[1]} more numbers; {others[0]} of these agree. They do not change the last "
+        f"{same[1]} (the columns *after* are empty); {same[0]} of these agree. Ranges are {np.median(wider):.1f} times "
+        "as wide after as before (the median)."
     )
 
 
@@ -150,12 +151,16 @@ large as the residuals of Tables 1 and 2 (`studies/nicolson_fearing/paper_run.py
 A number agrees if the printed one, within its rounding, is inside the interval. The difference need not be 0. Where
 there is no interval, the printed number must be equal to ours within the rounding of the printed one.
 
-Figure 4 is of one finger. So its ranges are not of several fingers: they are over the values of the modulus that
-Table 3 allows, and that of `figure_4.level` is over the locations of the touches.
+In Table 3 the keys have the contact model and the calibration. The contact models are *hertz* and the paper's
+*approximate frictionless* model ([](physics.md)); the calibrations are *model* and *empirical*.
+
+Figure 4 is of one finger. So its ranges are not those of several fingers. They are ranges over the values of the
+modulus that Table 3 allows. Only the range of `figure_4.level` is another one: it is over the locations of the
+touches.
 
 "Setting" marks what the simulation was set to: its agreement shows nothing. A setting can still differ from the
-printed number. Some settings are true only on average over many fingers. And the elements are simulated where
-the paper's fit found them, not where they were built. Begin with the rows without "setting".
+printed number. Some settings are true only on average over many fingers. And the elements are simulated at
+10.3 mm, where the paper's fit found them, not at 9.9 mm, where they were built. Begin with the rows without "setting".
 
 ## Before and after
 
@@ -170,8 +175,8 @@ shows that a few unknowns are enough. Only agreement of the other numbers is a p
 and sentences that the paper calculates from its tables, follow from the other numbers. The ranges contain the
 uncertainty of the unknowns, and the chance from finger to finger. How large this chance is was inferred, too.
 So more than 90 % of the numbers that were fitted are inside their ranges. The column *why* is about *before*.
-After, errors of Table 4 are taken about the mean error of each tip, and not about that of all tips; errors go
-through the fits to first order.
+After, errors of Table 4 are taken about the mean error of each tip, and not about that of all tips. Errors
+go through the fits to first order: each fit is linearised.
 
 {listed}"""
 

@@ -172,17 +172,19 @@ def compared(known: KnownFinger) -> list[Beside]:
         Beside(
             "radius_error.distinguishable",
             float(composite),
-            why="the R of a tip that is named rightly in 95 % of touches, of this tip and an edge (location, load and "
-            "calibration unknown). It is less than printed, because the printed noise of R is larger than the noise of "
-            "the readings explains (table_4.model.noise.R). With the printed 0.77 mm it would be "
+            why="the smallest R of a tip that one touch distinguishes from an edge: with location, load and "
+            "calibration unknown, the right one of the two is named in 95 % of touches. Ours is less than printed, "
+            "because the printed noise of R is larger than the noise of the readings explains "
+            "(table_4.model.noise.R). With the printed 0.77 mm it would be "
             f"{2 * ndtri(0.95) * published.number('radius_error.noise').value:.1f} mm: the paper takes two standard "
             "deviations of one estimate",
         ),
         Beside(
             "radius_error.level",
             float(100 * probability),
-            why="share of touches that are named rightly, of an edge and a tip with an R of 1.5 mm; with the printed "
-            f"0.77 mm {100 * ndtr(difference / published.number('radius_error.noise').value / 2):.0f} %",
+            why="share of touches in which the right one is named, of an edge and a tip with an R of 1.5 mm; with the "
+            "printed noise of 0.77 mm it would be "
+            f"{100 * ndtr(difference / published.number('radius_error.noise').value / 2):.0f} %",
         ),
     ]
 
@@ -197,9 +199,9 @@ def level() -> Beside:
         float(np.mean(right)),
         min(right),
         max(right),
-        "share of touches that are named rightly, of an edge and the sharpest tip of the criterion (α = 0.70, 1 % "
-        "noise, load not measured): mean and range over locations. The criterion takes a mean over the circumference, "
-        "which is less than what the elements near the touch see",
+        "share of touches in which the right one is named, of an edge and the sharpest tip that the criterion "
+        "distinguishes from it (α = 0.70, 1 % noise, load not measured): mean and range over locations. The criterion "
+        "takes a mean over the circumference, which is less than what the elements near the touch see",
     )
 
 

@@ -85,13 +85,14 @@ def rows(found: list[PaperRun]) -> list[Beside]:
             "noise.expected_fit",
             lambda run: float(np.hypot(*noise_of_fit(run))),
             found,
-            "independent noise adds in quadrature; the paper adds it up",
+            "the two independent noises of the rows above (force sensor, averaged readings) add as the root of the sum "
+            "of squares; the paper adds the numbers themselves",
         ),
         over_fingers(
             "noise.error_over_noise",
             ratio,
             found,
-            "the error is divided by 0.64 %, the sum in quadrature; the paper divides by 0.9 %",
+            "the error is divided by 0.64 %, the root of the sum of squares; the paper divides by 0.9 %",
         ),
         over_fingers(
             "flat_fit.hertz",

@@ -24,8 +24,9 @@ from nicolson_fearing.paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fin
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {
     "hertz": "the modulus is fitted to both Hertz columns together; published.md has the residuals of single tips",
-    "frictionless": "our elliptic pressure has the width of the contact on the layer, so its bias is small; a Hertz "
-    "contact that is narrower by a fixed width (table_3_residual.py) explains the paper's bias of sharp and blunt tips",
+    "frictionless": "here this model is an elliptic pressure as wide as the contact on the layer, so the bias of r_c "
+    "is small; the paper's r_c are biased for sharp and blunt tips, as if its contact were that of Hertz, narrower by "
+    "a fixed width (table_3_residual.py)",
 }
 WHY_TIME = "one simplex fit in Python, machine of today; measured anew at each run"
 #: An estimate counts as unbiased within this share of the tip's radius.
@@ -87,7 +88,8 @@ def rows(found: list[PaperRun], timed: int = 24) -> list[Beside]:
         Beside(
             "table_3.unbiased_to",
             unbiased_to(found),
-            why="for tips of 1.59 mm and more the means are within a tenth of r_c; see the rows of Table 3",
+            why="the bluntest tip up to which, from 1.59 mm on, all means are within a tenth of r_c (frictionless, "
+            "model calibration); see the rows of Table 3",
         ),
         Beside("fit_time.without_load", without, why=WHY_TIME),
         Beside("fit_time.with_load", with_load, why=WHY_TIME),

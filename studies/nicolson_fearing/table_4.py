@@ -83,7 +83,10 @@ def rows(found: list[PaperRun]) -> list[Beside]:
         parts = split(run, "model", "theta_c")
         return parts["noise"] / parts["total"]
 
-    spacing_why = "the printed 0.24° are 1/29 of the spacing, at the surface; our error is of the same size"
+    spacing_why = (
+        "the 0.24° of Table 4 are 1/29 of the spacing at the surface, although the paper prints 1/25; our error is of "
+        "the same size"
+    )
     return [
         *out.values(),
         *(put_in(f"table_4.{name}", value) for name, value in counts.items()),
