@@ -302,10 +302,10 @@ def test_parameters_are_drawn_from_the_documented_priors() -> None:
         assert found.std() == pytest.approx(sd, rel=4 / np.sqrt(2 * found.size)), name
 
 
-@pytest.mark.slow  # a minute: 150 calibrations
+@pytest.mark.slow  # a minute: 240 calibrations
 def test_calibrations_with_shrunk_draws_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Draws that `calibrate` returns 10 % too narrow: stated chance of the pooled statistic 0.99; not so right ones."""
-    design, n = design_of_three(400), 150
+    design, n = design_of_three(400), 120
     right = ranked([simulate_and_rank(design, number) for number in range(n)])
     honest = calibration_checks.calibrate
 

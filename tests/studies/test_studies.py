@@ -377,6 +377,7 @@ def test_sbc_touches(tmp_path: Path) -> None:
     assert is_drawn(tmp_path / "sbc_touches_importance_20.png")
 
 
+@pytest.mark.slow  # a minute: 100 calibrations
 def test_sbc_calibration(tmp_path: Path) -> None:
     """At a level of 1 %, over six parameters of each element and six quantities of all.
 

@@ -23,7 +23,7 @@ QUICK = tuple(
 )
 #: `main` is run by another test of this folder, which looks at its numbers and files.
 RUN_ELSEWHERE = {
-    *("before_and_after", "blind_study", "design_questions", "error_rates", "live_stream"),
+    *("before_and_after", "blind_study", "design_questions", "error_rates", "first_reports", "live_stream"),
     *("measured_diagnosis", "pooling", "sbc_calibration", "sbc_touches"),
     *(f"nicolson_fearing/table_{name}" for name in ("1", "2", "3", "4", "3_residual")),
     *(f"nicolson_fearing/figure_{name}" for name in ("4", "12", "13")),
@@ -39,7 +39,6 @@ NO_FOLDER = {
 OTHER_OPTIONS = {
     "causes": ("-o", "{folder}/lines.jsonl", "--development", "--fingers", "3", "--cases", "2"),
     "effects_gallery": ("{folder}",),
-    "first_reports": ("{folder}",),
     "golden": ("-o", "{folder}", "--only", "pad_three"),
     "places_and_times": ("-o", "{folder}/lines.jsonl", "--only", "time", "--cases", "1"),
     "practice_diagnosis": ("-o", "{folder}", "finger-a"),
