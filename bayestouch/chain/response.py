@@ -177,8 +177,9 @@ class ResponseTable:
         load = -1 / (2 * np.pi * spectra.body.outer_radius_mm)
         peak = load * (strain[:, 0].real + 2 * strain[:, 1:].real.sum(axis=-1))
         weights = (load / peak)[:, None, None] * strain[:, None, :] * spectra.spectra
-        values = np.fft.irfft(weights, n=n_angles) * n_angles
-        slopes = np.fft.irfft(1j * modes * weights, n=n_angles) * (2 * np.pi)
+        # plain sums over modes: the factors are in the weights, which are far fewer
+        values = np.fft.irfft(weights, n=n_angles, norm="forward")
+        slopes = np.fft.irfft(2j * np.pi / n_angles * modes * weights, n=n_angles, norm="forward")
         return cls(spectra.kappa_scale, spectra.coordinates, values, slopes, -peak)
 
     def __call__(self, kappa: ArrayLike, angle: ArrayLike) -> FloatArray:
