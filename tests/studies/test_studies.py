@@ -87,9 +87,9 @@ def test_reading_a_table_is_timed_beside_pandas(capsys: pytest.CaptureFixture[st
     assert "7,380 rows" in capsys.readouterr().out
 
 
-def test_table_3_modulus() -> None:
+def test_table_3_modulus(tmp_path: Path) -> None:
     """One soft modulus explains the Hertz columns, and predicts the rest of the paper that depends on it."""
-    found = study("nicolson_fearing/table_3_modulus").main(small=True)
+    found = study("nicolson_fearing/table_3_modulus").main(small=True, folder=tmp_path)
     low, high = found.posterior.interval()
     assert 0.035 < low < 0.054 < high < 0.08
     # The first look of 0.5 mm; five simulated tables leave their mean uncertain by 0.05 mm.
@@ -100,6 +100,7 @@ def test_table_3_modulus() -> None:
     for key in ("flat_fit.hertz", "figure_4.flat_from_edge_noise", "figure_4.r_c_over_r_b"):
         assert ours[key].low < ours[key].paper.value < ours[key].high, key
     assert ours["table_4.model.noise.R"].high < 0.6  # where it does not agree: 0.79 printed
+    assert is_drawn(tmp_path / "table_3_modulus.png")
 
 
 def test_table_3_residual(tmp_path: Path) -> None:
@@ -298,11 +299,12 @@ def test_sweet_spots_of_places(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not (SHARED / "measured").is_dir(), reason="the folder of measured data is absent")
-def test_sweet_spots_of_a_measured_pad() -> None:
+def test_sweet_spots_of_a_measured_pad(tmp_path: Path) -> None:
     """Spread and bias of the barometers' locations are predicted from half of the touches."""
     module = study("sweet_spots_measured")
-    found = module.study_pad("baro-line")
+    (found,) = module.main(small=True, folder=tmp_path)
     some = found.inside
+    assert is_drawn(tmp_path / "sweet_spots_baro-line.png")
     # 18 touches: their root mean square is good to a sixth; twice that
     assert module.rms(found.error[some]) == pytest.approx(module.rms(found.spots.sd[some]), rel=0.35)
     sign = module.explained_sign(found.predicted_bias[some].T, found.kernel_error[some].T)
@@ -463,15 +465,16 @@ def test_measured_diagnosis(tmp_path: Path, capsys: pytest.CaptureFixture[str]) 
     assert is_drawn(tmp_path / "measured_diagnosis.png")
 
 
-def test_table_3_diagnosis() -> None:
+def test_table_3_diagnosis(tmp_path: Path) -> None:
     """The rigid core is named first where Hertz was calibrated, and R is read without bias once it is there."""
-    found = study("nicolson_fearing/table_3_diagnosis").main(small=True)
+    found = study("nicolson_fearing/table_3_diagnosis").main(small=True, folder=tmp_path)
     assert found.diagnosis.effects[0] == "rigid_core"
     share = found.diagnosis.to_dict()["effects"][0]["parameters"]["rigid_core_share"]
     # One is the contact that the tips were pressed with; four sd of the normal approximation.
     assert abs(share["mean"] - 1) < 4 * share["sd"]
     before, after = (found.diagnosis.numbers[stand]["R_bias_mm"] for stand in ("before", "after"))
     assert abs(after) < 0.5 * abs(before)
+    assert is_drawn(tmp_path / "table_3_diagnosis.png")
 
 
 def test_interruptions() -> None:
