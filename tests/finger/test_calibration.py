@@ -305,7 +305,7 @@ def test_three_elements_agree_with_a_long_plain_emcee_run() -> None:
     part = touches.with_(readings=touches.readings[:, few])
     priors, _ = FingerPriors.of(sensor())
     fit, _ = fit_finger(part.averaged(), body, priors)
-    quick = sample_fit(fit, 80_000, 1)
+    quick = sample_fit(fit, 24_000, 1)
     rng = np.random.default_rng(0)
     chains = rng.multivariate_normal(fit.laplace.mode, fit.laplace.covariance, size=(4, 64))
     noise = fit.noise_shape.mean + 0.1 * rng.standard_normal((4, 64, len(fit.noise_shape.mean)))
