@@ -11,7 +11,7 @@ times with new noise. A bias is the mean error over these.
         [--processes N | --scheduler ADDRESS]
     python studies/surface_profile.py --docs            writes the table of docs/made_by_hand.md
 
-FOLDER gets a picture of the profiles that were found, beside those that are true.
+FOLDER gets a picture of the profiles that are true, with those that were found.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class Examined:
     hit_before, hit_after : (t,) arrays
         How often the 90 % interval of R held the truth.
     band : tuple of (k,) arrays
-        Places (degree), limits and median of the profile, and the truth; empty if it was not found.
+        Places (degree) and the true profile; if one was found, its 5 %, median and 95 % too.
     """
 
     found: tuple[str, ...]
@@ -152,7 +152,9 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
             errors[i] += (read.mean("R") - radius) / REPEATS
             hits[i] += ((low <= radius) & (radius <= high)) / REPEATS
     profile = found_profile(after)
-    predicted, formula, band = np.zeros(len(radius)), np.zeros(len(radius)), tuple[np.ndarray, ...]()
+    predicted, formula = np.zeros(len(radius)), np.zeros(len(radius))
+    place = np.linspace(-design.tip_span, design.tip_span, 121)
+    band: tuple[np.ndarray, ...] = (place, _truth(made, place))
     if profile is not None:
         effect, draws = profile
         mean = effect.departures(angle) @ draws.mean(axis=0)
@@ -160,7 +162,7 @@ def examine(shared: Mapping[str, Design], case: tuple[str, float, int]) -> Exami
         touches = expected(exam, after, radius, angle, made.recording.press.load[first:])
         predicted = bayestouch.infer(touches, before, check_sensor=False).mean("R") - radius
         place, *limits = profile_band(effect, draws)
-        band = (place, *limits, _truth(made, place))
+        band = (place, _truth(made, place), *limits)
     return Examined(
         found=diagnosis.effects,
         verdict=diagnosis.verdict,
@@ -238,7 +240,7 @@ def row(case: tuple[str, float, int], each: Examined) -> list[str]:
         str(seed),
         f"{each.verdict}{': ' if each.found else ''}{', '.join(each.found)}",
         f"{before} → {after}",
-        f"{explained([each]):.2f}" if each.band else "",
+        f"{explained([each]):.2f}" if len(each.band) > 2 else "",
         " → ".join(covered),
     ]
 
@@ -274,16 +276,16 @@ def main(
 
 
 def save_picture(examined: list[Examined], folder: Path) -> None:
-    """Profiles found, with bands, and true."""
-    shown = [each for each in examined if each.band][:4]
-    if not shown:
-        return
+    """True profiles, those found first, and what was found of them with its band."""
+    shown = sorted(examined, key=lambda each: NAMED not in each.found)[:4]
     with drawing():
         figure, axes = canvas(2.4 * len(shown), len(shown), 1, sharex=True)
         for axis, each in zip(axes[:, 0], shown, strict=True):
-            place, low, middle, high, truth = each.band
-            draw_profile(axis, place, (low, middle, high))
-            axis.plot(place, truth, color=RED, label="true")
+            place, truth, *found = each.band
+            if found:
+                draw_profile(axis, place, (found[0], found[1], found[2]))
+            axis.plot(place, truth, color=RED, label="true" if found else "true, not found")
+            axis.set(xlabel="place touched (degree)", ylabel="curvature - 1/r_b (1/mm)")
             axis.legend(loc="upper right", ncols=3)
         content = rendered(figure, "png")
     folder.mkdir(parents=True, exist_ok=True)

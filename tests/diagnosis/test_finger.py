@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,21 +30,25 @@ KEYS = {
 }
 
 
+Once = Callable[[str, Callable[[Path], object]], Path]
+
+
 @pytest.fixture(scope="module")
-def crossed(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def crossed(made_once: Once) -> Path:
     """A finger of eight elements whose neighbours leak 6 %, on disk."""
     design = FingerDesign(n_elements=8, samples_per_touch=3, edge_step_deg=3.0, flat_step_deg=6.0, touch_step_deg=4.0)
-    folder = tmp_path_factory.mktemp("data") / "crossed"
-    save_simulated(simulate(design, effects={"crosstalk": 0.06}, seed=5), folder)
-    return folder
+    made = simulate(design, effects={"crosstalk": 0.06}, seed=5)
+    return made_once("crossed", lambda folder: save_simulated(made, folder))
 
 
 @pytest.fixture(scope="module")
-def written(crossed: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(crossed: Path, made_once: Once) -> Path:
     """Its diagnosis, made by the command line."""
-    folder = tmp_path_factory.mktemp("out") / "diagnosis"
-    assert main(["diagnose", str(crossed), "-o", str(folder), "--quiet"]) == 0
-    return folder
+
+    def write(folder: Path) -> None:
+        assert main(["diagnose", str(crossed), "-o", str(folder), "--quiet"]) == 0
+
+    return made_once("diagnosis of crossed", write)
 
 
 def numbers_of(folder: Path) -> dict:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import pickle
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
@@ -125,7 +127,17 @@ def settled(case: Case, seed: int) -> dict[str, tuple[float, float]]:
 
 
 @cache
-def recovered(case: Case, seed: int) -> Recovered:
+def recovered(case: Case, seed: int, folder: Path) -> Recovered:
+    """`fitted`, once for all workers of a run: `folder` is one that they share."""
+    path = folder / f"{CASES.index(case)} {seed}.pickle"
+    if not path.exists():
+        partial = path.with_suffix(f".{os.getpid()}")
+        partial.write_bytes(pickle.dumps(fitted(case, seed)))
+        partial.replace(path)
+    return pickle.loads(path.read_bytes())  # type: ignore[no-any-return]
+
+
+def fitted(case: Case, seed: int) -> Recovered:
     """Simulate the case and calibrate with exactly its effect."""
     simulated = simulate(case.design, (case.stated,), seed)
     with TemporaryDirectory() as folder:

@@ -5,6 +5,8 @@ What a calibration with effects does when the touches are unknown: the inverse o
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from finger_cases import CASES, Case, recovered
@@ -25,9 +27,9 @@ READ = [
 ]
 
 
-def scores(case: Case, calibration: Calibration | None = None) -> dict[str, np.ndarray]:
+def scores(case: Case, folder: Path, calibration: Calibration | None = None) -> dict[str, np.ndarray]:
     """(mean - truth) over sd of the location and the load of every touch to be read."""
-    found = recovered(case, 1)
+    found = recovered(case, 1, folder)
     recording = found.simulated.recording
     rows = slice(recording.parts[0], recording.parts[0] + recording.parts[1])
     # A force sensor that reads well would hide what an effect does to loads that are told from the readings.
@@ -40,8 +42,8 @@ def scores(case: Case, calibration: Calibration | None = None) -> dict[str, np.n
 
 
 @pytest.mark.parametrize("case", READ, ids=lambda case: case.key)
-def test_touches_are_read_without_bias(case: Case) -> None:
-    for name, z in scores(case).items():
+def test_touches_are_read_without_bias(case: Case, workers_folder: Path) -> None:
+    for name, z in scores(case, workers_folder).items():
         # The calibration's error is one for all touches: their mean is one standard normal variable, or less.
         assert abs(z.mean()) < 4, (name, z.mean())
         # What scatters beside it has at most the stated sd; that of 105 touches is known to 7 %, of draws to 6 %.
@@ -50,10 +52,10 @@ def test_touches_are_read_without_bias(case: Case) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("case", [each for each in CASES if each.name in BIASED], ids=lambda case: case.key)
-def test_left_out_the_same_effects_bias_them(case: Case) -> None:
+def test_left_out_the_same_effects_bias_them(case: Case, workers_folder: Path) -> None:
     """So that the test above would see a wrong sign, which doubles this."""
-    found = recovered(case, 1)
+    found = recovered(case, 1, workers_folder)
     plain = bayestouch.calibrate(found.data, draws=64)
-    z = scores(case, plain)[BIASED[case.name]]
+    z = scores(case, workers_folder, plain)[BIASED[case.name]]
     # An error with mean zero over the elements hardly changes the mean. Touches read with the effect have at most 1.3.
     assert np.sqrt(np.mean(z**2)) > 4

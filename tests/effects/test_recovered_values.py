@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ FAR = 4.0
 
 
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.key)
-def test_values_are_recovered_with_their_signs(case: Case) -> None:
-    found = recovered(case, 1)
+def test_values_are_recovered_with_their_signs(case: Case, workers_folder: Path) -> None:
+    found = recovered(case, 1, workers_folder)
     for name, value in case.values.items():
         if name == "own":
             # One of two kinds, which are tried one by one.
