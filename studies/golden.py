@@ -8,6 +8,16 @@ For changes of the code that should change no result: run it before and after, t
 
 The comparison prints each array and each JSON value that is not the same to the bit, and ends with exit status 1 if
 there is one. Times, versions and paths are left out.
+
+Against another version, whose checkout is in the folder OLD:
+
+    PYTHONPATH=OLD python studies/golden.py -o BEFORE
+    python studies/golden.py -o AFTER --like BEFORE
+    python studies/golden.py --compare BEFORE AFTER [--docs]
+
+With `--like` every verb gets what the other version had: the same data set, `infer` the calibrations of the other
+version. So a difference of one verb does not change the results of the next. `--docs` writes a summary into the page
+docs/verified.md.
 """
 
 from __future__ import annotations
@@ -19,26 +29,39 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
 import json
+import shutil
+import subprocess
 import sys
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+sys.path.insert(0, str(Path(__file__).parent))
 
-# What says when and with what a file was made, and not what it holds.
-NOT_RESULTS = {"created_at", "bayestouch_version", "version", "creation_library_version", "seconds", "made", "time"}
+from _golden_compare import differences, summary
+from _page import DOCS, put_into_page
+
+#: Wrong input: its name, the file that is changed, what is replaced by what, and the command that is given it.
+WRONG = (
+    ("a word in place of a reading", "touches.csv", (4, 2, "much"), ("infer", "{data}/touches.csv")),
+    ("a word in place of a load", "calibration.csv", (2, 4, "strong"), ("calibrate", "{data}")),
+    ("a negative radius", "calibration.csv", (3, 2, "-1"), ("check", "{data}")),
+    ("a body that is unknown", "sensor.toml", ("body = ", "body = 'glove' # "), ("calibrate", "{data}")),
+    ("a key that is missing", "sensor.toml", ("[geometry]", "[geometries]"), ("calibrate", "{data}")),
+    ("an unknown option", "sensor.toml", ("", ""), ("calibrate", "{data}", "--kernels", "layer")),
+    ("no such folder", "sensor.toml", ("", ""), ("calibrate", "{data}/none")),
+    ("no such effect", "sensor.toml", ("", ""), ("simulate", "--effect", "crostalk=0.1")),
+)
 
 
-def make(folder: Path, only: str | None = None) -> None:
-    """Write data sets, calibrations, posteriors, diagnoses and reports."""
+def make(folder: Path, only: str | None = None, like: Path | None = None) -> None:
+    """Write data sets, calibrations, posteriors, diagnoses and reports; `like` is a folder whose inputs are used."""
     import bayestouch
 
     finger = bayestouch.FingerDesign(n_elements=8, edge_step_deg=2.0, flat_step_deg=4.0, touch_step_deg=4.0)
     grid = bayestouch.PadDesign(n_touches=80)
     line = bayestouch.PadDesign(element_x_mm=(0.0, 6.0, 12.0, 18.0), element_y_mm=None, n_touches=60)
-    sets = {
+    sets: dict[str, tuple[Any, dict[str, float]]] = {
         "finger": (finger, {}),
         "finger_crosstalk": (finger, {"crosstalk": 0.04}),
         "pad_line": (line, {}),
@@ -49,97 +72,58 @@ def make(folder: Path, only: str | None = None) -> None:
     for name, (design, effects) in sets.items():
         if only not in (None, name):
             continue
-        _verbs(folder / name, bayestouch.simulate(design, effects=effects, seed=3).dataset)
-        print(f"{name}: {sum(path.is_file() for path in (folder / name).rglob('*'))} files")
+        simulated = bayestouch.simulate(design, effects=effects, seed=3).dataset
+        bayestouch.save_dataset(simulated, folder / name / "simulated")
+        _verbs(folder / name, None if like is None else like / name)
+        print(f"{name}: {sum(path.is_file() for path in (folder / name).rglob('*'))} files", flush=True)
 
 
-def _verbs(folder: Path, dataset: Any) -> None:
+def _verbs(folder: Path, like: Path | None) -> None:
     import bayestouch
 
-    folder.mkdir(parents=True, exist_ok=True)
-    bayestouch.save_dataset(dataset, folder / "data")
+    source = folder / "simulated" if like is None else like / "data"
+    shutil.copytree(source, folder / "data", dirs_exist_ok=True)
+    dataset = bayestouch.load_dataset(folder / "data")
     calibration = bayestouch.calibrate(dataset, seed=1)
     calibration.save(folder / "calibration.nc")
+    if like is not None:
+        calibration = bayestouch.load(like / "calibration.nc")
     methods = ("emcee", "importance") if isinstance(dataset.sensor.body, bayestouch.Finger) else ("emcee",)
     for method in methods:
         read = bayestouch.infer(dataset.touches, calibration, method=method, seed=2)
         read.save(folder / f"posterior_{method}.nc")
     diagnosis = bayestouch.diagnose(dataset, seed=1)
     diagnosis.save(folder / "diagnosis")
-    after = bayestouch.infer(dataset.touches, diagnosis.calibration_after, seed=2)
-    after.save(folder / "posterior_after.nc")
+    after = diagnosis.calibration_after
+    if like is not None:
+        after = bayestouch.load(like / "diagnosis" / "calibration_after.nc")
+    bayestouch.infer(dataset.touches, after, seed=2).save(folder / "posterior_after.nc")
     bayestouch.report(dataset, folder / "report", seed=1)
+    said = {name: _said(folder, *case) for name, *case in WRONG}
+    (folder / "errors.json").write_text(json.dumps(said, indent=1), "utf-8")
 
 
-def differences(before: Path, after: Path) -> Iterator[str]:
-    """A line for each file, array or value that differs."""
-    names = sorted({path.relative_to(root).as_posix() for root in (before, after) for path in root.rglob("*.*")})
-    for name in names:
-        one, other = before / name, after / name
-        if not (one.is_file() and other.is_file()):
-            if one.is_dir() or other.is_dir():
-                continue
-            yield f"{name}: only in {one.parent if one.exists() else other.parent}"
-        elif name.endswith(".nc"):
-            yield from (f"{name}: {line}" for line in _arrays(one, other))
-        elif name.endswith(".json"):
-            yield from (f"{name}: {line}" for line in _values(*(json.loads(p.read_text()) for p in (one, other))))
-        elif name.endswith((".csv", ".toml")) and one.read_bytes() != other.read_bytes():
-            yield f"{name}: other bytes"
-
-
-def _arrays(one: Path, other: Path) -> Iterator[str]:
-    import xarray as xr
-
-    trees = [xr.open_datatree(path, engine="h5netcdf") for path in (one, other)]
-    both = [
-        {f"{node.path}/{name}": array for node in tree.subtree for name, array in node.variables.items()}
-        for tree in trees
-    ]
-    for name in sorted(set(both[0]) | set(both[1])):
-        if name not in both[0] or name not in both[1]:
-            yield f"{name} only {'after' if name in both[1] else 'before'}"
-            continue
-        a, b = (np.asarray(each[name].values) for each in both)
-        if a.shape != b.shape or a.dtype != b.dtype:
-            yield f"{name}: {a.dtype}{a.shape} and {b.dtype}{b.shape}"
-        elif a.tobytes() != b.tobytes() and not _same(a, b):
-            yield f"{name}: {_how_far(a, b)}"
-    attributes = [
-        {f"{node.path}@{key}": value for node in tree.subtree for key, value in node.attrs.items()} for tree in trees
-    ]
-    yield from _values(*attributes)
-    for tree in trees:
-        tree.close()
-
-
-def _same(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> bool:
-    return bool(np.array_equal(a, b, equal_nan=a.dtype.kind in "fc"))
-
-
-def _how_far(a: np.ndarray[Any, Any], b: np.ndarray[Any, Any]) -> str:
-    if a.dtype.kind not in "fc":
-        return "other values"
-    apart = np.nanmax(np.abs(a - b))
-    return f"up to {apart:.3g} apart, {apart / max(float(np.nanmax(np.abs(a))), 1e-300):.1e} of the largest"
-
-
-def _values(one: Any, other: Any, at: str = "") -> Iterator[str]:
-    if isinstance(one, dict) and isinstance(other, dict):
-        for key in sorted(set(one) | set(other), key=str):
-            if str(key).split("@")[-1] in NOT_RESULTS:
-                continue
-            if key not in one or key not in other:
-                yield f"{at}/{key} only {'after' if key in other else 'before'}"
-            else:
-                yield from _values(one[key], other[key], f"{at}/{key}")
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        for i, (a, b) in enumerate(zip(one, other, strict=True)):
-            yield from _values(a, b, f"{at}[{i}]")
-    elif isinstance(one, str) and isinstance(other, str) and one[:1] == other[:1] == "{":
-        yield from _values(json.loads(one), json.loads(other), at)
-    elif str(one) != str(other) and (type(one) is not type(other) or not np.all(one == other)):
-        yield f"{at}: {str(one)[:60]!r} and {str(other)[:60]!r}"
+def _said(folder: Path, file: str, change: tuple[Any, ...], command: tuple[str, ...]) -> dict[str, Any]:
+    """Exit status and lines of a command on a copy of the data set with one wrong thing."""
+    wrong = folder / "wrong"
+    shutil.copytree(folder / "data", wrong)
+    path = wrong / file
+    text = path.read_text("utf-8")
+    if len(change) == 3:
+        row, column, word = change
+        lines = [line.split(",") for line in text.splitlines()]
+        lines[row][min(column, len(lines[row]) - 1)] = word
+        path.write_text("\n".join(map(",".join, lines)) + "\n", "utf-8")
+    elif change[0]:
+        path.write_text(text.replace(*change), "utf-8")
+    calibration = ("--calibration", "calibration.nc") if command[0] == "infer" else ()
+    output = () if command[0] == "check" else ("-o", "out")
+    words = [word.format(data="wrong") for word in (*command, *calibration, *output)]
+    run = [sys.executable, "-m", "bayestouch", *words]
+    environment = os.environ | {"PYTHONPATH": os.environ.get("PYTHONPATH", str(Path(__file__).parents[1]))}
+    done = subprocess.run(run, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    shutil.rmtree(wrong)
+    return {"status": done.returncode, "said": done.stderr.strip().splitlines()}
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -147,11 +131,16 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("-o", "--output", type=Path, help="folder to write")
     parser.add_argument("--only", help="make this data set alone, such as pad_grid")
+    parser.add_argument("--like", type=Path, help="folder whose data sets and calibrations are used")
     parser.add_argument("--compare", nargs=2, type=Path, metavar=("BEFORE", "AFTER"), help="folders to compare")
+    parser.add_argument("--docs", action="store_true", help="write the summary of the comparison into the page")
     options = parser.parse_args(arguments)
     if options.output is not None:
-        make(options.output, options.only)
+        make(options.output, options.only, options.like)
     if options.compare is None:
+        return 0
+    if options.docs:
+        put_into_page("golden.py", summary(*options.compare), DOCS / "verified.md")
         return 0
     lines = list(differences(*options.compare))
     print("\n".join(lines) or "the same to the bit")
