@@ -77,10 +77,12 @@ def test_parts_share_no_module_and_every_module_has_tests() -> None:
 
 def test_importers_run_first_and_the_budget_holds() -> None:
     module = study("_mutant_tests")
-    part = module.Part("layer", (Path("bayestouch/body/layer.py"),), ("test_fem.py", "test_layer.py", "test_emap.py"))
+    part = module.Part(
+        "layer", (Path("bayestouch/body/layer.py"),), ("test_annulus_fem.py", "test_layer.py", "test_emap.py")
+    )
     imports = {
         Path("tests/body/test_layer.py"): frozenset({"bayestouch.body.layer"}),
-        Path("tests/body/test_fem.py"): frozenset({"bayestouch.body.layer", "numpy"}),
+        Path("tests/body/test_annulus_fem.py"): frozenset({"bayestouch.body.layer", "numpy"}),
         Path("tests/body/test_emap.py"): frozenset({"numpy"}),
         Path("tests/commands/test_cli.py"): frozenset({"numpy"}),
     }
@@ -89,13 +91,13 @@ def test_importers_run_first_and_the_budget_holds() -> None:
         Path(f"tests/{name}.py"): took
         for name, took in {
             "body/test_layer": 9,
-            "body/test_fem": 3,
+            "body/test_annulus_fem": 3,
             "body/test_emap": 5,
             "commands/test_cli": 1,
         }.items()
     }
     chosen = tests.chosen(part.modules[0], part, seconds, 14)
-    assert [path.stem for path in chosen] == ["test_fem", "test_layer", "test_cli"]
+    assert [path.stem for path in chosen] == ["test_annulus_fem", "test_layer", "test_cli"]
     assert module.imported_modules(ROOT / "tests" / "body" / "test_layer.py") >= {"bayestouch.body.layer"}
 
 

@@ -45,7 +45,8 @@ def log_posterior(reader: PadReader, touches: PadTouches, index: int, points: np
     """Log posterior density (n,) of location and load (n, D + 1), written out; the tables are the calibration's.
 
     Normal readings, their variance noise, what the model misses, a share of the signal and what the calibration leaves;
-    a normal load, above zero. `tests/handover/test_pad_density.py` holds the tables against a kernel written out.
+    a normal load, above zero. `tests/end_to_end/test_density_of_pad_touches.py` holds the tables against a kernel
+    written out.
     """
     location, load, noise, pad = points[:, :-1], points[:, -1], reader.noise, reader.map
     sensitivity, open_, with_offset = pad.at(location)

@@ -104,14 +104,17 @@ def test_what_is_not_in_proportion_to_the_load_is_corrected(tmp_path: Path) -> N
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [effect.key for effect in LISTED])
 def test_every_effect_is_named(tmp_path: Path, key: str) -> None:
-    """Size 2 on a small finger; whole ones are in `test_finger.py`."""
+    """Size 2 on a small finger; whole ones are in `test_diagnosis_of_fingers.py`."""
     assert EFFECTS[key].name in named(diagnosed(tmp_path, SMALL, [(key, 2.0)]))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("key", [effect.key for effect in PLACED])
 def test_every_unlisted_effect_stays_without_a_name(tmp_path: Path, key: str) -> None:
-    """Size 2 on a small finger, and at least half of the excess is corrected; for a whole one see `test_finger.py`."""
+    """Size 2 on a small finger, and at least half of the excess is corrected.
+
+    A whole finger is in `test_diagnosis_of_fingers.py`.
+    """
     diagnosis = diagnosed(tmp_path, SMALL, [(key, 2.0)])
     assert diagnosis["verdict"] == "unattributed"
     before, after = (diagnosis[when]["lack_of_fit"] for when in ("before", "after"))

@@ -62,7 +62,8 @@ def test_calibrations_of_new_data_scatter_as_each_says() -> None:
 def test_calibrations_of_pads_scatter_as_each_says(tmp_path: Path) -> None:
     """The same of a pad's 13 parameters. The mean of forty scatters by 6 %: a variance a quarter too small shows.
 
-    `test_pad_density.py` holds the covariance against its information to 4 %; this knows nothing of any formula.
+    `test_density_of_pad_touches.py` holds the covariance against its information to 4 %; this knows nothing of any
+    formula.
     """
     truth = line(**pads.SETTINGS).chain
     flat = np.concatenate([truth.gain, truth.offset, truth.position.ravel(), truth.values])
