@@ -7,7 +7,9 @@ data is not counted, but where reading is the case; importing what a verb needs 
 made by each checkout and not counted: an older version cannot load the files of a newer one.
 
     git worktree add ../before COMMIT
-    python studies/benchmarks/versions.py ../before
+    python studies/benchmarks/versions.py ../before [--docs]
+
+`--docs` writes the table into the page docs/verified.md.
 """
 
 from __future__ import annotations
@@ -26,6 +28,10 @@ import bayestouch
 from bayestouch.data.touch_source import joined_touches
 
 HERE = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(HERE / "studies"))
+
+from _page import DOCS, markdown_table, put_into_page  # noqa: E402
+
 TOUCHES = 4800
 #: Copies of the finger's touches in the long table: 65 MB of CSV.
 COPIES = 25
@@ -100,8 +106,10 @@ def seconds(checkout: Path, folder: Path, case: str) -> float:
 @click.argument("before", type=click.Path(exists=True, file_okay=False, path_type=Path))
 @click.option("--repeats", default=3, show_default=True)
 @click.option("--only", help="Cases whose name begins so.")
-def main(before: Path, repeats: int, only: str | None) -> None:
+@click.option("--docs", is_flag=True, help="Write the table into docs/verified.md.")
+def main(before: Path, repeats: int, only: str | None, docs: bool) -> None:
     """Compare this checkout with the one at BEFORE."""
+    rows = []
     with tempfile.TemporaryDirectory() as folder:
         prepare(Path(folder))
         print(f"{'processor seconds, medians':38s}{'before':>9s}{'now':>9s}{'ratio':>8s}")
@@ -111,6 +119,11 @@ def main(before: Path, repeats: int, only: str | None) -> None:
             runs = [[seconds(tree, Path(folder), case) for tree in (before.resolve(), HERE)] for _ in range(repeats)]
             old, new = (statistics.median(one) for one in zip(*runs, strict=True))
             print(f"{case:38s}{old:9.2f}{new:9.2f}{new / old:8.2f}", flush=True)
+            ratios = sorted(after / first for first, after in runs)
+            rows.append((case, f"{old:.2f}", f"{new:.2f}", f"{new / old:.2f}", f"{ratios[0]:.2f} to {ratios[-1]:.2f}"))
+    if docs:
+        head = ("verb", "0.1.0, s", "now, s", "ratio of medians", "ratio of each pair of runs")
+        put_into_page("benchmarks/versions.py", markdown_table(head, rows), DOCS / "verified.md")
 
 
 if __name__ == "__main__":
