@@ -42,6 +42,8 @@ CHANCE = 0.01
 ERRORS = 3.0
 # What it explains is at least a tenth of the noise of an averaged touch (root mean square).
 MATERIAL = 0.1
+# However many readings there are, so large a gain of log density is relevant.
+ENOUGH_GAIN = 50.0
 # It explains this share of what can be explained.
 SHARE = 0.3
 # Together with the effects found after it, it explains this share. A cause that is not in the catalogue can make a
@@ -233,7 +235,7 @@ def one_round(
 
 def _smallest_gain(fitted: Fitted) -> float:
     """Gain of the smallest effect that is relevant; for many readings a constant, smaller limit applies."""
-    return min(0.5 * MATERIAL**2 * fitted.n_readings, 50.0)
+    return min(0.5 * MATERIAL**2 * fitted.n_readings, ENOUGH_GAIN)
 
 
 def _passes(z: float, trials: int) -> bool:
