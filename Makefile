@@ -26,7 +26,7 @@ help:
 	@echo "make test-oldest, make test-newest"
 	@echo "                the tests on the oldest and the newest libraries allowed, in .venv-oldest and .venv-newest"
 	@echo "make docs       the documentation, in docs/_build/html"
-	@echo "make studies    every script in studies/ but the fuzzers, blind_study.py and mutants.py, with its time"
+	@echo "make studies    every script in studies/ but the fuzzers, blind_study.py, harm.py and mutants.py, with its time"
 	@echo "make mutants    whether the tests notice small changes to the core: an hour or more"
 	@echo "make wheel      sdist and wheel, which is installed on two Pythons without constraints and tried"
 	@echo "make gallery    the pictures of docs/gallery.md anew, by their studies"
@@ -63,7 +63,7 @@ docs: $(VENV)/.ready-docs
 	@echo "docs/_build/html/index.html"
 
 studies: $(VENV)/.ready-dev
-	@for study in $(sort $(filter-out studies/fuzz_% studies/blind_study.py studies/gallery.py studies/mutants.py,$(wildcard studies/[!_]*.py))); do \
+	@for study in $(sort $(filter-out studies/fuzz_% studies/blind_study.py studies/gallery.py studies/harm.py studies/mutants.py,$(wildcard studies/[!_]*.py))); do \
 		echo "== $$study"; start=$$(date +%s); \
 		$(BIN)/python "$$study" || exit 1; \
 		echo "== $$study: $$(($$(date +%s) - start)) s"; \

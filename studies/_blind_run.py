@@ -12,10 +12,13 @@ from independent.finger import Recording
 
 ROOT = Path(__file__).parents[1]
 TAG = "blind-study"
-#: What makes results: the code that is examined, the simulator, and the study itself.
+#: What counts results.
+COUNTING = ("studies/_blind_tables.py", "studies/_cause_rules.py", "studies/_page.py")
+#: What makes results, and what counts them: the code that is examined, the simulator, and the study itself.
 FROZEN = (
     *("bayestouch", "tests/independent", "studies/blind_study.py", "studies/_blind_run.py"),
-    *("studies/_error_rate_versions.py", "studies/_shared_out.py"),
+    *("studies/_error_rate_versions.py", "studies/_shared_out.py", "studies/_result_lines.py"),
+    *COUNTING,
 )
 #: Draws of each calibration, and of each touch of the exam: means of touches need no more.
 CALIBRATION_DRAWS, TOUCH_DRAWS = 64, 256
@@ -48,14 +51,26 @@ def frozen_commit(root: Path = ROOT, tag: str = TAG, paths: tuple[str, ...] = FR
     return commit
 
 
+def require_own_package(root: Path = ROOT) -> None:
+    """Raise `FrozenError` if the package that is imported is not the one of this checkout."""
+    import bayestouch
+
+    imported = Path(bayestouch.__file__ or "").resolve()
+    if not imported.is_relative_to(root.resolve()):
+        raise FrozenError(f"bayestouch is imported from {imported.parent}, which is not in {root.resolve()}")
+
+
 def diagnosed(folder: Path, recording: Recording) -> dict[str, Any]:
-    """What a diagnosis says of a data set, and what it does to the touches of the exam beside it."""
+    """What a diagnosis says of a data set, and what it does to the touches of the exam beside it.
+
+    An error while the exam is read is recorded beside the diagnosis, which counts all the same.
+    """
     import bayestouch
 
     diagnosis = bayestouch.diagnose(bayestouch.load_dataset(folder), draws=CALIBRATION_DRAWS, seed=0)
     numbers = diagnosis.numbers
     parts = ("before", "after", "after_against_stated")
-    return {
+    said = {
         "verdict": numbers["verdict"],
         "effects_found": [
             {"name": each["name"], "indistinguishable_from": list(each.get("indistinguishable_from", ()))}
@@ -65,8 +80,17 @@ def diagnosed(folder: Path, recording: Recording) -> dict[str, Any]:
         "in_place": numbers["in_place"],
         "causes": numbers["causes"],
         **{part: scalars(numbers.get(part) or {}) for part in parts},
-        "exam": exam(folder / "exam.csv", recording, diagnosis.calibration_before, diagnosis.calibration_after),
     }
+    try:
+        before, after = diagnosis.calibration_before, diagnosis.calibration_after
+        return {**said, "exam": exam(folder / "exam.csv", recording, before, after)}
+    except Exception as error:  # a study of many runs counts failures, it does not stop at one
+        return {**said, "exam_error": named(error, folder)}
+
+
+def named(error: Exception, folder: Path) -> str:
+    """Kind and message of an error in one line, without the folder of the data."""
+    return " ".join(f"{type(error).__name__}: {error}".replace(f"{folder.parent}/", "").split())
 
 
 def scalars(part: Mapping[str, Any]) -> dict[str, float | None]:

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import _cause_rules
 import numpy as np
 from _page import markdown_table
 from scipy.stats import binomtest
@@ -172,36 +173,35 @@ def worse(records: Sequence[Record]) -> list[tuple[str, str, str, str]]:
 
 
 def harm(records: Sequence[Record]) -> str:
-    """Readings that became worse, and how many there were to become so."""
+    """Readings that became worse, and how many there were to become so; exams that failed."""
     exams = [error for each in records for error in each.get("exam", {}).values()]
     changed = sum(error["change"] != 0 for error in exams)
     rows = worse(records)
     text = f"{len(rows)} of {len(exams)} readings (R, θ_c and P of each finger; {changed} of them changed) are worse.\n"
+    failed = [f"- {each['key']}: {each['exam_error']}\n" for each in records if "exam_error" in each]
+    text += f"Exams that failed, so that nothing is known of these readings: {len(failed)}.\n" + "".join(failed)
     head = ("cause", "rubber, order", "rms error before → after", "change, standard errors")
     return f"{text}\n{markdown_table(head, rows)}" if rows else text
 
 
 def of_causes(records: Sequence[Record]) -> str:
-    """Reliability of the probabilities of causes, by the functions of `causes`."""
-    import causes
+    """Reliability of the probabilities of causes."""
+    some = with_statement(records)
+    return _cause_rules.tables(some) if some else "-\n"
 
-    # any unlisted cause of that study stands for those of this one: it asks only whether a cause is listed
-    other = causes.UNLISTED[0].name
-    some = [
-        {
-            **each,
-            "truth": [other] if each["kind"] == "unlisted" else each["truth"],
-            "stated": causes.stated({"effects": each["effects_found"], "verdict": each["verdict"]}),
-        }
-        for each in records
-        if each.get("causes")
+
+def with_statement(records: Sequence[Record]) -> list[Record]:
+    """Records that have probabilities of causes, with what the verdict states beside them."""
+    return [
+        {**each, "stated": _cause_rules.stated(found(each), each["verdict"])} for each in records if each.get("causes")
     ]
-    return causes.tables(some) if some else "-\n"
 
 
 def times(records: Sequence[Record]) -> str:
     """Processor time of a case: the diagnosis, and four readings of the exam."""
     seconds = [each["processor_s"] for each in records if "processor_s" in each]
+    if not seconds:
+        return ""
     quantiles = [f"{value:.0f}" for value in np.quantile(seconds, (0, 0.5, 0.9, 1))]
     return f"Processor time of a case, s (least, median, 90 %, most): {', '.join(quantiles)}.\n"
 
@@ -209,12 +209,15 @@ def times(records: Sequence[Record]) -> str:
 def tables(results: Sequence[Record]) -> str:
     """All tables, with the version of the code. Whole fingers are apart."""
     beyond = [each for each in results if "out_of_reach" in each]
+    absent = [each for each in results if "not_simulated" in each]
     failed = [each for each in results if "error" in each]
-    done = [each for each in results if "out_of_reach" not in each]
+    done = [each for each in results if not {"out_of_reach", "not_simulated"} & each.keys()]
     small, whole = ([each for each in done if each["design"] == of] for of in ("small", "whole"))
     versions = ", ".join(sorted({f"`{each['version']}` (commit {each['commit'][:10]})" for each in results}))
     text = [
         f"{len(results)} cases, {len(beyond)} of them out of reach. Version of the code: {versions}.\n",
+        f"Cases that could not be simulated, left out: {len(absent)}.\n",
+        *(f"- {each['key']}: {each['not_simulated']}\n" for each in absent),
         f"Diagnoses that failed, counted as wrong: {len(failed)}.\n",
         *(f"- {each['key']}: {each['error']}\n" for each in failed),
         headline(small),

@@ -23,13 +23,15 @@ How results are counted, written down before any run:
   place" (`in_place`). Aim 90 %.
 - pair: right if both effects are added, in any order, where both have sizes of 1 and above. Aim 80 %.
 - drift: a listed drift of size 1 and above, alone or in a pair, is found if it is among the effects. Aim 95 %.
-- Failed diagnoses are wrong. Cases out of reach of all sizes are left out, and counted.
+- Failed diagnoses are wrong. Cases out of reach of all sizes are left out, and counted; so are cases that cannot be
+  simulated, which are listed, too.
 - Harm: 78 touches that no fit has seen (the exam) are read by `infer` with the calibrations before and after, and
   compared with what is true: R of the tip on a round finger, the place, and the load (read without the force sensor).
   R, θ_c or P is worse if the mean of squared errors is larger after by more than two standard errors. The standard
   error is that over the 13 places of the exam, since errors at one place belong together. A calibration that differs,
-  but reads no better and no worse, would be listed by chance once in 30 readings. Aim 0.
-- Causes: a set of causes is right as `studies/causes.py` counts it.
+  but reads no better and no worse, would be listed by chance once in 30 readings. Aim 0. An exam that fails with an
+  error is counted and listed apart; the diagnosis before it counts as it is.
+- Causes: a set of causes is right as `studies/_cause_rules.py` counts it.
 
     python studies/blind_study.py -o FOLDER [--processes 2]   runs what is not in FOLDER/results.jsonl
         --development   a handful of today's forms, with other seeds: to see that this runs; needs no tag
@@ -37,7 +39,8 @@ How results are counted, written down before any run:
         --tables        runs nothing: prints the tables
         --docs          runs nothing: writes the tables of docs/blind_study.md
 
-It refuses to run if the git tag `blind-study` does not exist, or if a file that makes the results differs from it.
+It refuses to run if the git tag `blind-study` does not exist, if a file that makes or counts the results differs from
+it, or if another copy of the package is imported. The page is written only with the rules of counting of the tag.
 """
 
 from __future__ import annotations
@@ -61,10 +64,11 @@ from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _blind_run import FrozenError, diagnosed, frozen_commit  # noqa: E402
+from _blind_run import COUNTING, FrozenError, diagnosed, frozen_commit, named, require_own_package  # noqa: E402
 from _blind_tables import NOT_RUN, tables  # noqa: E402
 from _error_rate_versions import code_version, version_of  # noqa: E402
 from _page import DOCS, put_into_page  # noqa: E402
+from _result_lines import appending, kept_lines  # noqa: E402
 from _shared_out import finished  # noqa: E402
 from independent import blind_forms, dataset  # noqa: E402
 from independent.blind_fingers import design, simulate  # noqa: E402
@@ -183,18 +187,22 @@ def run(commit: str, case: Case) -> dict[str, Any]:
     """Simulate and diagnose one case."""
     record: dict[str, Any] = {**asdict(case), "key": case.key, "truth": case.names}
     record |= {"version": code_version(), "commit": commit}
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) / "finger"
         try:
             wanted = [(EFFECTS[key], size) for key, size in case.effects]
             simulated = simulate(design(case.design, case.rubber), case.order, wanted, case.seed)
+            write(simulated, folder)
         except OutOfReach as reason:
             return {**record, "out_of_reach": str(reason)}
+        except Exception as error:  # a study of many runs counts failures, it does not stop at one
+            return {**record, "not_simulated": named(error, folder)}
         record["sizes"] = simulated.truth["sizes"]
         start, cpu = time.perf_counter(), time.process_time()
         try:
-            record |= diagnosed(write(simulated, Path(folder) / "finger"), simulated.recording)
-        except Exception as error:  # a study of many runs counts failures, it does not stop at one
-            record["error"] = f"{type(error).__name__}: {error}".replace(f"{folder}/", "")
+            record |= diagnosed(folder, simulated.recording)
+        except Exception as error:  # the same
+            record["error"] = named(error, folder)
     return {**record, "seconds": time.perf_counter() - start, "processor_s": time.process_time() - cpu}
 
 
@@ -207,7 +215,7 @@ def kept(folder: Path) -> list[dict[str, Any]]:
         They are of several versions of the code: the study is run once.
     """
     cache = folder / "results.jsonl"
-    found = [json.loads(line) for line in cache.read_text("utf-8").splitlines()] if cache.exists() else []
+    found = kept_lines(cache)
     if len({(version_of(each), each["commit"]) for each in found}) > 1:
         raise FrozenError(f"{cache} holds results of several versions of the code; the study is run once")
     return found
@@ -226,6 +234,7 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
     try:
         results = kept(given.output)
         if not (given.tables or given.docs):
+            require_own_package()
             commit = "development" if given.development else frozen_commit()
             if results and (version_of(results[0]), results[0]["commit"]) != (code_version(), commit):
                 raise FrozenError(f"{given.output} holds results of {version_of(results[0])}; the study is run once")
@@ -233,19 +242,19 @@ def main(arguments: list[str] | None = None) -> list[dict[str, Any]]:
             done = {each["key"] for each in results}
             left = [each for each in (trial_cases() if given.development else cases()) if each.key not in done]
             left = left[: given.cases]
-            given.output.mkdir(parents=True, exist_ok=True)
-            with (given.output / "results.jsonl").open("a", encoding="utf-8") as file:
+            with appending(given.output / "results.jsonl") as append:
                 for _, record in tqdm(finished(run, commit, left, processes=given.processes), total=len(left)):
                     results.append(record)
-                    file.write(json.dumps(record) + "\n")
-                    file.flush()
+                    append(record)
+        if given.docs and results:
+            if any(each["commit"] == "development" for each in results):
+                raise FrozenError("results of development are not for the page")
+            frozen_commit(paths=COUNTING)
     except FrozenError as reason:
-        parser.error(str(reason))
+        parser.exit(2, f"{parser.prog}: {reason}\n")
     text = tables(results) if results else NOT_RUN
     print(text)
     if given.docs:
-        if any(each["commit"] == "development" for each in results):
-            parser.error("results of development are not for the page")
         put_into_page("blind_study.py", text, DOCS / "blind_study.md")
     return results
 

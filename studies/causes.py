@@ -2,18 +2,18 @@
 
 Fingers, effects and sizes are those of `studies/error_rates.py` (8 elements, a third of the touches): nothing, one
 effect, two, or a cause that no catalogue has. The simulator is that of the tests, which shares no code with the
-package. Fingers 0 to 9 are for looking; those of the published table were looked at by nobody before it was run.
+package. Fingers 0 to 9 were looked at in development; all others are fresh, each with 97 cases. `_cause_rules` says
+which sets of causes are right.
 
-A set of causes is right if it names the effects that were simulated and no others. Beside effects it may name something
-in place: most of the simulator's forms are not those of the catalogue. A drift counts as named by "something in time".
-Without a listed effect, "nothing" is right where there is none, and "something in place" or "something in time" where
-the cause is in no catalogue. The present rule is the verdict with its effects, taken as a probability of 0.99;
-"unattributed" counts as something in place.
+    python studies/causes.py [-o RESULTS] [--first 10] [--fingers 13] [--processes 2] [--cases N]
+        runs what this version of the code has not done yet; cases take turns among the fingers
+    python studies/causes.py [-o RESULTS] --tables [--with FILE ...]
+        runs nothing: tables of these results pooled with those of other files, such as results.jsonl of `blind_study`
+    python studies/causes.py [-o RESULTS] --docs [--with FILE ...]
+        writes tables and diagram of docs/diagnosis.md
 
-    python studies/causes.py [-o RESULTS] [--development] [--fingers N] [--cases N]
-    python studies/causes.py [-o RESULTS] --docs      writes the tables of docs/diagnosis.md
-
-A run that was stopped goes on where it was, unless the code was changed. Its cases take turns among the fingers.
+Results of several versions of the code are not pooled: the command refuses, unless `--versions` names those that
+belong together, which the tables then say.
 """
 
 from __future__ import annotations
@@ -24,60 +24,47 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import argparse
-import json
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import asdict
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+from tqdm import tqdm
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1] / "tests")]
 
-from _error_rate_versions import code_version, newest, version_of  # noqa: E402
-from _page import DOCS, markdown_table, put_into_page  # noqa: E402
+from _cause_figure import save_diagram  # noqa: E402
+from _cause_rules import stated, tables  # noqa: E402
+from _error_rate_versions import code_version, version_of  # noqa: E402
+from _page import DOCS, put_into_page  # noqa: E402
+from _result_lines import appending, kept_lines  # noqa: E402
+from _shared_out import finished  # noqa: E402
 from error_rates import DESIGNS, Case, cases  # noqa: E402
-from independent.dataset import EFFECTS, UNLISTED, simulate, write  # noqa: E402
+from independent.dataset import EFFECTS, simulate, write  # noqa: E402
 from independent.sizes import OutOfReach  # noqa: E402
 
 import bayestouch  # noqa: E402
-from bayestouch.diagnosis.causes import IN_TIME, NOTHING  # noqa: E402
-from bayestouch.diagnosis.place_or_time import IN_PLACE  # noqa: E402
 
-# Fingers for looking, and the first of those that nobody looked at.
-DEVELOPMENT, FRESH = range(10), 7200
-DRIFTS = {"baseline_drift", "gain_drift"}
-# Probabilities in a log score are within these: no study of this size knows more of rare failures.
-LEAST, MOST = 0.01, 0.99
-EDGES = (0.0, 0.5, 0.7, 0.8, 0.9, 0.95, 0.99, 1.0)
+Record = dict[str, Any]
+# The first finger that nobody looked at in development.
+FRESH = 10
+DIAGRAM = DOCS / "figures" / "causes.png"
+FIGURE = """
+```{figure} figures/causes.png
+:alt: Share of fingers whose most probable set of causes is right against its probability; below, numbers of fingers
 
-
-def right(names: Sequence[str], truth: Sequence[str]) -> bool:
-    """Whether a set of causes names what was simulated; `truth` holds effects, and may hold unlisted causes."""
-    named, listed = set(names), {each for each in truth if each not in {one.name for one in UNLISTED}}
-    if not truth:
-        return named == {NOTHING}
-    if not listed:
-        return bool(named) and named <= {IN_PLACE, IN_TIME}
-    drifts = {each for each in listed - named if each in DRIFTS}
-    if IN_TIME in named and len(drifts) == 1:
-        named = named - {IN_TIME} | drifts
-    return named - {IN_PLACE} == listed
+How often the most probable set of causes is right, against its probability.
+```
+"""
 
 
-def stated(numbers: Mapping[str, Any]) -> list[str]:
-    """Causes by the verdict and its effects."""
-    effects = [each["name"] for each in numbers["effects"]]
-    return effects or [NOTHING if numbers["verdict"] == "adequate" else IN_PLACE]
-
-
-def run(case: Case) -> dict[str, Any]:
+def run(version: str, case: Case) -> Record:
     """Simulate and diagnose one finger."""
-    record: dict[str, Any] = {**asdict(case), "key": case.key, "truth": case.names, "version": code_version()}
+    record: Record = {**asdict(case), "key": case.key, "truth": case.names, "version": version, "study": "causes"}
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         try:
@@ -90,78 +77,116 @@ def run(case: Case) -> dict[str, Any]:
             numbers = bayestouch.diagnose(dataset, sample=False, draws=64, seed=0).numbers
         except Exception as error:  # a study of many runs counts failures, it does not stop at one
             return {**record, "error": f"{type(error).__name__}: {error}"}
-    found = {"causes": numbers["causes"], "verdict": numbers["verdict"], "stated": stated(numbers)}
+    found = {"causes": numbers["causes"], "verdict": numbers["verdict"]}
+    found["stated"] = stated([each["name"] for each in numbers["effects"]], numbers["verdict"])
     return {**record, **found, "processor_s": time.process_time() - began}
 
 
-def forecasts(results: Sequence[Mapping[str, Any]]) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Of each finger: probability of the first set, whether it is right, probability of all right sets, the rule's."""
-    first = [each["causes"][0] for each in results]
-    hit = [right(one["names"], each["truth"]) for one, each in zip(first, results, strict=True)]
-    total = [sum(c["probability"] for c in each["causes"] if right(c["names"], each["truth"])) for each in results]
-    rule = [MOST if right(each["stated"], each["truth"]) else 1 - MOST for each in results]
-    return np.array([one["probability"] for one in first]), np.array(hit), np.array(total), np.array(rule)
+def with_statement(record: Record) -> Record:
+    """A result of `causes`, `blind_study` or `error_rates` with truth, causes, and what the verdict states."""
+    if "diagnosis" in record:  # of `error_rates`
+        said = record["diagnosis"]
+        record = {**record, "truth": record["names"], "causes": said["causes"], "verdict": said["verdict"]}
+        record["effects_found"] = said["effects"]
+    if "stated" in record or "causes" not in record:
+        return record
+    return {**record, "stated": stated([each["name"] for each in record["effects_found"]], record["verdict"])}
 
 
-def tables(results: Sequence[Mapping[str, Any]]) -> str:
-    """Reliability of the first set of causes, and both log scores, by kind of finger."""
-    sure, hit, _, _ = forecasts(results)
-    rows = []
-    for low, high in pairwise(EDGES):
-        inside = (sure > low) & (sure <= high)
-        if inside.any():
-            share = f"{100 * hit[inside].mean():.0f}"
-            rows.append([f"{low:g} to {high:g}", str(inside.sum()), f"{100 * sure[inside].mean():.0f}", share])
-    first = markdown_table(("probability of the first set", "fingers", "mean probability, %", "right, %"), rows)
-    by_kind = []
-    for kind in ("none", "one", "pair", "unlisted", "all"):
-        some = [each for each in results if kind in (each["kind"], "all")]
-        if some:
-            sure, hit, total, rule = forecasts(some)
-            score, other = (float(np.log(np.clip(each, LEAST, MOST)).mean()) for each in (total, rule))
-            shares = (f"{100 * sure.mean():.0f}", f"{100 * hit.mean():.0f}", f"{100 * (rule > 0.5).mean():.0f}")
-            by_kind.append([KINDS[kind], str(len(some)), *shares, f"{score:.2f}", f"{other:.2f}"])
-    head = ("simulated", "fingers", "mean probability of the first set, %", "right, %", "verdict right, %")
-    second = markdown_table((*head, "log score", "log score of the verdict"), by_kind)
-    return f"{first}\nExpected calibration error {calibration_error(results):.3f}.\n\n{second}"
+def of_versions(results: Sequence[Record], versions: Sequence[str]) -> list[Record]:
+    """Results of these versions of the code; of one version alone if none is named.
+
+    Raises
+    ------
+    ValueError
+        There are several versions and none is named, or one that is named has no result.
+    """
+    present = Counter(map(version_of, results))
+    if not versions and len(present) > 1:
+        shown = ", ".join(f"{name} ({count})" for name, count in present.items())
+        raise ValueError(f"results are of several versions of the code, name those that belong together: {shown}")
+    if missing := set(versions) - set(present):
+        raise ValueError(f"no results of version {', '.join(sorted(missing))}")
+    return [each for each in results if not versions or version_of(each) in versions]
 
 
-def calibration_error(results: Sequence[Mapping[str, Any]]) -> float:
-    """Mean over fingers of the difference between probability and share right, in the bins of the table."""
-    sure, hit, _, _ = forecasts(results)
-    inside = np.digitize(sure, EDGES[1:-1], right=True)
-    return float(sum(abs((hit - sure)[inside == k].sum()) for k in np.unique(inside)) / len(sure))
+def unique(results: Sequence[Record]) -> list[Record]:
+    """Of each case by each version the last result."""
+    return list({(each["key"], version_of(each)): each for each in results}.values())
 
 
-KINDS = {"none": "nothing", "one": "one effect", "pair": "two effects", "unlisted": "an unlisted cause", "all": "all"}
+def summary(results: Sequence[Record]) -> str:
+    """Tables of all results together, with versions, and how many fingers were fresh."""
+    done = [each for each in results if each.get("causes")]
+    failed = sum("error" in each for each in results)
+    beyond = sum(bool({"out_of_reach", "not_simulated"} & each.keys()) for each in results)
+    versions = ", ".join(f"`{name}`" for name in sorted({version_of(each) for each in results}))
+    looked_at = sum(is_of_development(each) for each in done)
+    counted = f"{len(done)} fingers, {looked_at} of them of the development set. Diagnoses that failed: {failed}; "
+    head = f"{counted}out of reach of the size: {beyond}. Version of the code: {versions}."
+    return f"{head}\n\n{tables(done)}" if done else f"{head}\n"
 
 
-def main() -> None:
+def is_of_development(record: Record) -> bool:
+    """Whether it is one of the fingers on which the search was adjusted."""
+    if "commit" in record:  # of `blind_study`
+        return bool(record["commit"] == "development")
+    kind, effects, seed, design = record["kind"], record["effects"], record["seed"], record["design"]
+    return Case(kind, effects, seed, design).finger < FRESH
+
+
+def planned(first: int, fingers: int) -> list[Case]:
+    """Cases of these fingers, which take turns, so that a part of a run is a fair sample."""
+    by_finger = [cases(range(each, each + 1), "small") for each in range(first, first + fingers)]
+    return [case for turn in zip(*by_finger, strict=True) for case in turn]
+
+
+def main(arguments: list[str] | None = None) -> list[Record]:
     """Run what is not in the file of results yet, and print the tables."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n", 1)[0])
     parser.add_argument("-o", "--results", type=Path, default=Path("causes.jsonl"), help="a line a finger")
-    parser.add_argument("--development", action="store_true", help="fingers for looking")
-    parser.add_argument("--fingers", type=int, default=10, help="number of fingers, each with some 100 cases")
+    parser.add_argument("--development", action="store_true", help="fingers from 0 on, for looking")
+    parser.add_argument("--first", type=int, default=FRESH, metavar="N", help="number of the first finger")
+    parser.add_argument("--fingers", type=int, default=13, help="number of fingers, each with 97 cases")
+    parser.add_argument("--processes", type=int, default=1)
     parser.add_argument("--cases", type=int, metavar="N", help="end after N new cases")
-    parser.add_argument("--docs", action="store_true", help="write the tables of docs/diagnosis.md from the results")
-    given = parser.parse_args()
-    results = [json.loads(line) for line in given.results.read_text().splitlines()] if given.results.exists() else []
-    if not given.docs:
-        first = DEVELOPMENT.start if given.development else FRESH
-        by_finger = [cases(range(each, each + 1), "small") for each in range(first, first + given.fingers)]
-        done = {each["key"] for each in results if version_of(each) == code_version()}
-        left = [case for turn in zip(*by_finger, strict=True) for case in turn if case.key not in done]
-        for case in left[: given.cases]:
-            results.append(run(case))
-            with given.results.open("a") as file:
-                file.write(json.dumps(results[-1]) + "\n")
-    latest = newest(results)
-    text = tables([each for each in latest if "causes" in each])
-    failed = sum("error" in each for each in latest)
-    text += f"\nDiagnoses that failed: {failed}.\n"
+    parser.add_argument("--with", type=Path, nargs="+", default=[], dest="others", help="other files to pool")
+    parser.add_argument("--versions", nargs="+", default=[], help="versions of the code that belong together")
+    parser.add_argument("--tables", action="store_true", help="run nothing: print the tables")
+    parser.add_argument("--docs", action="store_true", help="run nothing: write tables and diagram of the page")
+    parser.add_argument("--diagram", type=Path, metavar="FILE", help="also save the diagram")
+    given = parser.parse_args(arguments)
+    results = kept_lines(given.results)
+    if not (given.tables or given.docs):
+        version = code_version()
+        done = {each["key"] for each in results if version_of(each) == version}
+        every = planned(0 if given.development else given.first, given.fingers)
+        left = [case for case in every if case.key not in done][: given.cases]
+        with appending(given.results) as append:
+            for _, record in tqdm(
+                finished(run, version, left, processes=given.processes), total=len(left), disable=None
+            ):
+                results.append(record)
+                append(record)
+    for path in given.others:
+        if not path.exists():
+            parser.exit(2, f"{parser.prog}: no file {path}\n")
+        results += kept_lines(path)
+    try:
+        pooled = [with_statement(each) for each in of_versions(unique(results), given.versions)]
+    except ValueError as reason:
+        parser.exit(2, f"{parser.prog}: {reason}\n")
+    text = summary(pooled)
     print(text)
+    some = [each for each in pooled if each.get("causes")]
+    if given.diagram is not None and some:
+        save_diagram(some, given.diagram)
     if given.docs:
-        put_into_page("causes.py", text, DOCS / "diagnosis.md")
+        if not some:
+            parser.exit(2, f"{parser.prog}: no results for the page\n")
+        put_into_page("causes.py", text + FIGURE, DOCS / "diagnosis.md")
+        save_diagram(some, DIAGRAM)
+    return pooled
 
 
 if __name__ == "__main__":

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from bayestouch.diagnosis.choice import indistinguishable_from, most_probable
 from bayestouch.diagnosis.comparison import (
     density,
     gained,
@@ -29,7 +29,7 @@ from bayestouch.model.noise_posterior import settled_noise
 from bayestouch.model.noise_search import score_noise
 from bayestouch.model.peaks import settled
 from bayestouch.model.significance import at_least_one
-from bayestouch.output.progress import Progress, staged
+from bayestouch.output.progress import Progress, staged, tell
 
 # Fractions of a round's time at the end of scoring and of refitting; the correction follows.
 SCORED, REFITTED = 0.25, 0.8
@@ -42,6 +42,8 @@ CHANCE = 0.01
 ERRORS = 3.0
 # What it explains is at least a tenth of the noise of an averaged touch (root mean square).
 MATERIAL = 0.1
+# However many readings there are, so large a gain of log density is relevant.
+ENOUGH_GAIN = 50.0
 # It explains this share of what can be explained.
 SHARE = 0.3
 # Together with the effects found after it, it explains this share. A cause that is not in the catalogue can make a
@@ -51,10 +53,6 @@ TOGETHER = 0.75
 TOGETHER_RANDOM = 0.6
 # Number of other effects that are tried as the first one if the best one does not lead to a model within the noise.
 OTHER_STARTS = 2
-# Candidates are indistinguishable from the best if their held-out density is within this many standard errors of its.
-INDISTINGUISHABLE = 2.0
-# A cause is preferred to a random function of time if it explains this share of what that explains of the means.
-NEARLY = 0.9
 # A random function of time is not tried if less than this share of it is distinct from the model.
 VISIBLE = 0.2
 
@@ -73,9 +71,11 @@ def search(
     found = _retained(rounds, effects, scheduler)
     # If time is place, a drift could follow everything, so it is not tried as another first effect.
     if rounds[0].added is not None and not fitted.model.time_is_place and not _within_noise(found):
-        for begun in (*with_undecided_drift(found[-1]), *_other_firsts(rounds[0])):
+        done = len(rounds)
+        for number, begun in enumerate((*with_undecided_drift(found[-1]), *_other_firsts(rounds[0])), start=2):
             kept = found[:-1] if begun.before is found[-1].before else ()
-            again = (*kept, *_greedy(begun, effects, None, scheduler))
+            again = (*kept, *_greedy(begun, effects, progress, scheduler, done, f"start {number}"))
+            done += len(again)
             drift = begun.added is None or not kept or still_drift(begun.added.effect, again[-1].before)
             if drift and _count_retained(again) == len(again) - 1 and _within_noise(again):
                 return (replace(again[0], real=()), *again[1:])
@@ -86,7 +86,7 @@ def _other_firsts(first: SearchRound) -> list[SearchRound]:
     """The first round with other real effects added."""
     others = [each for each in first.real if first.added and each.effect.name != first.added.effect.name][:OTHER_STARTS]
     return [
-        replace(first, added=replace(other, indistinguishable=_indistinguishable_from(other, first.real)), dropped=())
+        replace(first, added=replace(other, indistinguishable=indistinguishable_from(other, first.real)), dropped=())
         for other in others
     ]
 
@@ -118,24 +118,31 @@ def _retained(
 
 
 def _greedy(
-    first: SearchRound, effects: tuple[Effect, ...], progress: Progress | None, scheduler: str | None
+    first: SearchRound,
+    effects: tuple[Effect, ...],
+    progress: Progress | None,
+    scheduler: str | None,
+    done: int = 0,
+    start: str = "",
 ) -> tuple[SearchRound, ...]:
-    """All rounds: the first, and further ones until one adds nothing."""
+    """All rounds: the first, and further ones until one adds nothing. `done` rounds belong to other starts."""
     rounds, current = [], first
     while current.added is not None and current.added.fitted is not None:
         fitted, dropped = _needed(settled(current.added.fitted), current)
         effects = tuple(each for each in effects if each.name not in dropped)
         rounds.append(replace(current, dropped=dropped))
-        current = replace(one_round(fitted, effects, _part(progress, len(rounds)), scheduler), real=())
+        current = replace(one_round(fitted, effects, _part(progress, len(rounds), done, start), scheduler), real=())
         if len(rounds) == MOST_EFFECTS:
             current = replace(current, added=None)
     return (*rounds, current)
 
 
-def _part(progress: Progress | None, done: int) -> Progress:
-    """Progress of a round. The number of rounds is not known, so each takes a smaller part of the rest."""
-    start, end = done / (done + 1), (done + 1) / (done + 2)
-    return staged(progress, start, end, f"round {done + 1}") or (lambda share: None)
+def _part(progress: Progress | None, number: int, before: int = 0, start: str = "") -> Progress:
+    """Progress of a round of a start. The number of rounds is not known, so each takes a smaller part of the rest."""
+    done = number + before
+    first, last = done / (done + 1), (done + 1) / (done + 2)
+    name = ", ".join(filter(None, (start, f"round {number + 1}")))
+    return staged(progress, first, last, name) or (lambda share: None)
 
 
 def _count_retained(rounds: tuple[SearchRound, ...]) -> int:
@@ -176,17 +183,21 @@ def one_round(
     fitted: Fitted, effects: tuple[Effect, ...], progress: Progress, scheduler: str | None = None
 ) -> SearchRound:
     """One round: score all effects, refit the best ones, and choose one or none."""
+    tell(progress, 0.0, "scores")
     scored = score_effects(fitted, effects)
-    progress(SCORED)
     noise = tuple(each for each in of_noise(effects) if each.name not in fitted.names)
     scattered = score_noise(fitted, noise)
     trials = sum(each.trials for each in scored) + len(scattered)
     before, least = density(fitted), _smallest_gain(fitted)
     leading = [c for c in scored if _passes(c.z, trials) and c.gain > 0][:LEADING]
     part = (REFITTED - SCORED) / max(len(leading), 1)
-    again = refit_all(
-        fitted, leading, before, ERRORS, least, scheduler, lambda number: progress(SCORED + part * number)
-    )
+    stages = [*(f"refit {each.effect.name}" for each in leading), "functions of place"]
+
+    def refitting(number: int) -> None:
+        tell(progress, SCORED + part * number, stages[number])
+
+    refitting(0)
+    again = refit_all(fitted, leading, before, ERRORS, least, scheduler, refitting)
     refitted = {each.effect.name: each for each in again}
     correction = fit_correction(fitted)
     progress(1.0)
@@ -207,9 +218,9 @@ def one_round(
     within = [each for each in real if each.effect.needs_samples and each.noise is None]
     if within and real[0].noise is not None:
         real = within
-    added = _most_probable(real) if real else None
+    added = most_probable(real) if real else None
     if added is not None:
-        added = replace(added, indistinguishable=_indistinguishable_from(added, tried))
+        added = replace(added, indistinguishable=indistinguishable_from(added, tried))
         if added.noise is not None:
             found = settled_noise(fitted, added.noise)
             added = replace(added, found_noise=found, fitted=with_noise(fitted, found))
@@ -224,7 +235,7 @@ def one_round(
 
 def _smallest_gain(fitted: Fitted) -> float:
     """Gain of the smallest effect that is relevant; for many readings a constant, smaller limit applies."""
-    return min(0.5 * MATERIAL**2 * fitted.n_readings, 50.0)
+    return min(0.5 * MATERIAL**2 * fitted.n_readings, ENOUGH_GAIN)
 
 
 def _passes(z: float, trials: int) -> bool:
@@ -254,47 +265,3 @@ def _share(tried: Tried, scored: Candidate, possible: float) -> float:
     if np.isfinite(tried.gain):
         gain = tried.gain if tried.by_itself else tried.of_means
     return float(np.clip(gain / possible, 0.0, 1.0))
-
-
-def _most_probable(real: list[Tried]) -> Tried:
-    """Effect to add: the best one or, among other effects that are as good, the most probable one.
-
-    Random functions of time can follow much that they do not cause. Of several equally good effects, the better guess
-    has fewer values, or values closer to what was expected (Schwarz' criterion).
-    """
-    best = real[0]
-    if best.noise is not None:
-        return best
-    plain = [each for each in real if each.noise is None and not each.effect.random]
-    as_good = [each for each in plain if each is best or _as_good(each, best)]
-    if not as_good and best.effect.random:
-        # If a cause explains nearly as much, take it first; the next round can add the random function. The comparison
-        # uses touch means, because a random function also gains density by being uncertain.
-        most = max(plain, key=lambda each: each.of_means, default=best)
-        return most if most.of_means > NEARLY * best.of_means else best
-    return min(as_good, key=_schwarz_criterion) if as_good else best
-
-
-def _as_good(other: Tried, best: Tried) -> bool:
-    """True if an effect predicts held-out touches as well as the best, within the error of the difference."""
-    if other.difference is None or best.difference is None:
-        return False
-    gain, error = paired(best.difference - other.difference)
-    return gain < INDISTINGUISHABLE * error
-
-
-def _schwarz_criterion(tried: Tried) -> float:
-    assert tried.fitted is not None
-    touches = tried.fitted.model.known.n_touches
-    return tried.fitted.linear.cost() + 0.5 * len(tried.effect.parameters) * float(np.log(touches))
-
-
-def _indistinguishable_from(added: Tried, tried: Sequence[Tried]) -> tuple[str, ...]:
-    """Names of refitted candidates that predict held-out touches as well, within the error of the difference."""
-    out = []
-    for each in tried:
-        if each.effect.name == added.effect.name or each.noise is not None or added.noise is not None:
-            continue
-        if _as_good(each, added):
-            out.append(each.effect.name)
-    return tuple(out)

@@ -9,6 +9,8 @@ from typing import Any
 
 # Function that is called with the fraction of the work that is done, between 0 and 1.
 Progress = Callable[[float], None]
+# Characters of label and stages: in a terminal of 80 columns the rest has percentage, bar and times.
+MOST_TEXT = 46
 
 
 @dataclass(frozen=True)
@@ -36,10 +38,7 @@ class Stage:
     def tell(self, fraction: float, inner: str) -> None:
         """Report the fraction of this stage that is done, and the name of the stage within it."""
         done, name = self.first + (self.last - self.first) * fraction, ", ".join(filter(None, (self.name, inner)))
-        if isinstance(self.task, Stage | Bar):
-            self.task.tell(done, name)
-        else:
-            self.task(done)
+        tell(self.task, done, name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +60,25 @@ class Bar:
         self.tell(fraction, "")
 
     def tell(self, fraction: float, stage: str) -> None:
-        """Show the fraction that is done, and the name of the stage."""
-        self.bar.set_description_str(f"{self.label}: {stage}" if stage else self.label, refresh=False)
+        """Show the fraction that is done, and the name of the stage; outer stages only where there is room."""
+        self.bar.set_description_str(shortened(f"{self.label}: ", stage) if stage else self.label, refresh=False)
         self.bar.update(max(fraction - self.bar.n, 0.0))
+
+
+def shortened(label: str, stages: str) -> str:
+    """Label with stages, outermost first, without the outer ones that make the text longer than `MOST_TEXT`."""
+    while len(label) + len(stages) > MOST_TEXT and ", " in stages:
+        stages = stages.partition(", ")[2]
+    text = label + stages
+    return text if len(text) <= MOST_TEXT else f"{text[: MOST_TEXT - 1]}…"
+
+
+def tell(progress: Progress, fraction: float, stage: str) -> None:
+    """Report the fraction that is done, and the name of what begins now if `progress` can show it."""
+    if isinstance(progress, Stage | Bar):
+        progress.tell(fraction, stage)
+    else:
+        progress(fraction)
 
 
 def staged(progress: Progress | None, first: float, last: float, name: str = "") -> Progress | None:

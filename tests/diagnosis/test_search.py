@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from scipy.special import ndtri
 
-from bayestouch.diagnosis import comparison, search
+from bayestouch.diagnosis import choice, comparison, search
 from bayestouch.diagnosis.place_or_time import PlaceOrTime
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 from bayestouch.effects.noise import NoiseEffect
 from bayestouch.effects.random import BaselineDrift
+from bayestouch.output.progress import Bar
 
 DRIFT = BaselineDrift(())
 
@@ -38,7 +39,7 @@ def one_round(added: Tried | None, best_share: float = 100.0, **changes: Any) ->
 def test_settings() -> None:
     """What docs/diagnose.md says of the search rests on these."""
     assert (search.CHANCE, search.ERRORS, search.MATERIAL, search.SHARE) == (0.01, 3.0, 0.1, 0.3)
-    assert (search.TOGETHER, search.TOGETHER_RANDOM, search.INDISTINGUISHABLE, search.NEARLY) == (0.75, 0.6, 2.0, 0.9)
+    assert (search.TOGETHER, search.TOGETHER_RANDOM, choice.INDISTINGUISHABLE, choice.NEARLY) == (0.75, 0.6, 2.0, 0.9)
     assert (search.LEADING, search.MOST_EFFECTS, search.OTHER_STARTS, search.VISIBLE) == (5, 4, 2, 0.2)
 
 
@@ -122,6 +123,32 @@ def test_parts_of_the_progress() -> None:
     assert search._part(None, 0)(0.5) is None
 
 
+def test_the_progress_says_what_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Scores, each refit by its name, functions of place; the second round of a third start after four other rounds."""
+    told: list[tuple[str, float]] = []
+
+    class Told:
+        """What a bar of tqdm is told."""
+
+        n, text = 0.0, ""
+
+        def set_description_str(self, text: str, refresh: bool) -> None:
+            self.text = text
+
+        def update(self, more: float) -> None:
+            self.n += more
+            told.append((self.text, self.n))
+
+    round_of_start = search._part(Bar("diagnose", Told()), 1, 4, "start 3")
+    real = {name: priced(name, 9.0, gain=90.0, of_means=80.0) for name in ("a", "b")}
+    scored_round(monkeypatch, [candidate("a"), candidate("b")], real, [], progress=round_of_start)
+    texts = list(dict.fromkeys(text for text, _ in told))
+    head = "diagnose: start 3, round 2"
+    assert texts == [head, *(f"{head}, {each}" for each in ("scores", "refit a", "refit b", "functions of place"))]
+    shares = [share for _, share in told]
+    assert shares == sorted(shares) and shares[-1] == pytest.approx(6 / 7)
+
+
 @pytest.mark.parametrize(("readings", "least"), [(1000, 5.0), (10_000, 50.0), (20_000, 50.0)])
 def test_least_gain(readings: int, least: float) -> None:
     """Half the squares of a tenth of the noise: n/200, and no more than 50."""
@@ -186,10 +213,10 @@ def test_as_good_is_within_two_standard_errors() -> None:
     """Differences of 1 ± 1 over 9 touches: a sum of 9 with a standard error of 3 sqrt(9/8) = 3.18, 2.8 of them."""
     best = tried(**paired(*np.zeros(9)))
     shape = np.array([1.0, -1, 1, -1, 1, -1, 1, -1, 0])  # sum 0, sample variance 1: standard error 3
-    assert search._as_good(tried(**paired(*(shape - 5.99 / 9))), best)
-    assert not search._as_good(tried(**paired(*(shape - 6.01 / 9))), best)
-    assert search._as_good(tried(**paired(*(shape + 50))), best)
-    assert not search._as_good(tried(), best) and not search._as_good(best, tried())
+    assert choice.as_good(tried(**paired(*(shape - 5.99 / 9))), best)
+    assert not choice.as_good(tried(**paired(*(shape - 6.01 / 9))), best)
+    assert choice.as_good(tried(**paired(*(shape + 50))), best)
+    assert not choice.as_good(tried(), best) and not choice.as_good(best, tried())
 
 
 def test_names_of_what_cannot_be_told_apart() -> None:
@@ -197,8 +224,8 @@ def test_names_of_what_cannot_be_told_apart() -> None:
     added = tried("added", **paired(*np.zeros(9)))
     others = [tried("like", **paired(*shape)), tried("worse", **paired(*(shape - 1))), added]
     noise = tried("noise", noise=SimpleNamespace(), **paired(*shape))
-    assert search._indistinguishable_from(added, [*others, noise]) == ("like",)
-    assert search._indistinguishable_from(noise, others) == ()
+    assert choice.indistinguishable_from(added, [*others, noise]) == ("like",)
+    assert choice.indistinguishable_from(noise, others) == ()
 
 
 def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
@@ -211,20 +238,20 @@ def priced(name: str, cost: float, count: int = 1, **changes: Any) -> Tried:
 
 
 def test_price_is_schwarz_criterion() -> None:
-    assert search._schwarz_criterion(priced("a", 12.0, 3)) == pytest.approx(12 + 1.5 * np.log(100))
+    assert choice.schwarz_criterion(priced("a", 12.0, 3)) == pytest.approx(12 + 1.5 * np.log(100))
 
 
 def test_the_plainest_of_those_as_good() -> None:
     """Two parameters more cost log 100 = 4.6."""
     best, plain = priced("best", 10.0, 3), priced("plain", 14.5, 1, sign=-1.0)
-    assert search._most_probable([best, plain]) is plain
+    assert choice.most_probable([best, plain]) is plain
     dear = priced("dear", 14.7, 1, sign=-1.0)
-    assert search._most_probable([best, dear]) is best
+    assert choice.most_probable([best, dear]) is best
     far = priced("far", 1.0, difference=np.zeros(9) - np.array([9.0, 8, 9, 8, 9, 8, 9, 8, 9]))
-    assert search._most_probable([best, far]) is best
+    assert choice.most_probable([best, far]) is best
     noise = tried("noise", noise=SimpleNamespace())
-    assert search._most_probable([noise, plain]) is noise
-    assert search._most_probable([best, noise]) is best
+    assert choice.most_probable([noise, plain]) is noise
+    assert choice.most_probable([best, noise]) is best
 
 
 @pytest.mark.parametrize(("of_means", "cause"), [(45.0, False), (45.1, True)])
@@ -233,8 +260,8 @@ def test_a_cause_goes_before_a_random_function(of_means: float, cause: bool) -> 
     drift = tried(effect=DRIFT, **paired(*np.full(9, 9.0)))
     far = tried("far", of_means=of_means, **paired(*np.arange(9.0) / 10))
     less = tried("less", of_means=20.0, **paired(*np.arange(9.0) / 10))
-    assert search._most_probable([drift, less, far]) is (far if cause else drift)
-    assert search._most_probable([drift]) is drift
+    assert choice.most_probable([drift, less, far]) is (far if cause else drift)
+    assert choice.most_probable([drift]) is drift
 
 
 def test_earlier_effects_that_are_needed_no_more(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -325,6 +352,7 @@ def scored_round(
     refitted: dict[str, Any],
     noise: list[Any],
     correction: Any = None,
+    progress: Any = None,
 ) -> tuple[SearchRound, dict[str, Any]]:
     """One round with these scores, and what each name becomes when it is refitted; 1000 readings, excess 40."""
     said: dict[str, Any] = {"progress": []}
@@ -349,7 +377,7 @@ def scored_round(
     monkeypatch.setattr(search, "settled_noise", lambda fitted, noise: ("settled", noise))
     monkeypatch.setattr(search, "with_noise", lambda fitted, found: ("with", found))
     known = Hum()
-    found = search.one_round(fitted, (known, Other(), effect("x")), said["progress"].append)  # type: ignore[arg-type]
+    found = search.one_round(fitted, (known, Other(), effect("x")), progress or said["progress"].append)  # type: ignore[arg-type]
     return found, said
 
 
@@ -361,7 +389,7 @@ def test_a_round_without_anything_real(monkeypatch: pytest.MonkeyPatch) -> None:
     """None is refitted whose score is chance or whose gain is none; the best score comes first."""
     scored = [candidate("low", z=-2.0), candidate("high", z=3.0), candidate("none", z=9.0, gain=0.0)]
     found, said = scored_round(monkeypatch, scored, {}, [])
-    assert said["leading"] == [] and said["progress"] == [0.25, 1.0] and found.added is None
+    assert said["leading"] == [] and said["progress"] == [0.0, 0.25, 1.0] and found.added is None
     assert [each.name for each in said["noise"]] == ["other"]
     assert [(each.effect.name, each.z) for each in found.tried] == [("none", 9.0), ("high", 3.0), ("low", -2.0)]
     # No correction: what can be explained is the excess.
@@ -392,7 +420,7 @@ def test_a_round_that_adds_an_effect(monkeypatch: pytest.MonkeyPatch) -> None:
     assert said["leading"] == names[:5] and said["errors"] == 3.0 and said["least"] == pytest.approx(5.0)
     assert found.held_out_in_place is not None and all(np.isnan(each.scored_gain) for each in found.tried)
     np.testing.assert_array_equal(found.held_out_in_place["times"], [15.0, 15.5, 16.0])
-    np.testing.assert_allclose(said["progress"], [0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 1.0])
+    np.testing.assert_allclose(said["progress"], [0.0, 0.25, 0.36, 0.47, 0.58, 0.69, 0.8, 1.0])
     # 30 + 31 + 32 with the spread of three numbers one apart; more than the excess.
     assert found.best_share == found.correction_gain == 93.0 and found.correction_se == pytest.approx(np.sqrt(3))
     # As good as the best, and cheaper.

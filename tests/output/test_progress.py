@@ -48,6 +48,22 @@ def test_a_stage_within_a_stage_is_named_and_takes_its_share() -> None:
     ]
 
 
+@pytest.mark.parametrize(
+    ("stages", "text"),
+    [
+        ("search, round 2, refit crosstalk", "diagnose: search, round 2, refit crosstalk"),
+        ("search, round 2, refit prober_eccentricity", "diagnose: round 2, refit prober_eccentricity"),
+        ("search, start 2, round 2, refit aperture", "diagnose: start 2, round 2, refit aperture"),
+        ("search, round 2, refit " + 40 * "x", "diagnose: refit " + 29 * "x" + "…"),
+    ],
+)
+def test_the_text_of_a_bar_leaves_room_in_80_columns(stages: str, text: str) -> None:
+    """Percentage, times and a bar of one character take 33; outer stages go first."""
+    drawn = Drawn()
+    Bar("diagnose", drawn).tell(0.5, stages)
+    assert drawn.text == text and len(text) + 33 < 80
+
+
 def test_a_function_of_a_user_is_told_fractions_alone() -> None:
     told: list[float] = []
     stage = staged(staged(told.append, 0.5, 1.0, "diagnose"), 0.0, 0.5, "round 1")

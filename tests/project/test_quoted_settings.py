@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from bayestouch.baselines import reading as baselines
 from bayestouch.data import parquet, tables, toml_text, touch_source
-from bayestouch.diagnosis import comparison, search
+from bayestouch.diagnosis import blocks, choice, comparison, harm, place_or_time, search, verdict
 from bayestouch.finger import priors
 from bayestouch.finger.reading import alternatives, profile
 from bayestouch.model import split_data as parted
@@ -82,3 +83,26 @@ def test_a_setting_is_quoted_as_it_is(page: str, sentence: str) -> None:
     """A constant that changes makes this fail until the page says the new value."""
     text = " ".join((DOCS / page).read_text("utf-8").replace("\n* ", "\n").split())
     assert " ".join(sentence.split()) in text
+
+
+#: Modules of the search and the verdict whose numbers are limits that were set by hand.
+OF_DIAGNOSIS = (blocks, choice, comparison, harm, place_or_time, search, verdict)
+#: Fractions of the time of a round: they are for the progress bar.
+NO_LIMITS = {"search.SCORED", "search.REFITTED"}
+
+
+def test_all_limits_of_the_diagnosis_are_in_its_table() -> None:
+    """Each number that is defined in these modules has a row with its value and a reason, and no row has another."""
+    page = (DOCS / "diagnosis.md").read_text("utf-8").partition("### Limits that are set by hand")[2]
+    rows = re.findall(r"^\| [^|]+ \| ([\d.]+) \| `(\w+\.[A-Z_]+)` \| ([^|]+) \|$", page.partition("\n### ")[0], re.M)
+    quoted = {constant: float(value) for value, constant, _ in rows}
+    defined = {}
+    for module in OF_DIAGNOSIS:
+        source = Path(module.__file__).read_text("utf-8")
+        for names in re.findall(r"^([A-Z_]+(?:, [A-Z_]+)*) = ", source, re.M):
+            for name in names.split(", "):
+                value = getattr(module, name)
+                if isinstance(value, int | float):
+                    defined[f"{module.__name__.rpartition('.')[2]}.{name}"] = value
+    assert quoted == {name: value for name, value in defined.items() if name not in NO_LIMITS}
+    assert len(rows) == len(quoted) and all(reason.strip() for *_, reason in rows)

@@ -141,8 +141,95 @@ def test_it_refuses_without_a_tag(repository: Path) -> None:
         runs.frozen_commit(repository, "another", ("code",))
 
 
-def test_what_makes_results_is_frozen() -> None:
+def test_what_makes_and_counts_results_is_frozen() -> None:
+    """Every file of the studies that the command imports, directly or not; the figures of other studies are not."""
     assert all((STUDIES.parent / path).exists() for path in runs.FROZEN)
+    left, seen = ["blind_study"], set()
+    while left:
+        name = left.pop()
+        seen.add(f"studies/{name}.py")
+        tree = ast.parse((STUDIES / f"{name}.py").read_text("utf-8"))
+        modules = {each.module for each in ast.walk(tree) if isinstance(each, ast.ImportFrom)}
+        modules |= {one.name for each in ast.walk(tree) if isinstance(each, ast.Import) for one in each.names}
+        here = {each for each in modules if each and (STUDIES / f"{each}.py").exists()}
+        left += [each for each in here if f"studies/{each}.py" not in seen]
+    assert {"studies/_blind_tables.py", "studies/_cause_rules.py"} <= seen <= set(runs.FROZEN)
+
+
+def test_it_refuses_the_package_of_another_checkout(tmp_path: Path) -> None:
+    runs.require_own_package()
+    with pytest.raises(runs.FrozenError, match=r"bayestouch is imported from .*, which is not in"):
+        runs.require_own_package(tmp_path)
+
+
+def test_a_refusal_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    def elsewhere() -> None:
+        raise runs.FrozenError("bayestouch is imported from elsewhere")
+
+    monkeypatch.setattr(blind, "require_own_package", elsewhere)
+    with pytest.raises(SystemExit) as ended:
+        blind.main(["-o", str(tmp_path), "--development"])
+    assert ended.value.code == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_an_error_of_the_simulation_is_a_result(monkeypatch: pytest.MonkeyPatch) -> None:
+    def simulate(*_: Any) -> None:
+        raise ZeroDivisionError("in\ntwo lines")
+
+    monkeypatch.setattr(blind, "simulate", simulate)
+    record = blind.run("development", blind.trial_cases()[0])
+    assert record["not_simulated"] == "ZeroDivisionError: in two lines"
+    text = tables.tables([record, result("none", [], [], "adequate")])
+    assert "Cases that could not be simulated, left out: 1." in text and "in two lines" in text
+    assert "| nothing is missing: `adequate` | 1 of 1 |" in text
+
+
+@pytest.fixture
+def diagnosis() -> Any:
+    """What a diagnosis gives, as far as the study looks at it."""
+    numbers = {"verdict": "adequate", "effects": [], "not_distinguishable": [], "in_place": None, "causes": []}
+    return SimpleNamespace(numbers=numbers, calibration_before=0.0, calibration_after=0.0)
+
+
+def test_an_error_in_the_exam_leaves_the_diagnosis(
+    diagnosis: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import bayestouch
+
+    def exam(table: Path, *_: Any) -> None:
+        raise ValueError(f"{table}: cannot be read")
+
+    monkeypatch.setattr(runs, "exam", exam)
+    monkeypatch.setattr(bayestouch, "load_dataset", lambda folder: folder)
+    monkeypatch.setattr(bayestouch, "diagnose", lambda *_, **__: diagnosis)
+    unused: Any = None
+    said = runs.diagnosed(tmp_path / "finger", unused)
+    assert said["verdict"] == "adequate"
+    assert said["exam_error"] == "ValueError: finger/exam.csv: cannot be read"
+    record = {key: value for key, value in result("none", [], []).items() if key != "exam"} | said
+    text = tables.tables([record])
+    assert "| nothing is missing: `adequate` | 1 of 1 |" in text
+    assert "Exams that failed, so that nothing is known of these readings: 1." in text and "cannot be read" in text
+    assert "0 of 0 readings" in text
+
+
+def test_half_a_line_of_a_killed_run_is_left_out_and_made_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    first, *others = blind.trial_cases()
+    same = {"commit": "development", "version": blind.code_version()}
+
+    def run(commit: str, case: Any) -> dict[str, Any]:
+        return result(case.kind, case.names, [], "adequate", key=case.key, **same)
+
+    monkeypatch.setattr(blind, "run", run)
+    whole, half = (json.dumps(run("", each)) for each in (first, others[0]))
+    (tmp_path / "results.jsonl").write_text(f"{whole}\n{half[: len(half) // 2]}")
+    assert [each["key"] for each in blind.kept(tmp_path)] == [first.key]
+    blind.main(["-o", str(tmp_path), "--development", "--processes", "1"])
+    lines = (tmp_path / "results.jsonl").read_text("utf-8").splitlines()
+    assert [json.loads(line)["key"] for line in lines] == [each.key for each in (first, *others)]
 
 
 def test_results_of_two_versions_are_refused(tmp_path: Path) -> None:
