@@ -20,12 +20,13 @@ _SYMBOLS = {"theta_c": "location θ_c", "R": "radius R", "P": "load P", "x": "x"
 
 
 def answer(numbers: dict[str, Any]) -> dict[str, Any]:
-    """Sentences and key numbers, from all other numbers of the report."""
+    """Sentences, those among them on the calibrated model, and key numbers, from all other numbers of the report."""
     errors, key_numbers = PAGES[numbers["data"]["body"]].errors_and_limits(numbers)
-    sentences = [*errors, *_intervals(numbers), *_model(numbers)]
+    of_model = _model(numbers)
+    sentences = [*errors, *_intervals(numbers), *of_model]
     if numbers["data"]["simulated"]:
         sentences.append("These touches are simulated: they say what such a sensor could do, not what one did.")
-    return {"sentences": sentences, "key_numbers": key_numbers}
+    return {"sentences": sentences, "of_model": of_model, "key_numbers": key_numbers}
 
 
 def _intervals(numbers: dict[str, Any]) -> list[str]:

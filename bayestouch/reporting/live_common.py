@@ -34,13 +34,11 @@ def new_figure(x: str, y: str, tips: list[tuple[str, str]], **options: Any) -> A
     return plot
 
 
-def coloured(values: Any, high: float, low: float | None = None) -> Any:
-    """Colour scale of a column: linear from 0 to `high`, or logarithmic from `low` if that is given."""
+def coloured(values: Any, low: float, high: float, logarithmic: bool = False) -> Any:
+    """Colour scale of a column from `low` to `high`."""
     from bokeh.transform import linear_cmap, log_cmap
 
-    if low is not None:
-        return log_cmap(values, "Cividis256", low, high)
-    return linear_cmap(values, "Cividis256", 0.0, high)
+    return (log_cmap if logarithmic else linear_cmap)(values, "Cividis256", low, high)
 
 
 def colour_bar(plot: Any, mapper: Any, title: str) -> None:

@@ -83,3 +83,8 @@ def before_after(diagnosis: dict[str, Any]) -> list[dict[str, Any]]:
             }
             found.append(row)
     return found
+
+
+def references_corrected(diagnosis: dict[str, Any]) -> bool:
+    """True if an error after is another one against references as the data set states them."""
+    return any(row["after"] != row["after_against_stated"] for row in before_after(diagnosis))

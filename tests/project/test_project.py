@@ -30,10 +30,13 @@ HEAVY = (
 
 
 def test_one_version() -> None:
-    release = re.search(r"^## \[(\d[^]]*)\]", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
-    cited = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
+    release = re.search(r"^## \[(\d[^]]*)\] - (\S+)$", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    citation = (ROOT / "CITATION.cff").read_text("utf-8")
+    cited = re.search(r"^version: (.+)$", citation, re.MULTILINE)
+    released = re.search(r"^date-released: (.+)$", citation, re.MULTILINE)
     assert release and release[1] == bayestouch.__version__
     assert cited and cited[1] == bayestouch.__version__
+    assert released and released[1] == release[2]
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     assert project["project"]["dynamic"] == ["version"]
     stated = (ROOT / project["tool"]["hatch"]["version"]["path"]).read_text("utf-8")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bayestouch.reporting.loop_bars import loop_bars
+from bayestouch.reporting.loop_bars import loop_bars, references_corrected
 
 
 def diagnosis(*effects: str, **changes: Any) -> dict[str, Any]:
@@ -43,3 +43,10 @@ def test_a_correction_without_a_cause_is_named() -> None:
 def test_no_bars_without_a_diagnosis() -> None:
     assert loop_bars(None) is None
     assert loop_bars({"missing": "No effect was searched for."}) is None
+
+
+def test_the_column_on_stated_references_is_there_where_it_says_something_else() -> None:
+    found = diagnosis("load_offset")
+    assert not references_corrected(found)  # as in files of 0.1.0
+    assert not references_corrected(found | {"after_against_stated": found["after"]})
+    assert references_corrected(found | {"after_against_stated": found["after"] | {"R_rms_mm": 0.9}})

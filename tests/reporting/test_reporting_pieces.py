@@ -216,6 +216,11 @@ def test_answer_tells_what_went_wrong() -> None:
     )
     for words in ("lack of fit 4.2", "power 0.63", "effective sample size 42", "at 2 of 3 touches"):
         assert words in text
+    # what the page says beside the calibration: all but the errors
+    only_errors = answer(minimal_pad_numbers())
+    assert only_errors["of_model"] == [] and len(only_errors["sentences"]) == 1
+    of_model = answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": bent}))["of_model"]
+    assert len(of_model) == 1 and "power 0.63" in of_model[0]
     straight = {**bent, "load_exponent": 1.01}
     assert "Linearity" not in str(answer(minimal_pad_numbers(calibration={"lack_of_fit": None, "linearity": straight})))
 

@@ -46,7 +46,9 @@ def sensor_figure(numbers: Mapping[str, Any], source: Any) -> Any:
     shapes = [_sector(1.02 * outer, 1.14 * outer, a - half, a + half, 4) for a in angle]
     ring = ColumnDataSource({name: values.tolist() for name, values in columns.items()})
     ring.data["xs"], ring.data["ys"] = [x for x, _ in shapes], [y for _, y in shapes]
-    mapper = coloured("R_error_mm", float(np.nanmax(columns["R_error_mm"])))
+    error = columns["R_error_mm"]
+    # from the best place to the worst, as in the drawing of the first screen
+    mapper = coloured("R_error_mm", float(np.nanmin(error)), float(np.nanmax(error)))
     wedges = plot.patches("xs", "ys", fill_color=mapper, line_color=None, source=ring)
     plot.add_tools(
         HoverTool(

@@ -31,7 +31,7 @@ def _plane(places: Mapping[str, Any], source: Any) -> Any:
     columns = {name: as_numbers(values) for name, values in places["by_location"].items()}
     x, y = np.unique(columns["x_mm"]), np.unique(columns["y_mm"])
     plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
-    colour = coloured("error_mm", float(columns["error_mm"].max()), float(columns["error_mm"].min()))
+    colour = coloured("error_mm", float(columns["error_mm"].min()), float(columns["error_mm"].max()), logarithmic=True)
     cells = plot.rect(
         "x_mm", "y_mm", float(np.diff(x).min()) * 1.02, float(np.diff(y).min()) * 1.02, fill_color=colour,
         line_color=None, source={name: values.tolist() for name, values in columns.items()},
@@ -73,7 +73,7 @@ def estimate_figure(numbers: Mapping[str, Any], source: Any) -> Any:
     if "y" in numbers["touches"]["parameters"]:
         plot = new_figure("x (mm)", "y (mm)", [], match_aspect=True, max_width=560)
         errors = [value for value in source.data["error"] if np.isfinite(value)]
-        colour = coloured("error", float(np.quantile(errors, 0.98)) if errors else 1.0)
+        colour = coloured("error", 0.0, float(np.quantile(errors, 0.98)) if errors else 1.0)
         dots = touch_dots(plot, "x_reference", "y_reference", source, colour)
         colour_bar(plot, colour, "error of the touch (mm)")
         touch_to_choose(plot, dots, TIPS_PLANE)
