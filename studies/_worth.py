@@ -7,11 +7,12 @@ the elements alone.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from _page import markdown_table
 from numpy.typing import NDArray
+from scipy.stats import binomtest
 
 import bayestouch
 from bayestouch.baselines import HeldOutBaseline, baselines
@@ -36,23 +37,35 @@ HEAD = (
     "readings, % of the peak",
     "location: median, mm",
     "rms, mm",
-    "90 % regions hold",
+    "90 % regions hold (95 % interval)",
     "load: rms, N",
-    "90 % intervals hold",
+    "90 % intervals hold (95 % interval)",
 )
+#: Probability of the interval beside a share of touches.
+SURE = 0.95
 
 
-@dataclass(frozen=True)
+def share_text(share: float, touches: int) -> str:
+    """A share of touches with its interval by Clopper and Pearson (1934), as if touches were independent."""
+    ends = binomtest(round(share * touches), touches).proportion_ci(SURE, method="exact")
+    return f"{share:.2f} ({ends.low:.2f} to {ends.high:.2f})"
+
+
+@dataclass(frozen=True, eq=False)
 class Worth:
-    """Errors of held-out touches read in one way; NaN where loads were not measured."""
+    """Errors of held-out touches read in one way; NaN where loads were not measured.
+
+    `distance_mm` and `load_error_N` are errors of each touch; `run` is its number of the run of touches that follow
+    each other.
+    """
 
     way: str
     readings_percent: float
-    median_mm: float
-    rms_mm: float
     coverage: float
-    load_rms_N: float
     load_coverage: float
+    distance_mm: NDArray[np.float64]
+    load_error_N: NDArray[np.float64]
+    run: NDArray[np.int64]
 
     @classmethod
     def of_calibration(cls, way: str, calibration: bayestouch.Calibration, read: TouchReading, traced: Traced) -> Worth:
@@ -62,31 +75,63 @@ class Worth:
         return cls(
             way,
             rms_percent(left_by(calibration, traced.data) / traced.before.fitted.model.peak),
-            float(np.median(distance)),
-            float(np.sqrt(np.mean(distance**2))),
             float(of["coverage_90"].mean()),
-            float(np.sqrt(np.mean(load**2))),
             float(of["P_coverage_90"].mean()),
+            distance,
+            load,
+            runs_of(traced),
         )
 
     @classmethod
-    def of_regression(cls, baseline: HeldOutBaseline) -> Worth:
+    def of_regression(cls, baseline: HeldOutBaseline, traced: Traced) -> Worth:
         """Errors of the posteriors that a regression gives, in its readings those of the means of touches."""
-        found = baseline.errors
+        found, read, held = baseline.errors, baseline.read, baseline.held
         return cls(
             baseline.regression.name,
             found["touch_error_percent_peak"],
-            found["location_median_mm"],
-            found["location_rms_mm"],
             found["coverage_90"],
-            found["P_rms_N"],
             found["P_coverage_90"],
+            np.sqrt(((read.location - held.location) ** 2).sum(axis=1)),
+            read.load - (np.nan if held.load is None else held.load),
+            runs_of(traced),
         )
+
+    @property
+    def median_mm(self) -> float:
+        """Median error of the location."""
+        return float(np.median(self.distance_mm))
+
+    @property
+    def rms_mm(self) -> float:
+        """Root mean square of the error of the location."""
+        return float(np.sqrt(np.mean(self.distance_mm**2)))
+
+    @property
+    def load_rms_N(self) -> float:
+        """Root mean square of the error of the load."""
+        return float(np.sqrt(np.mean(self.load_error_N**2)))
+
+    @property
+    def touches(self) -> int:
+        """Number of touches."""
+        return len(self.distance_mm)
 
     def cells(self) -> list[str]:
         """Cells of its row, without the data's name."""
-        way, *numbers = astuple(self)
-        return [way, *("–" if np.isnan(each) else f"{each:.2f}" for each in numbers)]
+        numbers = (self.readings_percent, self.median_mm, self.rms_mm, self.load_rms_N)
+        readings, median, rms, load = ("–" if np.isnan(each) else f"{each:.2f}" for each in numbers)
+        held, held_load = (
+            "–" if np.isnan(each) else share_text(each, self.touches) for each in (self.coverage, self.load_coverage)
+        )
+        return [self.way, readings, median, rms, held, load, held_load]
+
+
+def runs_of(traced: Traced) -> NDArray[np.int64]:
+    """Number of the run of touches that follow each other, for each held-out touch (t,)."""
+    held = traced.before.held_out
+    assert held is not None
+    touch = held.observed.means.touch
+    return np.cumsum(np.diff(touch, prepend=touch[0]) > 1)
 
 
 def left_by(calibration: bayestouch.Calibration, data: SplitData) -> NDArray[np.float64]:
@@ -125,7 +170,7 @@ def worths(dataset: DataSet, traced: Traced) -> list[Worth]:
     regressions = baselines(SplitData.of(dataset), held.observed, peak)
     return [
         Worth.of_calibration("kernel alone", *linear, traced),
-        *(Worth.of_regression(each) for each in regressions),
+        *(Worth.of_regression(each, traced) for each in regressions),
         Worth.of_calibration("before: kernel and map", before.calibration, before.read, traced),
         Worth.of_calibration("after", after.calibration, after.read, traced),
     ]

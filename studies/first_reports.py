@@ -2,7 +2,8 @@
 
     python studies/first_reports.py [FOLDER]
 
-`make report` runs this. Each report is made by the commands that a user has, both at the same time.
+`make report` runs this. Each report is made by the commands that a user has, both at the same time. If scikit-learn is
+installed, the report of the pad has regression without physics beside the diagnosis.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import subprocess
 import sys
 from html import escape
 from importlib.resources import files
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +25,8 @@ REPORTS = {
     "finger": "Simulated finger, with an effect that the tool is not told of",
     "fluid-oil-1.5": "Measured channel of oil (SDU Soft Robotics, CC BY 4.0)",
 }
+#: Options of the reports.
+OPTIONS = {"fluid-oil-1.5": ("--baselines",) if find_spec("sklearn") else ()}
 # The look of the reports that the page leads to.
 STYLE = files("bayestouch.reporting").joinpath("templates/style.css").read_text("utf-8")
 
@@ -64,7 +68,7 @@ def _number(value: float | None) -> str:
 def main(folder: Path) -> Path:
     """Write the data sets, both reports and the entry page; return the page."""
     finished([run("example", name, "-o", folder / "data" / name) for name in REPORTS])
-    finished([run("report", folder / "data" / name, "-o", folder / name) for name in REPORTS])
+    finished([run("report", folder / "data" / name, "-o", folder / name, *OPTIONS.get(name, ())) for name in REPORTS])
     body = "".join(section(folder, name) for name in REPORTS)
     page = folder / "index.html"
     page.write_text(

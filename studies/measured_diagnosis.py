@@ -17,8 +17,10 @@ from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+from _in_turn import IN_TURN, MOST, in_turn, in_turn_table
 from _loop_picture import file_name, save_loop
 from _page import write_between
+from _paired import PAIRED, paired_table
 from _published import OUTPUT, figure, save
 from _worth import WORTH, worth_table, worths
 
@@ -52,19 +54,18 @@ def one_rest_reading(dataset: DataSet) -> DataSet:
 
 @dataclass(frozen=True)
 class Case:
-    """A data set, the kernel that its linear calibration starts from, and how it is taken."""
+    """A data set, and how it is taken."""
 
     name: str
     folder: str
-    kernel: str
     change: Callable[[DataSet], DataSet] = lambda dataset: dataset
 
 
 CASES = (
-    Case("baro-line", "baro-line", "layer-line"),
-    Case("baro-line, one rest reading", "baro-line", "layer-line", one_rest_reading),
-    Case("fluid-oil-1.5", "fluid-oil-1.5", "gaussian"),
-    Case("array8-soft", "array8-soft", "layer"),
+    Case("baro-line", "baro-line"),
+    Case("baro-line, one rest reading", "baro-line", one_rest_reading),
+    Case("fluid-oil-1.5", "fluid-oil-1.5"),
+    Case("array8-soft", "array8-soft"),
 )
 
 
@@ -79,14 +80,14 @@ class Found:
 
 
 def diagnosed(case: Case, small: bool, scheduler: str | None = None) -> Found:
-    """Diagnose one data set."""
+    """Diagnose one data set as `bayestouch diagnose` does; a small run, with one kernel and without reading touches."""
     dataset = bayestouch.load_dataset(SHARED / "measured" / case.folder)
     if small:
         place = np.unique(dataset.touches.touch, return_inverse=True)[1]
         dataset = replace(dataset, touches=dataset.touches.select((place // RUN) % SMALL[case.folder] == 0))
     dataset = case.change(dataset)
-    kernel = "gaussian" if small else case.kernel
-    diagnosis = bayestouch.diagnose(dataset, kernel=kernel, sample=not small, scheduler=scheduler)
+    options = {"kernel": "gaussian", "sample": False} if small else {}
+    diagnosis = bayestouch.diagnose(dataset, scheduler=scheduler, **options)
     data, before = diagnosis.traced.data, diagnosis.traced.before
     observed, table = data.observations(data.training), data.table.select(data.training)
     name = str(before.calibration.settings["kernel"])
@@ -278,12 +279,18 @@ def main(
         return found
     worth = {each.case.name: worths(each.dataset, each.diagnosis.traced) for each in found}
     print("\n" + worth_table(worth))
+    print("\n" + paired_table(worth))
+    turned = {each.case.name: in_turn(each.dataset) for each in found if each.dataset.touches.n_touches <= MOST}
+    if turned:
+        print("\n" + in_turn_table(turned))
     if folder is not None:
         for each in found:
             save_loop(each.case.name, each.diagnosis.traced, steps_percent(each), worth[each.case.name], folder)
     if page is not None:
         write_between(MARK, tables, page)
         write_between(WORTH, worth_table(worth), page)
+        write_between(PAIRED, paired_table(worth), page)
+        write_between(IN_TURN, in_turn_table(turned), page)
     return found
 
 

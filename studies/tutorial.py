@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
+import json
 import os
 import re
 import shlex
@@ -24,12 +25,19 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from _page import DOCS
+from _page import DOCS, markdown_table, write_between
 
 import bayestouch
 
 PAGE = DOCS / "tutorial.md"
 PICTURES = DOCS / "pictures"
+README, MARK = DOCS.parent / "README.md", "<!-- made by studies/tutorial.py -->"
+#: Rows of the table of the README: text, key in ``diagnosis.json``, format, unit, factor.
+ERRORS = (
+    ("error of the location, rms", "location_rms_mm", ".2f", "mm", 1),
+    ("error of the load, read without the force sensor, rms", "P_rms_N", ".2f", "N", 1),
+    ("touches whose 90 % region contains the true place (best: 90 %)", "coverage_90", ".0f", "%", 100),
+)
 #: A block that runs, and the block below it that shows what it prints, if there is one.
 STEP = re.compile(r"^```(console|python)\n(.*?)^```\n(?:\n```text\n(.*?)^```\n)?", re.MULTILINE | re.DOTALL)
 #: Longest line that a page shows without a scroll bar.
@@ -96,6 +104,17 @@ def run(page: str, folder: Path, small: bool = False) -> str:
     return STEP.sub(shown, page)
 
 
+def readme_table(folder: Path) -> str:
+    """Errors of the diagnosis that the page makes in a folder, before and after."""
+    numbers = json.loads((folder / "channel-diagnosis" / "diagnosis.json").read_text("utf-8"))
+    head = (f"{numbers['data']['held_out_touches']} touches that no fit has seen", "before", "after")
+    rows = [
+        [text, *(f"{factor * numbers[stand][key]:{form}} {unit}" for stand in ("before", "after"))]
+        for text, key, form, unit, factor in ERRORS
+    ]
+    return markdown_table(head, rows).rstrip()
+
+
 def main(folder: Path, small: bool = False, docs: bool = False) -> None:
     """Run the page and print it; write it, and its picture, where asked to."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -106,6 +125,7 @@ def main(folder: Path, small: bool = False, docs: bool = False) -> None:
 
         take_picture((folder / "channel-report" / "index.html").resolve(), PICTURES / "tutorial_first_screen.png")
         PAGE.write_text(text, "utf-8")
+        write_between(MARK, readme_table(folder), README)
 
 
 if __name__ == "__main__":

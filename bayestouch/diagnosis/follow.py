@@ -41,6 +41,7 @@ def trace(
     seed: int,
     progress: Progress | None,
     scheduler: str | None,
+    fold: int = 2,
     **options: Any,
 ) -> Traced:
     """Results of fit, search, and comparison of the models before and after; see `bayestouch.diagnose`.
@@ -53,10 +54,12 @@ def trace(
         Body of the sensor.
     draws, sample, seed, progress, scheduler
         As in `bayestouch.diagnose`.
+    fold
+        As in `SplitData.of`.
     options
         Options of this body.
     """
-    data = SplitData.of(dataset).thinned(body.most_touches, seed)
+    data = SplitData.of(dataset, fold).thinned(body.most_touches, seed)
     staged(progress, 0.0, START, "fit")
     begun = body.begin(data, draws=draws, seed=seed, **options)
     fitted = begun.fitted

@@ -152,8 +152,18 @@ def verdict_word(numbers: Mapping[str, Any]) -> str:
     return str(_BEYOND_NOISE.get(word, word) if beyond else word)
 
 
+def is_tested(numbers: Mapping[str, Any]) -> bool:
+    """Whether touches were held out; without them a verdict only says how well a model fits its own touches."""
+    return bool(numbers["data"]["held_out_touches"])
+
+
 def verdict_sentence(numbers: Mapping[str, Any]) -> str:
     """Sentence on the final model, in agreement with the lack of fit that is printed; and on what is not used."""
+    if not is_tested(numbers):
+        return (
+            "Too few touches to say: none were held out, so that nothing was tested. By the touches of the fit alone: "
+            f"{verdict_word(numbers)}."
+        )
     refused = not_used(numbers)
     if not refused:
         return _of_final_model(numbers)
@@ -200,8 +210,6 @@ def _of_final_model(numbers: Mapping[str, Any]) -> str:
         repeats = numbers["noise_floor_percent_peak"] is not None
     if not repeats:
         return f"{begin} leaves nothing that these data show; the noise is not known from repeats."
-    if not numbers["data"]["held_out_touches"]:
-        return f"{begin} fits its touches as well as the noise allows; none were held out."
     if lack is None:
         why = "" if numbers.get("loads_measured", True) else ": the loads were not measured"
         return f"{begin} leaves nothing that these data show; they cannot be compared with the noise{why}."

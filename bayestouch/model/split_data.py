@@ -50,6 +50,8 @@ class SplitData:
         Rows of the touches used in fits and choices of effects, and of the touches used in neither.
     notes : tuple of str
         Notes on how the data set was split, and on assumptions.
+    before_thinning : (n,) bool array, optional
+        `training` before it was thinned; None if it was not.
     """
 
     dataset: DataSet
@@ -62,15 +64,16 @@ class SplitData:
     training: BoolArray
     held_out: BoolArray
     notes: tuple[str, ...]
+    before_thinning: BoolArray | None = None
 
     @classmethod
-    def of(cls, dataset: DataSet) -> SplitData:
+    def of(cls, dataset: DataSet, fold: int = 2) -> SplitData:
         """Split of a data set.
 
         Every second touch of ``touches.csv`` with references is fitted together with the calibration touches, so that
         fits cover all radii and the whole time; the others are held out. If too few have references, every fourth
         calibration touch is held out. Without a calibration table, every fourth touch of a finger is held out, on a pad
-        every fourth block of consecutive touches.
+        every fourth block of consecutive touches: number `fold`, 0 to 3, of every four.
 
         Raises
         ------
@@ -78,7 +81,7 @@ class SplitData:
             No touch has the references that a calibration needs.
         """
         if dataset.calibration is None:
-            return cls._of_one_table(dataset)
+            return cls._of_one_table(dataset, fold)
         calibration, touches = dataset.calibration, dataset.touches
         first, second = one_clock(calibration, touches)
         rest = calibration.rest_reading()
@@ -148,7 +151,7 @@ class SplitData:
         )
 
     @classmethod
-    def _of_one_table(cls, dataset: DataSet) -> SplitData:
+    def _of_one_table(cls, dataset: DataSet, fold: int) -> SplitData:
         """Split of a data set with one table, by time."""
         whole = dataset.touches
         clock, table = Timing.of(whole), without_dead(whole.baseline_corrected())
@@ -157,7 +160,7 @@ class SplitData:
         known = _known(table, body.references)
         place = np.cumsum(known) - 1
         size = max(2, int(known.sum()) // BLOCKS) if body.scanned else 1
-        held = known & ((place // size) % 4 == 2)
+        held = known & ((place // size) % 4 == fold)
         training = (known & ~held)[group]
         if not training.any():
             raise InputError(NOTHING_KNOWN)
@@ -182,6 +185,11 @@ class SplitData:
         )
 
     @property
+    def calibrating(self) -> BoolArray:
+        """Rows of the touches used in calibrations before and after: `training`, not thinned."""
+        return self.training if self.before_thinning is None else self.before_thinning
+
+    @property
     def n_held_out(self) -> int:
         """Number of held-out touches."""
         return len(np.unique(self.table.touch[self.held_out]))
@@ -201,13 +209,14 @@ class SplitData:
         return tuple((float(time.min()), float(time.max())) for time in times)
 
     def thinned(self, most: int | None, seed: int) -> SplitData:
-        """The split with at most `most` training touches, chosen at random; None for no limit."""
+        """The split with at most `most` training touches for the search, chosen at random; None for no limit."""
         ids = np.unique(self.table.touch[self.training])
         if most is None or len(ids) <= most:
             return self
         chosen = np.random.default_rng(seed).choice(ids, most, replace=False)
-        note = f"{most:,} of {len(ids):,} touches that are not held out are used, chosen at random"
-        return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
+        note = f"the search uses {most:,} of {len(ids):,} touches that are not held out, chosen at random"
+        training = self.training & np.isin(self.table.touch, chosen)
+        return replace(self, training=training, before_thinning=self.calibrating, notes=(*self.notes, note))
 
     def setting(self, contact: str, reference_load: float) -> Setting:
         """Setting from which effects choose their priors and probes."""

@@ -112,7 +112,7 @@ class PadEvaluation:
             dataset=data.dataset,
             table=data.table,
             clock=Timing(data.time_s, data.held_s, data.unit),
-            training=data.training,
+            training=data.calibrating,
             rest=data.rest,
             setting=self.setting,
             kernel=self.kernel or model.pad.kernel.name,

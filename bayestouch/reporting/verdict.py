@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from typing import Any
 
-from bayestouch.diagnosis.outcome import errors_of_samples, not_used, verdict_sentence, verdict_word, worse_lines
+from bayestouch.diagnosis.outcome import (
+    errors_of_samples,
+    is_tested,
+    not_used,
+    verdict_sentence,
+    verdict_word,
+    worse_lines,
+)
 from bayestouch.output.text import listed, number, percent, plural
 from bayestouch.reporting.answer import coverage_verdict, has_lack_of_fit
 from bayestouch.reporting.bodies import PAGES
 from bayestouch.reporting.phrases import verdict_row
 
 _FIRST = "Can its readings be trusted?"
+_TOO_FEW = "Too few touches to say"
 #: Keys of the prediction errors of a diagnosis: of samples (or touch means if there are only these); of touch means.
 _PREDICTION = ("prediction_error_percent_peak", "touch_error_percent_peak")
 
@@ -34,10 +42,11 @@ def _trusted(numbers: dict[str, Any]) -> dict[str, str]:
     if grade == "unknown":
         reason = f"{percent(worst['percent_inside']['90'])} % of the stated 90 % intervals hold the reference; {words}."
     # A diagnosis tests the model on held-out touches, and may show that a lack of fit is due to chance.
-    missed = has_lack_of_fit(numbers["calibration"]) if found is None else found != "adequate"
+    word = _word(numbers["diagnosis"])
+    missed = has_lack_of_fit(numbers["calibration"]) if word is None else word != "adequate"
     if missed and found is None:
         said = " The model has a larger error than noise explains."
-    short = {"good": "Yes", "fair": "With care", "bad": "Not as stated", "unknown": "Too few touches to say"}[grade]
+    short = {"good": "Yes", "fair": "With care", "bad": "Not as stated", "unknown": _TOO_FEW}[grade]
     if grade == "good" and missed:
         short = "Yes, though the model has an error"
     return verdict_row(_FIRST, short, reason + said)
@@ -48,6 +57,8 @@ def _verdict_of_diagnosis(found: dict[str, Any] | None) -> str | None:
     word = _word(found)
     if found is None or word is None:
         return None
+    if not is_tested(found):
+        return f"{_TOO_FEW.lower()}, {word} by the touches of the fit alone"
     if word == "unattributed":
         return "unattributed, the model has an error that no known effect explains"
     names = _names(found)
@@ -80,7 +91,12 @@ def _gain(found: dict[str, Any]) -> str:
 def _fix(numbers: dict[str, Any]) -> dict[str, str]:
     question, found = "What to fix?", numbers["diagnosis"]
     parts = []
-    if found is not None and found.get("effects"):
+    if found is not None and _word(found) is not None and not is_tested(found):
+        parts.append(verdict_sentence(found))
+        names = _names(found)
+        parts += [f"Found on these touches: {listed(names)}."] if names else []
+        short = _TOO_FEW
+    elif found is not None and found.get("effects"):
         names = _names(found)
         refused = not_used(found)
         parts += ([refused] if refused else worse_lines(found)) or [

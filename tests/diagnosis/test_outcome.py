@@ -162,7 +162,7 @@ def test_references_that_are_said_to_be_off() -> None:
         ({"noise_from_repeats": False}, "the noise is not known from repeats."),
         ({"noise_from_repeats": None, "noise_floor_percent_peak": None}, "the noise is not known from repeats."),
         ({"noise_from_repeats": None}, "predicts held-out touches as well as the noise allows."),
-        ({"data": {"held_out_touches": 0}}, "fits its touches as well as the noise allows; none were held out."),
+        ({"data": {"held_out_touches": 0}}, "Too few touches to say: none were held out, so that nothing was tested."),
         ({"after": AFTER | {"lack_of_fit": None}}, "they cannot be compared with the noise."),
         (
             {"after": AFTER | {"lack_of_fit": None}, "loads_measured": False},
@@ -173,6 +173,17 @@ def test_references_that_are_said_to_be_off() -> None:
 )
 def test_sentence_of_the_verdict(changes: dict[str, Any], said: str) -> None:
     assert said in verdict_sentence(numbers(**changes))
+
+
+def test_nothing_is_said_of_a_model_that_was_not_tested() -> None:
+    """No verdict is stated as such, whichever it is; its word stays that of the file."""
+    for word in VERDICTS:
+        few = numbers(word, data={"held_out_touches": 0}, noise_from_repeats=False)
+        assert verdict_sentence(few) == (
+            "Too few touches to say: none were held out, so that nothing was tested. By the touches of the fit alone: "
+            f"{word}."
+        )
+        assert verdict_word(few) == word
 
 
 def test_word_follows_the_lack_of_fit() -> None:

@@ -64,7 +64,7 @@ def numbers(word: str = "explained", **changes: Any) -> dict[str, Any]:
         ({"after": {"lack_of_fit": 0.2}}, False, "less than the noise that is assumed"),
         ({"noise_from_repeats": False, "noise_floor_percent_peak": None}, False, "not known from repeats"),
         ({"after": {"lack_of_fit": None}, "loads_measured": False}, False, "loads were not measured"),
-        ({"after": dict.fromkeys(ERRORS), "data": {"held_out_touches": 0}}, True, "none were held out"),
+        ({"after": dict.fromkeys(ERRORS), "data": {"held_out_touches": 0}}, False, "none were held out"),
         (
             {
                 "lack_of_fit_limits": {"after": {"low": 1.2, "high": 1.6, "expected": 1.4}},

@@ -84,6 +84,16 @@ def test_the_last_row_has_the_same_verdict() -> None:
     assert _fix(numbers(diagnosis("adequate"), lack_of_fit=1.0))["short"] == "Nothing in the model"
 
 
+@pytest.mark.parametrize("effects", [(), ("creep",)])
+def test_no_touch_was_held_out(effects: tuple[str, ...]) -> None:
+    """Nothing was tested: neither a cause nor "nothing" is to be fixed, and no error on held-out touches is stated."""
+    found = diagnosis("explained" if effects else "adequate", *effects) | {"data": {"held_out_touches": 0}}
+    row = _fix(numbers(found, lack_of_fit=1.0))
+    assert row["short"] == "Too few touches to say"
+    assert ("creep" in row["reason"]) == bool(effects) and "lowers" not in row["reason"]
+    assert "Verdict of the diagnosis: too few touches to say" in _trusted(numbers(found, lack_of_fit=1.0))["reason"]
+
+
 def test_prediction_errors_are_stated_to_two_digits() -> None:
     """More digits than two would be noise; one would hide what a small effect gains."""
     found = {

@@ -1,0 +1,70 @@
+"""After a diagnosis beside the best regression without physics, touch by touch."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from _page import markdown_table
+from _worth import Worth
+from numpy.typing import NDArray
+
+#: Mark of the table in a page.
+PAIRED = "<!-- beside the best regression, made by studies/measured_diagnosis.py -->"
+HEAD = (
+    *("data", "quantity", "best regression"),
+    "rms: after minus regression (90 % interval)",
+    "without the run with the largest errors",
+)
+#: Bootstrap samples, and their seed.
+SAMPLES, SEED = 4000, 0
+
+FloatArray = NDArray[np.float64]
+
+
+def difference_of_rms(one: FloatArray, two: FloatArray, run: NDArray[np.int64]) -> tuple[float, float, float]:
+    """Rms of `one` minus that of `two`, and its central 90 % interval: errors (t,) of the same touches.
+
+    Touches of one run share errors, so that whole runs are drawn with replacement (block bootstrap: Künsch, Annals of
+    Statistics 17 (1989) 1217).
+    """
+    runs = [run == each for each in np.unique(run)]
+    sums = np.array([[(one[some] ** 2).sum(), (two[some] ** 2).sum(), some.sum()] for some in runs])
+
+    def of(some: FloatArray) -> FloatArray:
+        total = some.sum(axis=-2)
+        return np.asarray(np.sqrt(total[..., 0] / total[..., 2]) - np.sqrt(total[..., 1] / total[..., 2]))
+
+    chosen = np.random.default_rng(SEED).integers(len(runs), size=(SAMPLES, len(runs)))
+    low, high = np.quantile(of(sums[chosen]), [0.05, 0.95])
+    return float(of(sums)), float(low), float(high)
+
+
+def worst_run(*errors: FloatArray, run: NDArray[np.int64]) -> int:
+    """Number of the run with the largest sum of squared errors, of all ways together."""
+    total = sum(each**2 for each in errors)
+    return int(np.argmax(np.bincount(run, weights=np.asarray(total))))
+
+
+def paired_rows(name: str, ways: Sequence[Worth]) -> list[list[str]]:
+    """Location and load of one data set; `ways` are those of `_worth.worths`."""
+    after, regressions = ways[-1], ways[1:-2]
+    rows = []
+    for quantity, key, rms in (
+        ("location, mm", "distance_mm", "rms_mm"),
+        ("load, N", "load_error_N", "load_rms_N"),
+    ):
+        if np.isnan(getattr(after, rms)):
+            continue
+        best = min(regressions, key=lambda each: float(getattr(each, rms)))
+        one, two = getattr(after, key), getattr(best, key)
+        kept = after.run != worst_run(one, two, run=after.run)
+        shown = [difference_of_rms(one[some], two[some], after.run[some]) for some in (kept | True, kept)]
+        texts = [f"{value:+.2f} ({low:+.2f} to {high:+.2f})" for value, low, high in shown]
+        rows.append([name, quantity, best.way, *texts])
+    return rows
+
+
+def paired_table(found: Mapping[str, Sequence[Worth]]) -> str:
+    """Markdown table of data sets, by name."""
+    return markdown_table(HEAD, [row for name, ways in found.items() for row in paired_rows(name, ways)]).rstrip()
