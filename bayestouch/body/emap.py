@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import radial_strain_response
+from bayestouch.body.finger import radial_strain_response
 from bayestouch.errors import InputError
 
 

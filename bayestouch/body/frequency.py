@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.errors import InputError
 
 
@@ -40,7 +40,7 @@ def frequency_response_db(
     k = np.atleast_1d(np.asarray(modes, dtype=float))
 
     def response(wanted: FloatArray) -> FloatArray:
-        solution = solve_annulus(
+        solution = solve_body(
             wanted,
             core_radius_mm=core_radius_mm,
             outer_radius_mm=outer_radius_mm,

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import AnnulusModes, solve_annulus
+from bayestouch.body.finger import FingerBody, solve_body
 from bayestouch.contact import contact_model
 from bayestouch.errors import InputError
 
@@ -43,14 +43,14 @@ class ContactSpectra:
         ``log(1 + κ/κ_s)`` of the knots, equally spaced.
     spectra : (n, n_modes) array
         ``q_k`` at the knots.
-    body : AnnulusModes
+    body : FingerBody
         Solved modes of the body.
     """
 
     kappa_scale: float
     coordinates: FloatArray
     spectra: FloatArray
-    body: AnnulusModes
+    body: FingerBody
 
     @classmethod
     def of(
@@ -87,7 +87,7 @@ class ContactSpectra:
         coordinates = np.linspace(np.log1p(smallest_kappa / scale), np.log1p(largest_kappa / scale), knots)
         kappa = np.expm1(coordinates) * scale
         spectra = contact_model(contact, finger_radii, poisson_ratio).spectrum(kappa, modes)
-        body = solve_annulus(modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=poisson_ratio)
+        body = solve_body(modes, core_radius_mm=core, outer_radius_mm=outer, poisson_ratio=poisson_ratio)
         return cls(scale, coordinates, spectra, body)
 
     def at(self, kappa: FloatArray, n_modes: int) -> FloatArray:
@@ -105,14 +105,14 @@ class ContactSpectra:
 
 
 def mode_strain(
-    body: AnnulusModes, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
+    body: FingerBody, sensing_radius_mm: ArrayLike, *, aperture_mm: float = 0.0, friction: float = 0.0
 ) -> NDArray[np.complex128]:
     """Return the radial strain of each element per unit of each mode of the pressure.
 
     Parameters
     ----------
-    body : AnnulusModes
-        The solved annulus.
+    body : FingerBody
+        The solved body.
     sensing_radius_mm : (m,) array_like
         Sensing radii ``r_s``.
     aperture_mm : float
@@ -129,7 +129,7 @@ def mode_strain(
     radii = np.atleast_1d(np.asarray(sensing_radius_mm, dtype=float))
     strain = body.radial_strain(radii).astype(np.complex128)
     if friction:
-        sheared = solve_annulus(
+        sheared = solve_body(
             body.modes,
             core_radius_mm=body.core_radius_mm,
             outer_radius_mm=body.outer_radius_mm,

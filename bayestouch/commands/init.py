@@ -8,7 +8,7 @@ import click
 
 from bayestouch.commands.options import OneOf, spoken
 from bayestouch.commands.output import say
-from bayestouch.model.body import BODIES
+from bayestouch.data.geometry import BODIES
 
 
 @click.command(short_help="Write a template of a data set.")

@@ -8,8 +8,8 @@ import click
 
 from bayestouch.commands.options import OneOf, seeded, spoken
 from bayestouch.commands.output import say
+from bayestouch.data.geometry import BODIES
 from bayestouch.errors import InputError
-from bayestouch.model.body import BODIES
 from bayestouch.output.progress import progress_bar
 
 
@@ -34,6 +34,8 @@ def simulate(output: Path, effects: tuple[str, ...], body: str, seed: int, quiet
     from bayestouch.simulation import DESIGNS, save_simulated
     from bayestouch.simulation import simulate as simulate_dataset
 
+    if body not in DESIGNS:
+        raise InputError(f"--body: a {body} cannot be simulated; expected {' or '.join(DESIGNS)}")
     sizes = _effects(effects)
     with progress_bar("simulate", quiet) as advance:
         simulated = simulate_dataset(DESIGNS[body](), effects=sizes, seed=seed)

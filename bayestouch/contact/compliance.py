@@ -24,7 +24,7 @@ from numpy.typing import ArrayLike
 from scipy.special import itj0y0
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import surface_displacement_response
+from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact.chebyshev import pressure_shapes, shape_transforms
 
 # Largest size (numbers) of a table that is cached for use with many bodies.

@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import surface_displacement_response
+from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact.model import checked_body
 from bayestouch.errors import InputError
 

@@ -11,15 +11,13 @@ from typing import Any
 
 from bayestouch.data.checked import checked_number, checked_positive, checked_text
 from bayestouch.data.finger import Finger
+from bayestouch.data.geometry import Geometry
 from bayestouch.data.pad import Pad
 from bayestouch.errors import InputError
 from bayestouch.output.summary import Summarised, fields_in_short
 from bayestouch.output.text import number, plural
 
-__all__ = ["BODIES", "Finger", "Pad", "Rubber", "Sensor", "finger_of", "pad_of"]
-
-#: Bodies by their names in `sensor.toml`.
-BODIES: Mapping[str, type[Finger] | type[Pad]] = {body.kind: body for body in (Finger, Pad)}
+__all__ = ["Finger", "Pad", "Rubber", "Sensor", "finger_of", "pad_of"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,6 +59,7 @@ class Sensor(Summarised):
     ----------
     name : str
     body : Finger or Pad
+        The geometry, or that of another body, see `bayestouch.data.geometry.Geometry`.
     rubber : Rubber
     force_noise_sd : float or None
         Standard deviation of the force sensor, N/m on a finger and N on a pad; None unknown.
@@ -88,7 +87,7 @@ class Sensor(Summarised):
     """
 
     name: str
-    body: Finger | Pad
+    body: Geometry
     rubber: Rubber = field(default_factory=Rubber)
     force_noise_sd: float | None = None
     reading_unit: str = ""

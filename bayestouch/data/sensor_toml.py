@@ -11,7 +11,8 @@ from typing import Any
 
 import tomli_w
 
-from bayestouch.data.sensor import BODIES, Rubber, Sensor
+from bayestouch.data.geometry import BODIES, geometries
+from bayestouch.data.sensor import Rubber, Sensor
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.errors import InputError, misspelt, nearest, shown
 
@@ -100,10 +101,10 @@ def _sensor(tables: dict[str, Any], default_name: str, file: str) -> Sensor:
     if not isinstance(kind, str) or kind not in BODIES:
         kinds = " or ".join(f'"{each}"' for each in BODIES)
         raise InputError(f"expected {kinds}, got {shown(kind)}{nearest(str(kind), BODIES)}", column="body")
-    body = BODIES[kind]
+    body = geometries()[kind]
     name = tables.pop("name", default_name)
     geometry = _take(tables, "geometry", body.geometry_keys)
-    others = [other for name, other in BODIES.items() if name != kind]
+    others = [other for name, other in geometries().items() if name != kind]
     for key in body.required_keys:
         if key not in geometry:
             given = tables.get("geometry", {})

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from bayestouch.data.files import write_together
-from bayestouch.data.sensor import BODIES
+from bayestouch.data.geometry import BODIES, geometries
 from bayestouch.errors import InputError, nearest
 
 _SENSOR = """\
@@ -61,7 +61,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
         raise InputError(f"body: expected {' or '.join(BODIES)}, got {body!r}{nearest(str(body), BODIES)}")
     if elements < 1:
         raise InputError(f"elements: expected at least one, got {elements}")
-    kind, folder = BODIES[body], Path(folder)
+    kind, folder = geometries()[body], Path(folder)
     columns = tuple(f"e{e + 1:02d}" for e in range(elements))
     header = ("touch", "sample", "indenter_radius_mm", *kind.all_location_columns, kind.load_column, *columns)
     texts = {
@@ -81,7 +81,7 @@ def new_dataset(folder: str | Path, *, body: str = "finger", elements: int = 8) 
 
 
 def _sensor(name: str, body: str, columns: tuple[str, ...]) -> str:
-    geometry = BODIES[body].template.format(
+    geometry = geometries()[body].template.format(
         elements=len(columns), columns=columns[0] if len(columns) == 1 else f"{columns[0]} … {columns[-1]}"
     )
     # A JSON string is a TOML string too.

@@ -12,14 +12,13 @@ import numpy.typing as npt
 
 from bayestouch.array_types import BoolArray, FloatArray
 from bayestouch.data.arrays import MAX_ID
-from bayestouch.data.sensor import BODIES, Sensor
+from bayestouch.data.geometry import geometries
+from bayestouch.data.sensor import Sensor
 from bayestouch.data.tables import Header
 from bayestouch.errors import InputError, few, misspelt, nearest
 
 #: Columns that have the same name for every sensor.
 COMMON = ("touch", "sample", "time_s", "indenter_radius_mm", "depth_mm", "contact", "reads")
-
-LOAD_COLUMNS = frozenset(body.load_column for body in BODIES.values())
 
 #: Unknown names of a header for which the known one is looked for.
 _ASKED = 100
@@ -41,6 +40,11 @@ class Columns(NamedTuple):
         unknown = [name for name in names if name not in self.numeric]
         meant = {nearest(name, self.absent) for name in unknown[:_ASKED]}
         return few(unknown) + "".join(sorted(meant))
+
+
+def load_columns() -> frozenset[str]:
+    """Columns of the load on any body."""
+    return frozenset(body.load_column for body in geometries().values())
 
 
 def element_name(index: int) -> str:
@@ -66,7 +70,7 @@ def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
     if "touch" not in names:
         found = few(names)
         raise InputError(f"expected a header with this column, found {found}", file=file, row=row, column="touch")
-    for other in LOAD_COLUMNS - {body.load_column}:
+    for other in load_columns() - {body.load_column}:
         if other in names and body.load_column not in names:
             expected = f"expected {body.load_column} ({body.load_unit}) on a {body.kind}"
             raise InputError(f"{expected}, found {other}", file=file, row=row, column=other)
@@ -74,7 +78,7 @@ def understand(header: Header, sensor: Sensor, *, location: bool) -> Columns:
     for name in body.location_columns:
         if name not in names and (location or here):
             kind = f"{body.kind} in the plane" if name == "y_mm" else body.kind
-            known = {*COMMON, *LOAD_COLUMNS, *body.location_columns}
+            known = {*COMMON, *load_columns(), *body.location_columns}
             message = f"missing: the reference location on a {kind}{misspelt(name, set(names) - known)}"
             raise InputError(message, file=file, row=row, column=name)
     readings = _elements(header, sensor)

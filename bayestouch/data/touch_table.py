@@ -17,11 +17,11 @@ from bayestouch.data.sensor import Sensor
 from bayestouch.data.table_writing import write_csv
 from bayestouch.data.tables import Header, RawTable, read_csv
 from bayestouch.data.touch_columns import (
-    LOAD_COLUMNS,
     Columns,
     check_values,
     element_name,
     has_meaning,
+    load_columns,
     understand,
 )
 from bayestouch.data.touches import Touches, numbered
@@ -180,7 +180,7 @@ def table_columns(touches: Touches, sensor: Sensor, file: str | Path) -> dict[st
     }
     # If the further columns contain the load of the other body, the load is written even if unknown:
     # otherwise that column would look like a load in the wrong unit.
-    needed = {sensor.body.load_column} if touches.extra.keys() & LOAD_COLUMNS else set()
+    needed = {sensor.body.load_column} if touches.extra.keys() & load_columns() else set()
     known = {name: v for name, v in optional.items() if name in needed or not np.isnan(v).all()}
     for name in sensor.body.location_columns:
         if (location := getattr(touches, name)) is not None:

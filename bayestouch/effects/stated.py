@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bayestouch.data.sensor import BODIES
+from bayestouch.data.geometry import BODIES, geometries
 from bayestouch.data.toml_text import read_toml_text, tables_from_toml
 from bayestouch.effects.catalogue import effect_classes
 from bayestouch.errors import InputError, shown, unknown_name
@@ -80,7 +80,7 @@ class StatedModel:
         if body not in tuple(BODIES):
             kinds = " or ".join(f'"{kind}"' for kind in BODIES)
             raise InputError(f"expected {kinds}, got {shown(body)}", column="body")
-        contact = content.get("contact", BODIES[body].default_contact)
+        contact = content.get("contact", geometries()[body].default_contact)
         return cls(body, str(contact), tuple(_effect(each) for each in listed), correction)
 
 

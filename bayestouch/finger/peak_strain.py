@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.response import modes_needed
 
@@ -16,7 +16,7 @@ def peak_strain(chain: FingerChain, poisson_ratio: FloatArray | float, depth: Fl
     Arguments are Poisson's ratios (...) and sensing radii (..., m), mm.
     """
     modes = np.arange(modes_needed(float(depth.max()), chain.outer_radius_mm) + 1)
-    strain = solve_annulus(
+    strain = solve_body(
         modes,
         core_radius_mm=chain.core_radius_mm,
         outer_radius_mm=chain.outer_radius_mm,

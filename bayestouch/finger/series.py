@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.response import ContactSpectra, modes_needed
 from bayestouch.data.sensor import Finger
 from bayestouch.finger.interpolation import lagrange
@@ -147,7 +147,7 @@ class TouchSeries:
         known, at = self.known, self.layout
         sigma, mu = vectors[:, at.sigma], np.exp(vectors[:, at.log_mu])
         modes = self.modes
-        body = solve_annulus(
+        body = solve_body(
             modes,
             core_radius_mm=self.finger.core_radius_mm,
             outer_radius_mm=self.finger.outer_radius_mm,

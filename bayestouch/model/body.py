@@ -9,6 +9,7 @@ from importlib import import_module
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from bayestouch.data.geometry import BODIES
 from bayestouch.errors import InputError, nearest
 
 if TYPE_CHECKING:
@@ -21,10 +22,6 @@ if TYPE_CHECKING:
     from bayestouch.model.planned import PlannedTouches
     from bayestouch.priors.parameters import Prior
     from bayestouch.results.objects import Calibration
-
-#: Module with the `BODY` of each kind of sensor. A new body needs a folder and a line here. The names are strings,
-#: because bodies are in a higher layer; a module is imported when it is needed.
-BODIES = {"finger": "bayestouch.finger.body", "pad": "bayestouch.pad.body"}
 
 
 @dataclass(frozen=True)
@@ -138,7 +135,7 @@ class Body:
 @cache
 def body_of_kind(kind: str) -> Body:
     """The `Body` of a kind of sensor: ``"finger"`` or ``"pad"``; KeyError for another kind."""
-    body: Body = import_module(BODIES[kind]).BODY
+    body: Body = import_module(f"{BODIES[kind]}.body").BODY
     return body
 
 

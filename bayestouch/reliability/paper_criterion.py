@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.response import modes_needed
 from bayestouch.contact import ContactModel, composite_radius, contact_model
 from bayestouch.errors import InputError
@@ -82,7 +82,7 @@ class Annulus(Summarised):
         outer = self.outer_radius_mm
         radii = (self.alpha * outer, outer)
         modes = np.arange(modes_needed(self.sensing_radius * outer, outer) + 1)
-        body = solve_annulus(
+        body = solve_body(
             modes, core_radius_mm=radii[0], outer_radius_mm=outer, poisson_ratio=self.poisson_ratio
         ).radial_strain(self.sensing_radius * outer)
         scale = self.load_N_per_m / 1000 / self.shear_modulus_MPa

@@ -65,6 +65,8 @@ def gather(
     if baselines:
         # At once, not after minutes.
         _require_baselines(dataset, diagnosis)
+    if dataset.sensor.body.kind not in PAGES:
+        raise InputError(f"there is no report of a {dataset.sensor.body.kind}, only of {' and '.join(PAGES)}")
     given, dataset = dataset, with_calibration(dataset)
     # Read the saved diagnosis first, so that a wrong folder is reported at once.
     saved = saved_diagnosis(diagnosis, dataset) if isinstance(diagnosis, Path) else None

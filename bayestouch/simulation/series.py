@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.finger import FingerChain
 from bayestouch.chain.response import mode_strain, modes_needed
 from bayestouch.contact import composite_radius, contact_model
@@ -34,7 +34,7 @@ def summed_strain(
     """
     radii = (chain.core_radius_mm, chain.outer_radius_mm)
     modes = np.arange(1.5 * modes_needed(float(chain.sensing_radius_mm.max()), radii[1]))
-    body = solve_annulus(modes, core_radius_mm=radii[0], outer_radius_mm=radii[1], poisson_ratio=chain.poisson_ratio)
+    body = solve_body(modes, core_radius_mm=radii[0], outer_radius_mm=radii[1], poisson_ratio=chain.poisson_ratio)
     radius = chain.effective_radius(composite_radius(indenter_radius_mm, radii[1]), angle)
     kappa = load / 1000 * radius / chain.shear_modulus_MPa
     spectrum = _spectrum(chain, kappa, modes)

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bayestouch.body.annulus import (
-    radial_strain_response,
-    solve_annulus,
-    surface_displacement_response,
-)
+from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import radial_strain_response, surface_displacement_response
 from bayestouch.errors import InputError
 
 FINGER = {"core_radius_mm": 9.4, "outer_radius_mm": 12.7, "poisson_ratio": 0.46}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fem_oracle import Body, ContactCurve, graded, through_gauss_points
 
-from bayestouch.body.annulus import radial_strain_response, surface_displacement_response
+from bayestouch.body.finger import radial_strain_response, surface_displacement_response
 from bayestouch.contact.layer import LayerContact
 
 CORE, OUTER, POISSON = 9.4, 12.7, 0.46

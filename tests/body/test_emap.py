@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from study_modules import study
 
-from bayestouch.body.annulus import radial_strain_response
 from bayestouch.body.emap import (
     condition_number,
     empirical_e_matrix,
@@ -17,6 +16,7 @@ from bayestouch.body.emap import (
     singular_values,
     traction_coefficients,
 )
+from bayestouch.body.finger import radial_strain_response
 from bayestouch.body.frequency import cut_off, frequency_response_db, sensing_radius_for_cut_off
 from bayestouch.errors import InputError
 

@@ -8,7 +8,7 @@ from fem_oracle import Body, graded, through_gauss_points
 from scipy.integrate import quad
 from scipy.special import j0
 
-from bayestouch.body.annulus import radial_strain_response, surface_displacement_response
+from bayestouch.body.finger import radial_strain_response, surface_displacement_response
 from bayestouch.body.layer import (
     EXTENT,
     half_space_kernel_1d,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bayestouch.body.annulus import surface_displacement_response
+from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact import CircleContact, LayerContact, composite_radius
 from bayestouch.contact.circle import circle_slope
 from bayestouch.errors import InputError

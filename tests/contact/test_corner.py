@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from bayestouch.body.annulus import surface_displacement_response
+from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact import CornerContact, LayerContact
 from bayestouch.contact.compliance import wedge_transform
 from bayestouch.contact.corner import half_plane_half_width

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import jv
 
-from bayestouch.body.annulus import surface_displacement_response
+from bayestouch.body.finger import surface_displacement_response
 from bayestouch.contact import LayerContact, composite_radius
 from bayestouch.contact.chebyshev import bessel_over_argument, pressure_shapes, shape_transforms
 from bayestouch.contact.compliance import SurfaceCompliance

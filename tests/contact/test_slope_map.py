@@ -38,7 +38,7 @@ def test_shapes_are_the_papers():
 
 def test_forward_map_is_the_slope_of_the_surface(layer):
     """S p against du_r/ds by differences of u_r, for random p."""
-    from bayestouch.body.annulus import surface_displacement_response
+    from bayestouch.body.finger import surface_displacement_response
 
     built = SlopeMap.for_contact(12, half_angle_rad=0.4, centre_rad=0.7, **BODY)
     p = np.random.default_rng(1).normal(size=25)

@@ -6,7 +6,8 @@ from dataclasses import fields
 
 import pytest
 
-from bayestouch.data.sensor import BODIES, Finger, Pad, Sensor, finger_of, pad_of
+from bayestouch.data.geometry import geometries
+from bayestouch.data.sensor import Finger, Pad, Sensor, finger_of, pad_of
 from bayestouch.data.sensor_toml import sensor_from_toml
 from bayestouch.errors import InputError
 
@@ -23,12 +24,12 @@ def public(body: type) -> set[str]:
 
 
 def test_every_body_answers_the_same_questions() -> None:
-    first, *others = (public(body) for body in BODIES.values())
+    first, *others = (public(body) for body in geometries().values())
     assert len(first) > 10
     assert all(other == first for other in others)
 
 
-@pytest.mark.parametrize("body", BODIES.values())
+@pytest.mark.parametrize("body", geometries().values())
 def test_keys_are_those_of_the_geometry(body: type[Finger] | type[Pad]) -> None:
     assert body.geometry_keys == tuple(each.name for each in fields(body))
     assert set(body.required_keys) | {body.elements_key} <= set(body.geometry_keys)

@@ -9,9 +9,10 @@ from typing import Any
 
 import pytest
 
+from bayestouch.data.geometry import BODIES
 from bayestouch.data.sensor import Finger, Pad
 from bayestouch.errors import InputError
-from bayestouch.model.body import BODIES, Option, body_of_kind
+from bayestouch.model.body import Option, body_of_kind
 
 CALIBRATE = {"contact": None, "e_map": None, "priors": None, "kernel": None}
 INFER = {"each_sample": None, "method": None, "indenter": None}
@@ -75,10 +76,10 @@ def test_a_third_body_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
     skin = replace(
         body_of_kind("pad"), kind="skin", options={"weave": Option("plain")}, main_option="weave", instead={}
     )
-    module = ModuleType("skin_body")
+    module = ModuleType("skin.body")
     module.BODY = skin  # type: ignore[attr-defined]
-    monkeypatch.setitem(sys.modules, "skin_body", module)
-    monkeypatch.setitem(BODIES, "skin", "skin_body")
+    monkeypatch.setitem(sys.modules, "skin.body", module)
+    monkeypatch.setitem(BODIES, "skin", "skin")
     body_of_kind.cache_clear()
     try:
         assert body_of_kind("skin").own({"weave": None, "contact": None}) == {"weave": "plain"}

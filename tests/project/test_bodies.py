@@ -15,11 +15,11 @@ CLASSES = {"Finger", "Pad", "FingerDesign", "PadDesign"}
 # `finger_of` and `pad_of`, by which one body is refused, are the place where it is asked.
 ASKED_HERE = {"data/sensor.py"}
 # Tables of what is said or done of each body, which other code looks up by `body.kind`.
-TABLES = {"data/sensor.py", "model/body.py", "reporting/bodies.py", "simulation/__init__.py"}
+TABLES = {"data/geometry.py", "reporting/bodies.py", "simulation/__init__.py"}
 # Files of each body that stand side by side under one name.
 SIDE_BY_SIDE = {
-    "{}": "beginning body calibration calibration_with_effects correction_basis fit held_out known_touches lacking "
-    "model noise planned priors quantities start touch_errors",
+    "{}": "beginning body calibration calibration_with_effects correction_basis fit geometry held_out known_touches "
+    "lacking model noise planned priors quantities start touch_errors",
     "{}/reading": "reader touch_reader draws effects misfit live live_effects",
     "reporting/{}": "live numbers pages peaks pictures places sensor_picture sketch words",
 }

@@ -10,7 +10,7 @@ from scipy import stats
 from scipy.integrate import dblquad
 
 from bayestouch import InputError, calibrate, reliability, simulate
-from bayestouch.body.annulus import radial_strain_response
+from bayestouch.body.finger import radial_strain_response
 from bayestouch.contact import composite_radius, contact_model
 from bayestouch.reliability import (
     Annulus,

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import radial_strain_response
 from bayestouch.body.emap import condition_number, empirical_e_matrix, traction_coefficients
+from bayestouch.body.finger import radial_strain_response
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Finger, Sensor, finger_of
 from bayestouch.errors import InputError

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.body.annulus import solve_annulus
+from bayestouch.body.finger import solve_body
 from bayestouch.chain.response import modes_needed
 from bayestouch.contact import composite_radius, contact_model
 from bayestouch.data.averages import TouchMeans
@@ -74,7 +74,7 @@ class KnownPressure:
     def peak_strain(self, poisson_ratio: float, sensing_radius_mm: float) -> float:
         """Return the compressive strain directly under a knife edge with the mean load."""
         finger = self.finger
-        strain = solve_annulus(
+        strain = solve_body(
             self.modes,
             core_radius_mm=finger.core_radius_mm,
             outer_radius_mm=finger.outer_radius_mm,
@@ -90,7 +90,7 @@ class KnownPressure:
         scale = self.load[near] / (2 * np.pi * finger.outer_radius_mm)
 
         def of(poisson_ratio: float, sensing_radius_mm: float, angle_deg: float) -> FloatArray:
-            body = solve_annulus(
+            body = solve_body(
                 self.modes,
                 core_radius_mm=finger.core_radius_mm,
                 outer_radius_mm=finger.outer_radius_mm,
