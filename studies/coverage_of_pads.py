@@ -66,7 +66,7 @@ def one_pad(touches: int, job: tuple[str, int]) -> Found:
     condition, seed = job
     rng = np.random.default_rng([5, seed])
     pad = DrawnPad.of(rng)
-    known, held, fresh = pad.touched((*KNOWN, touches), (0.0, 0.0, PAUSE_S), CONDITIONS[condition], rng)
+    known, held, fresh = pad.touched((*KNOWN, touches), (0.0, PAUSE_S, PAUSE_S), CONDITIONS[condition], rng)
     dataset = DataSet(sensor(), as_known(known), as_known(held))
     diagnosis = bayestouch.diagnose(dataset, draws=200, sample=False, seed=seed)
     split = SplitData.of(dataset)
