@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from _page import markdown_table
@@ -18,6 +18,8 @@ from bayestouch.chain.finger import FingerChain
 from bayestouch.data.sensor import Sensor
 from bayestouch.data.touches import Touches
 from bayestouch.results.objects import Calibration
+
+Case = TypeVar("Case", bound=tuple[str, ...])
 
 RUBBERS = {
     f"{SHEAR_MODULUS:g} MPa, elements at 10.3 mm": (SHEAR_MODULUS, 10.3),
@@ -152,30 +154,33 @@ def coverage_table(head: Sequence[str], rows: Sequence[Sequence[str]], last: str
 
 
 def by_case(
-    one_finger: Callable[[int, tuple[str, str, int]], Any],
+    one_sensor: Callable[[int, Any], Any],
     touches: int,
-    cases: Sequence[tuple[str, str]],
+    cases: Sequence[Case],
     seeds: Sequence[int],
     **shared_out: Any,
-) -> Iterator[tuple[tuple[str, str], list[Any]]]:
-    """Each case with the results of its fingers, as soon as it is complete; `shared_out` as `finished` takes it."""
-    jobs = [(*case, seed) for case in cases for seed in seeds]
-    done: dict[tuple[str, str], dict[int, Any]] = {case: {} for case in cases}
-    for job, result in finished(one_finger, touches, jobs, **shared_out):
-        rubber, condition, seed = jobs[job]
-        of_case = done[rubber, condition]
-        of_case[seed] = result
-        if len(of_case) == len(seeds):
-            yield (rubber, condition), [of_case[each] for each in seeds]
+) -> Iterator[tuple[Case, list[Any]]]:
+    """Each case with the results of its sensors, as soon as it is complete; `shared_out` as `finished` takes it.
+
+    `one_sensor` is given the number of touches, and the entries of the case with the seed behind them.
+    """
+    of_jobs = [(case, seed) for case in cases for seed in seeds]
+    done: dict[Case, dict[int, Any]] = {case: {} for case in cases}
+    jobs = [(*case, seed) for case, seed in of_jobs]
+    for job, result in finished(one_sensor, touches, jobs, **shared_out):
+        case, seed = of_jobs[job]
+        done[case][seed] = result
+        if len(done[case]) == len(seeds):
+            yield case, [done[case][each] for each in seeds]
 
 
-def coverage_options(description: str | None, first_seed: int) -> argparse.ArgumentParser:
-    """Options of a study of coverage."""
+def coverage_options(description: str | None, first_seed: int, sensors: str = "fingers") -> argparse.ArgumentParser:
+    """Options of a study of coverage; `sensors` is the name of the first one, a number of them."""
     parser = argparse.ArgumentParser(description=(description or "").split("\n")[0])
-    parser.add_argument("fingers", type=int, nargs="?", default=5)
+    parser.add_argument(sensors, type=int, nargs="?", default=5)
     parser.add_argument("touches", type=int, nargs="?", default=100)
     parser.add_argument("--processes", type=int, default=1, help="of this machine")
     parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask cluster that does the work")
-    parser.add_argument("--first-seed", type=int, default=first_seed, help="of the fingers")
+    parser.add_argument("--first-seed", type=int, default=first_seed, help=f"of the {sensors}")
     parser.add_argument("--docs", action="store_true", help="write the table of docs/statistics.md")
     return parser

@@ -29,6 +29,7 @@ from bayestouch.pad.density import PadDensity
 from bayestouch.pad.effect_changes import changes_of, with_changes
 from bayestouch.pad.finer_map import FinerMap
 from bayestouch.pad.known_touches import choose_samples, pad_readings
+from bayestouch.pad.later_drifts import with_later_drifts
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
 from bayestouch.results.objects import Calibration
@@ -121,8 +122,11 @@ def pad_calibration(
     made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
+    model = fitted.model
+    assert isinstance(model, PadModel)
     return replace(
         made,
+        noise=with_later_drifts(made.noise, fitted.drifts, model),
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},

@@ -368,6 +368,20 @@ def test_coverage() -> None:
     assert table.count(" ± ") == 18
 
 
+@pytest.mark.slow  # half a minute: two pads diagnosed
+def test_coverage_of_pads() -> None:
+    """The study runs, and intervals on pads with nothing missing hold about what they should."""
+    module = study("coverage_of_pads")
+    rows = module.main(2, 20, first_seed=0, conditions=("nothing",))
+    assert [row[1] for row in rows] == [way for way in module.WAYS for _ in module.LOADS]
+    for row in rows:
+        # 40 touches: a share of 0.9 scatters by 0.05
+        assert all(float(cell.split(" ± ")[0]) > 100 * (0.9 - 4 * np.sqrt(0.09 / 40)) for cell in row[3:6]), row
+    table = module.as_markdown(rows, 2, 20)
+    assert "2 pads with 20 touches each" in table
+    assert table.count(" ± ") == 18
+
+
 def test_sbc_touches(tmp_path: Path) -> None:
     """At a level of 1 % in each of four settings: that the study runs; 5 % too narrow are noticed with 0.1."""
     module = study("sbc_touches")

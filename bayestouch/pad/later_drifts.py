@@ -1,0 +1,42 @@
+"""Noise of touches to come on a pad that drifts.
+
+A pad is calibrated with its drift in the readings, and the drift counts as noise. Offsets and gains follow the mean of
+the drift over the calibration, so that the residuals have the variance s² - v, where s is the sd of the drift and v the
+variance of its mean. A touch at another time differs from that mean with the variance s² + v: 2 v more than the
+calibration shows. It is small if the calibration takes many correlation times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bayestouch.chain.noise import Noise
+from bayestouch.model.fitting import Drift
+from bayestouch.model.joint_drifts import exact_basis
+from bayestouch.pad.model import PadModel
+
+
+def with_later_drifts(noise: Noise, drifts: Sequence[Drift], model: PadModel) -> Noise:
+    """Noise of touches at times that are far from those of the calibration.
+
+    Parameters
+    ----------
+    noise : Noise
+        Noise of the calibration, in which the drifts count as noise.
+    drifts : sequence of (RandomEffect, values)
+        The drifts.
+    model : PadModel
+        Pad and touches of the calibration.
+    """
+    constant, by_signal = noise.discrepancy_sd**2, noise.signal_share**2
+    recording = model.poses(model.start(model.pad))
+    none, peak = (replace(recording, signal=np.broadcast_to(s, recording.signal.shape)) for s in (0.0, model.peak))
+    for drift, values in drifts:
+        of_mean = float((exact_basis(drift, values, model.known).mean(axis=0) ** 2).sum())
+        at_zero, at_peak = (drift.scale(each)[0] for each in (none, peak))
+        constant = constant + 2 * of_mean * at_zero**2
+        by_signal = by_signal + 2 * of_mean * float(np.mean(((at_peak - at_zero) / model.peak) ** 2))
+    return replace(noise, discrepancy_sd=np.sqrt(constant), signal_share=float(np.sqrt(by_signal)))

@@ -1,0 +1,56 @@
+"""Noise of touches to come on a pad that drifts, against courses of the drift that are drawn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from drifting_pad import BASELINE, GAIN, matern, pad_of
+
+from bayestouch.chain.kernels import GaussianKernel
+from bayestouch.chain.noise import Noise
+from bayestouch.effects.effect import Values
+from bayestouch.effects.random import RandomEffect
+from bayestouch.pad.later_drifts import with_later_drifts
+
+T = 24
+
+
+@pytest.mark.parametrize("length", [3.0, 40.0, 2000.0])
+def test_residuals_and_what_is_added_make_the_error_of_a_later_touch(length: float) -> None:
+    """Mean square of residuals about the mean, plus the addition = mean square of a later value about that mean."""
+    size, n = 0.04, 40_000
+    model = pad_of(T, GaussianKernel(6.0))
+    time = np.asarray(model.known.touch_time_s)
+    second = time > model.known.sessions[0][1]
+    assert 0 < second.sum() < T
+    rng = np.random.default_rng(1)
+    # The tables and the later touch have courses of their own, as they are long after each other.
+    correlation = matern(time, length) * (second[:, None] == second)
+    course = size * np.linalg.cholesky(correlation + 1e-9 * np.eye(T)) @ rng.standard_normal((T, n))
+    mean = course.mean(axis=0)
+    shown = float(((course - mean) ** 2).mean())
+    later = float(((size * rng.standard_normal(n) - mean) ** 2).mean())
+    noise = with_later_drifts(
+        Noise(np.full(2, 0.05), np.full(2, np.sqrt(shown)), 0.0), ((BASELINE, (size, length)),), model
+    )
+    # In units of the peaks, 5 and 7 kPa; the mean square of 40,000 normal values scatters by 0.7 %.
+    added = (noise.discrepancy_sd**2 - shown) / model.peak**2
+    np.testing.assert_allclose(shown + added, later, rtol=0.03)
+    assert noise.signal_share == 0.0
+
+
+@pytest.mark.parametrize(("drift", "values"), [(BASELINE, (0.04, 40.0)), (GAIN, (0.04, 40.0, 1.0))])
+def test_a_zero_adds_to_the_floor_and_a_gain_to_the_share_of_the_signal(drift: RandomEffect, values: Values) -> None:
+    model = pad_of(T, GaussianKernel(6.0))
+    before = Noise(np.full(2, 0.05), np.full(2, 0.1), 0.02)
+    noise = with_later_drifts(before, ((drift, values),), model)
+    assert (noise.discrepancy_sd > before.discrepancy_sd).all() == (drift is BASELINE)
+    assert (noise.signal_share > before.signal_share) == (drift is GAIN)
+    np.testing.assert_array_equal(noise.tactile_sd, before.tactile_sd)
+
+
+def test_without_drifts_the_noise_is_that_of_the_calibration() -> None:
+    before = Noise(np.full(2, 0.05), np.full(2, 0.1), 0.02)
+    noise = with_later_drifts(before, (), pad_of(T, GaussianKernel(6.0)))
+    np.testing.assert_allclose(noise.discrepancy_sd, before.discrepancy_sd, rtol=1e-15)
+    assert noise.signal_share == pytest.approx(0.02, rel=1e-15)
