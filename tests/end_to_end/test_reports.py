@@ -78,7 +78,7 @@ def check_finger_page_shows_the_numbers(finger_report: Report) -> None:
     ]
     shown += [number(row["fits"]["hertz"]["model"]["r_c_mm"]) for row in numbers["estimates"]["contact_models"][:3]]
     shown += [number(row["joint"]["average"]) for row in numbers["calibration"]["peak"]["rows"]]
-    assert len(shown) > 25
+    assert len(shown) > 15
     assert set(shown) <= set(cells)
 
 
