@@ -77,7 +77,7 @@ def layer_transfer(
 
 
 def layer_surface_compliance(frequency: ArrayLike, *, thickness_mm: float, poisson_ratio: float) -> FloatArray:
-    """Inward displacement of the surface, mm, per MPa of pressure ``cos ξx`` (or ``J0(ξρ)``) at μ = 1 MPa.
+    """Displacement of the surface into the layer, mm, per MPa of pressure ``cos ξx`` (or ``J0(ξρ)``) at μ = 1 MPa.
 
     ``(1-σ)/ξ [(3-4σ) sinh H cosh H - H] / [(3-4σ) cosh² H + (1-2σ)² + H²]``, ``H = ξ h > 0``; the fraction
     tends to 1 on a half-space. At ξ = 0 it is ``h (1-2σ)/(2(1-σ))``, one-dimensional compression (infinite

@@ -41,7 +41,7 @@ def diagnose(
         Number of draws of each calibration.
     sample : bool
         Infer the held-out touches before and after, for the errors of R, location and load and for coverage. If False,
-        these are None, and the calibration after is held against that before by its predictions of readings alone;
+        these are None, and the calibration after is compared with that before by its predictions of readings alone;
         everything else is the same.
     seed : int
         Seed of every random number.

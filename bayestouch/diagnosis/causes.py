@@ -38,7 +38,7 @@ from bayestouch.array_types import FloatArray, IntArray
 from bayestouch.diagnosis.place_or_time import IN_PLACE, Densities, blocks_of
 from bayestouch.diagnosis.rounds import SearchRound, Tried
 
-#: What drifts that were tried and not added stand for; and the model without a cause.
+#: Name of the cause if only drifts that were not added explain the readings; and name of the model without a cause.
 IN_TIME, NOTHING = "something in time", "nothing"
 # Number of draws of the bootstrap: the Monte Carlo error of a probability is below 0.008.
 DRAWS = 4000

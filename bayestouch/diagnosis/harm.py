@@ -74,7 +74,7 @@ def worse_quantities_of(before: EvaluatedModel, after: EvaluatedModel, *, believ
 
 
 def references_believed(rounds: tuple[SearchRound, ...], remaining: Remaining, names: Iterable[str]) -> bool:
-    """Whether the data tell that references are off as the effects `names` of a search say.
+    """Whether the data show that references have the errors that the effects `names` of a search describe.
 
     They do if these effects, with the others that were found, explain held-out readings, and no other effect would do
     so as well.

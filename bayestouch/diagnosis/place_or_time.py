@@ -22,7 +22,7 @@ from bayestouch.model.joining import fit_without
 from bayestouch.model.linear import Linearised
 from bayestouch.model.predictive import held_out_density
 
-#: What functions of place stand for in results, next to the names of effects.
+#: Name of functions of place in results, next to the names of effects.
 IN_PLACE = "something in place"
 # Standard errors of a difference of held-out density beyond which one of two explanations is better.
 BETTER = 2.0

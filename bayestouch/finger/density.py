@@ -13,7 +13,7 @@ from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.likelihood import FingerLikelihood
 from bayestouch.finger.local_series import local_series
 from bayestouch.finger.noise import Precisions, log_likelihood_of_scatter
-from bayestouch.finger.place.touches import PlacedErrors
+from bayestouch.finger.place.touches import ErrorsWithPlaces
 from bayestouch.sampling.rank_one import log_density_with_shared_error, shared_error
 
 # Largest number of values in an array (vectors, touches, elements): half a megabyte, which fits into the cache.
@@ -32,7 +32,7 @@ class FingerDensity:
         Readings (n, t, m) at the measured loads, and their derivative with respect to the load, from n flat vectors.
     within : callable
         From n vectors to a mask (n,) of those for which `predict` is valid.
-    errors : PlacedErrors or None
+    errors : ErrorsWithPlaces or None
         Errors of the readings at the fit; None without functions of place. The independent errors are those of each
         vector. Functions of place and errors of the loads are scaled with them: their ratio is that at the fit.
     """
@@ -40,14 +40,14 @@ class FingerDensity:
     likelihood: FingerLikelihood
     predict: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     within: Callable[[FloatArray], NDArray[np.bool_]] = lambda vectors: np.ones(len(vectors), dtype=bool)
-    errors: PlacedErrors | None = None
+    errors: ErrorsWithPlaces | None = None
 
     @classmethod
     def of(cls, fit: FingerFit) -> FingerDensity:
         """Posterior density of a fit."""
         likelihood = fit.likelihood
         series = likelihood.posterior_series(fit.laplace)
-        noise_sd, errors = likelihood.standard_errors(fit.vector).sd, fit.placed_errors
+        noise_sd, errors = likelihood.standard_errors(fit.vector).sd, fit.errors_with_places
         distance = None if errors is None else errors.low_rank.squared_distance
         near = local_series(series, fit.laplace.mode, fit.laplace.sd, noise_sd, distance)
         return cls(likelihood, near, series.covers, errors)
@@ -108,21 +108,21 @@ class FingerDensity:
         predicted, slope = self.predict(vectors)
         spread = likelihood.standard_errors(vectors)
         load = spread.load_sd * rng.standard_normal(slope.shape[:-1])
-        if self.errors is not None and likelihood.placed is not None:
+        if self.errors is not None and likelihood.at_places is not None:
             left = np.where(likelihood.missing, 0.0, likelihood.known.readings) - predicted
             weight = Precisions.of(likelihood.known, likelihood.layout, vectors).weight
-            predicted = predicted + self._drawn_functions(left, weight, rng) - likelihood.placed.shift
+            predicted = predicted + self._drawn_functions(left, weight, rng) - likelihood.at_places.shift
         again = predicted + slope * load[..., None] + spread.sd * rng.standard_normal(slope.shape)
         return np.where(likelihood.missing, np.nan, again)
 
     def _drawn_functions(self, left: FloatArray, weight: FloatArray, rng: np.random.Generator) -> FloatArray | float:
         """Random change of the readings (n, t, m) by functions of place, given the residuals `left` (n, t, m)."""
-        placed = self.likelihood.placed
-        if self.errors is None or placed is None:
+        at_places = self.likelihood.at_places
+        if self.errors is None or at_places is None:
             return 0.0
         missing = self.likelihood.missing
         scaled = np.where(missing, 0.0, np.sqrt(weight) * left)
-        return placed.added(self.errors.low_rank.drawn_weights(scaled, rng))
+        return at_places.added(self.errors.low_rank.drawn_weights(scaled, rng))
 
     def true_loads(self, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Mean and standard deviation (n, t) of the true load of each touch in N/m, for vectors (n, d)."""

@@ -17,7 +17,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.likelihood import LOAD_REACH, FingerLikelihood
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import NoiseShape, Residuals, first_guess, noise_of, noise_shape
-from bayestouch.finger.place.touches import PlacedErrors
+from bayestouch.finger.place.touches import ErrorsWithPlaces
 from bayestouch.finger.priors import FingerPriors
 from bayestouch.model.observations import UntimedTouches
 from bayestouch.sampling.laplace import LaplaceFit
@@ -49,7 +49,7 @@ class FingerFit:
         Prediction for the touches, and standard deviation of reading minus prediction.
     likelihood : FingerLikelihood
         Touches and priors that were fitted.
-    placed_errors : PlacedErrors or None
+    errors_with_places : ErrorsWithPlaces or None
         Errors of the readings at the centre, including functions of place; None without these functions.
     """
 
@@ -62,7 +62,7 @@ class FingerFit:
     predicted: FloatArray
     sd: FloatArray
     likelihood: FingerLikelihood
-    placed_errors: PlacedErrors | None = None
+    errors_with_places: ErrorsWithPlaces | None = None
 
     @property
     def covariance(self) -> FloatArray:
@@ -147,10 +147,10 @@ def settled_fit(likelihood: FingerLikelihood, vector: FloatArray) -> FingerFit:
         if settled:
             break
     predicted, _ = likelihood.predicted(laplace.mode)
-    errors = _placed_errors(likelihood, vector)
-    if errors is not None and likelihood.placed is not None:
-        placed = likelihood.placed
-        predicted = predicted - placed.shift + placed.added(errors.weights(_left(likelihood, vector)))
+    errors = _errors_with_places(likelihood, vector)
+    if errors is not None and likelihood.at_places is not None:
+        at_places = likelihood.at_places
+        predicted = predicted - at_places.shift + at_places.added(errors.weights(_left(likelihood, vector)))
     chain = likelihood.chain(laplace.mode)
     sd = likelihood.standard_errors(vector).sd
     noise = noise_of(likelihood.known, prior.layout, vector)
@@ -189,12 +189,12 @@ def _residuals(likelihood: FingerLikelihood, laplace: LaplaceFit, vector: FloatA
     rows = likelihood.whiten(likelihood.derivatives(laplace.mode), slope, likelihood.standard_errors(vector))
     spent = np.einsum("itm,ij,jtm->m", rows, laplace.covariance, rows, optimize=True)
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
-    errors = _placed_errors(likelihood, vector)
-    if errors is not None and likelihood.placed is not None:
+    errors = _errors_with_places(likelihood, vector)
+    if errors is not None and likelihood.at_places is not None:
         # The residuals are scaled so that their squares have the sum of the whitened readings, which includes that of
         # the weights of functions of place: the noise scales these too.
         distance = (errors.whiten(left) ** 2).sum(axis=0)
-        left = left - likelihood.placed.added(errors.weights(left))
+        left = left - likelihood.at_places.added(errors.weights(left))
         left = left * np.sqrt(distance / np.maximum(((left * errors.weight) ** 2).sum(axis=0), 1e-300))
     return Residuals(left, np.where(likelihood.missing, 0.0, slope), spent)
 
@@ -205,11 +205,11 @@ def _left(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
     return np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
 
 
-def _placed_errors(likelihood: FingerLikelihood, vector: FloatArray) -> PlacedErrors | None:
+def _errors_with_places(likelihood: FingerLikelihood, vector: FloatArray) -> ErrorsWithPlaces | None:
     """Errors of the readings at a flat vector; None without functions of place."""
     _, slope = likelihood.predicted(vector[: likelihood.layout.n_chain])
     errors = likelihood.covariance(slope, likelihood.standard_errors(vector))
-    return errors if isinstance(errors, PlacedErrors) else None
+    return errors if isinstance(errors, ErrorsWithPlaces) else None
 
 
 def _estimated_loads(likelihood: FingerLikelihood, vector: FloatArray) -> FloatArray:
@@ -233,15 +233,15 @@ def _lack_of_fit(likelihood: FingerLikelihood, vector: FloatArray) -> float:
     bare[layout.noise] = np.where(
         some, 0.5 * np.log(np.where(some, known.scatter, 1.0) / np.maximum(known.scatter_dof, 1.0)), bare[layout.noise]
     )
-    bare[layout.missed] = -np.inf
+    bare[layout.log_discrepancy] = -np.inf
     _, slope = likelihood.predicted(vector[: layout.n_chain])
     spread, left, spent = likelihood.standard_errors(bare), _left(likelihood, vector), float(layout.n_chain)
-    errors = _placed_errors(likelihood, bare)
-    if errors is None or likelihood.placed is None:
+    errors = _errors_with_places(likelihood, bare)
+    if errors is None or likelihood.at_places is None:
         z = likelihood.whiten(left, slope, spread)
     else:
         spent += errors.spent.sum()
-        left = np.where(known.missing, 0.0, left - likelihood.placed.added(errors.weights(left)))
+        left = np.where(known.missing, 0.0, left - likelihood.at_places.added(errors.weights(left)))
         by_load = np.where(known.missing, 0.0, slope) * spread.load_sd[:, None]
         z = DiagonalPlusRankOne(spread.sd, by_load).whiten(left)
     return float((z * z).sum() / max(int((~known.missing).sum()) - spent, 1))

@@ -81,8 +81,8 @@ class FlatLayout:
         return slice(self.n_chain, self.n_chain + self.n_elements)
 
     @property
-    def missed(self) -> slice:
-        """Discrepancies; empty if the vector has none."""
+    def log_discrepancy(self) -> slice:
+        """Logarithms of the discrepancies over the noise; empty if the vector has none."""
         first = self.n_chain + self.n_elements
         return slice(first, first + (self.n_elements if self.discrepancy else 0))
 

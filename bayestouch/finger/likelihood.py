@@ -12,7 +12,7 @@ from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatLayout
 from bayestouch.finger.model import FingerModel
 from bayestouch.finger.noise import StandardErrors
-from bayestouch.finger.place.touches import PlacedErrors, PlacedTouches
+from bayestouch.finger.place.touches import ErrorsWithPlaces, TouchesWithPlaces
 from bayestouch.finger.series import Reach, TouchSeries
 from bayestouch.finger.softest_rubber import softest
 from bayestouch.model.observations import UntimedTouches
@@ -43,15 +43,15 @@ class FingerLikelihood:
         The t known touches.
     start : (3 m + 2,) array
         Starting vector of fits.
-    placed : PlacedTouches, optional
+    at_places : TouchesWithPlaces, optional
         Functions of place, as a discrepancy of the readings; by default none.
     """
 
     def __init__(
-        self, model: FingerModel, known: KnownTouches, start: FloatArray, placed: PlacedTouches | None = None
+        self, model: FingerModel, known: KnownTouches, start: FloatArray, at_places: TouchesWithPlaces | None = None
     ) -> None:
         assert model.flat_prior is not None
-        self.prior, self.known, self.start, self.placed = model.flat_prior, known, start, placed
+        self.prior, self.known, self.start, self.at_places = model.flat_prior, known, start, at_places
         self.missing = known.missing
         pose = np.stack([known.radius_mm, known.angle, known.load])
         self.model = replace(model, observed=UntimedTouches(len(known.load)), pose=pose)
@@ -125,12 +125,12 @@ class FingerLikelihood:
         """
         return self.covariance(slope, spread).whiten(np.where(self.missing, 0.0, rows))
 
-    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne | PlacedErrors:
+    def covariance(self, slope: FloatArray, spread: StandardErrors) -> DiagonalPlusRankOne | ErrorsWithPlaces:
         """Covariance of the readings: independent errors, the shared error of the load, functions of place."""
         by_load = np.where(self.missing, 0.0, slope) * spread.load_sd[..., None]
-        if self.placed is None:
+        if self.at_places is None:
             return DiagonalPlusRankOne(spread.sd, by_load)
-        return self.placed.errors(spread.sd, by_load)
+        return self.at_places.errors(spread.sd, by_load)
 
     def maximum(self, spread: StandardErrors) -> LaplaceFit:
         """Mode and Laplace covariance of the coordinates of the chain, for given errors.
@@ -153,7 +153,7 @@ class FingerLikelihood:
         at, n = self.layout, self.layout.n_chain
         mean, width = self.prior.mean[:n], self.prior.spread[:n]
         # With functions of place the covariance takes long to compute and hardly changes within a fit.
-        held = None if self.placed is None else self.covariance(self.predicted(self.start)[1], spread)
+        held = None if self.at_places is None else self.covariance(self.predicted(self.start)[1], spread)
 
         def whiten(rows: FloatArray, slope: FloatArray) -> FloatArray:
             if held is None:
@@ -185,13 +185,13 @@ class FingerLikelihood:
         """The likelihood with the normal approximation of Student-t priors about a flat vector."""
         assert self.model.flat_prior is not None
         model = replace(self.model, flat_prior=self.model.flat_prior.about(vector))
-        return FingerLikelihood(model, self.known, self.start, self.placed)
+        return FingerLikelihood(model, self.known, self.start, self.at_places)
 
     def with_known(self, known: KnownTouches) -> FingerLikelihood:
         """The likelihood for the same touches with other readings, or other estimates of unmeasured loads."""
         model = replace(self.model, evaluator=replace(self.series, known=known))
-        return FingerLikelihood(model, known, self.start, self.placed)
+        return FingerLikelihood(model, known, self.start, self.at_places)
 
-    def with_places(self, known: KnownTouches, placed: PlacedTouches) -> FingerLikelihood:
+    def with_places(self, known: KnownTouches, at_places: TouchesWithPlaces) -> FingerLikelihood:
         """The likelihood with functions of place, for the same touches with other radii and readings."""
-        return FingerLikelihood(replace(self.model, evaluator=None), known, self.start, placed)
+        return FingerLikelihood(replace(self.model, evaluator=None), known, self.start, at_places)

@@ -106,7 +106,7 @@ class _Transform:
         out[:, at.noise] = np.log(values["noise_sd"])
         if at.discrepancy:
             share = values["discrepancy_sd"] / values["noise_sd"] * np.sqrt(self._known.typical_reads)
-            out[:, at.missed] = np.log(share)
+            out[:, at.log_discrepancy] = np.log(share)
         out[:, at.force_noise] = np.log(values["force_noise_sd"])
         for (name, logarithmic, _), place in zip(self._effects, self._places, strict=True):
             out[:, place] = np.log(values[name]) if logarithmic else values[name]
@@ -126,7 +126,7 @@ def _covariance(
         one = np.ones((1, at.n_elements))
         sd = 0.5 * (shape.quantiles(one)[0] - shape.quantiles(-one)[0])[0]
         scale = np.ones(at.size)
-        scale[at.missed] = sd
+        scale[at.log_discrepancy] = sd
         out *= np.outer(scale, scale)
     if further_sd is not None:
         out[at.further, at.further] = np.diag(further_sd**2)

@@ -52,7 +52,7 @@ class StandardErrors:
         noise = np.exp(vector[..., layout.noise])
         share = known.shares
         if layout.discrepancy:
-            share = share + np.exp(2 * vector[..., None, layout.missed]) / known.typical_reads
+            share = share + np.exp(2 * vector[..., None, layout.log_discrepancy]) / known.typical_reads
         return cls(noise[..., None, :] * np.sqrt(share), known.load_sd(np.exp(vector[..., layout.force_noise])))
 
 
@@ -80,7 +80,7 @@ class Precisions:
         log_noise = vectors[:, layout.noise]
         more = np.zeros(log_noise.shape)
         if layout.discrepancy:
-            more = np.exp(2 * vectors[:, layout.missed]) / known.typical_reads
+            more = np.exp(2 * vectors[:, layout.log_discrepancy]) / known.typical_reads
         share = known.shares + more[:, None]
         weight = np.exp(-2 * log_noise)[:, None] / share
         log_weight = -2 * log_noise @ known.share_counts.sum(axis=0)
@@ -113,7 +113,7 @@ def first_guess(known: KnownTouches, prior: FlatPrior) -> FloatArray:
 def public_noise(known: KnownTouches, layout: FlatLayout, vectors: FloatArray) -> tuple[FloatArray, ...]:
     """Noise of a reading and discrepancy, (..., m), and noise of the force sensor, (...), from flat vectors."""
     noise = np.exp(vectors[..., layout.noise])
-    missed = np.exp(vectors[..., layout.missed]) if layout.discrepancy else np.zeros(noise.shape)
+    missed = np.exp(vectors[..., layout.log_discrepancy]) if layout.discrepancy else np.zeros(noise.shape)
     return noise, missed * noise / np.sqrt(known.typical_reads), np.exp(vectors[..., layout.force_noise])
 
 
@@ -191,7 +191,7 @@ def noise_shape(known: KnownTouches, prior: FlatPrior, vector: FloatArray, resid
     last = layout.force_noise - layout.n_chain
     mean[last], covariance[last, last] = _force_noise(known, prior, residuals, weight)
     centre = mean.copy()
-    centre[layout.missed.start - layout.n_chain : layout.missed.stop - layout.n_chain] = 0.0
+    centre[layout.log_discrepancy.start - layout.n_chain : layout.log_discrepancy.stop - layout.n_chain] = 0.0
     return NoiseShape(mean, centre, covariance, QuantileMaps.of(grids, masses) if layout.discrepancy else None)
 
 

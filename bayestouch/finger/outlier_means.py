@@ -62,16 +62,18 @@ def mean_errors(
     groups, scale = (out.touch, out.element), noise.scale[out.element]
     for i, vector in enumerate(vectors):
         own, (values, *_) = np.exp(2 * vector[at.noise]), noise.values(vector)
-        missed = own * np.exp(2 * vector[at.missed]) / known.typical_reads if at.discrepancy else np.zeros(len(own))
+        discrepancy = np.zeros(len(own))
+        if at.discrepancy:
+            discrepancy = own * np.exp(2 * vector[at.log_discrepancy]) / known.typical_reads
         expected, spread = np.zeros(len(scale)), np.full(len(scale), np.inf)
         if load_sd is not None:
             expected = (predicted[i] - noise.raw)[groups] / scale
-            spread = np.maximum(missed + load_sd[i] ** 2, LEAST * own)[groups] / scale**2
+            spread = np.maximum(discrepancy + load_sd[i] ** 2, LEAST * own)[groups] / scale**2
         means = out.true_means(values, own / noise.scale**2, expected, spread)
         # A single sample: its variance is that of usual and wrong readings together.
         variance[i] = own + values[0] * (values[1] * noise.peak) ** 2
         variance[i][groups] = means.variance * scale**2
-        variance[i] += missed
+        variance[i] += discrepancy
         true[i][groups] += means.mean * scale
         gained[i] = np.bincount(out.touch, means.gained, minlength=left.shape[1])
         samples[i] = means.log_samples.sum()

@@ -17,7 +17,7 @@ from bayestouch.data.touches import Touches
 from bayestouch.errors import InputError
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.model.fitting import drift_basis, spread_over_elements
 from bayestouch.model.observations import Observations, history_of
@@ -108,8 +108,8 @@ def _plain(
     if places is None:
         columns = _by_unknown(calibration_jacobian(chain, *touch))
         return chain.predict, chain.predict(*touch), columns, calibration.covariance, none
-    placed = PlacedFinger(chain, places)
-    felt = placed.effective_radius(touch[0], touch[1]), touch[1], touch[2]
+    with_places = FingerWithPlaces(chain, places)
+    felt = with_places.effective_radius(touch[0], touch[1]), touch[1], touch[2]
     jacobian, _ = places.jacobian(calibration_jacobian(chain, *felt), chain, felt)
     # Given all parameters, the weights of an element's own functions vary by `own_covariance`.
     own = places.functions.own_columns(places.reference(chain), *felt)
@@ -119,7 +119,7 @@ def _plain(
         further[:, e, e * k : (e + 1) * k] = own[:, e]
     covariance = block_diag(places.covariance, *places.own_covariance) if k else places.covariance
     columns = np.concatenate([_by_unknown(jacobian), further], axis=2)
-    return placed.predict, placed.predict(*touch), columns, np.asarray(covariance), none
+    return with_places.predict, with_places.predict(*touch), columns, np.asarray(covariance), none
 
 
 def _by_unknown(jacobian: FloatArray) -> FloatArray:

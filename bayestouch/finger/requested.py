@@ -150,7 +150,7 @@ def _by_name(logs: FloatArray, at: FlatLayout) -> dict[str, FloatArray]:
         "theta_s": logs[:, at.angle],
         "response": logs[:, at.response],
         "noise_sd": logs[:, at.noise],
-        **({"discrepancy_sd": logs[:, at.missed]} if at.discrepancy else {}),
+        **({"discrepancy_sd": logs[:, at.log_discrepancy]} if at.discrepancy else {}),
         "force_noise_sd": logs[:, at.force_noise],
     }
 

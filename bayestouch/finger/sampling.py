@@ -129,7 +129,7 @@ class PosteriorMap:
         at, n = self.layout, self.layout.n_chain
         vectors, log_derivative = points.copy(), np.zeros(len(points))
         if self.quantiles is not None:
-            vectors[:, at.missed], log_derivative = self.quantiles(points[:, at.missed])
+            vectors[:, at.log_discrepancy], log_derivative = self.quantiles(points[:, at.log_discrepancy])
         if self.further_sd is not None:
             log_derivative = log_derivative + self._place_further(points, vectors)
         weight = self._variance(self.vector[None]) / self._variance(vectors)
@@ -184,7 +184,7 @@ class PosteriorMap:
         known, at = self.known, self.layout
         share = np.full(at.n_elements, 1 / known.typical_reads)
         if at.discrepancy:
-            share = share + np.exp(2 * vectors[:, at.missed]) / known.typical_reads
+            share = share + np.exp(2 * vectors[:, at.log_discrepancy]) / known.typical_reads
         return np.asarray(np.exp(2 * vectors[:, at.noise]) * share)
 
 
@@ -224,7 +224,7 @@ def sample_fit(
     covariance = np.eye(layout.size)
     covariance[n:, n:] = shape.covariance
 
-    budget = Budget() if fit.likelihood.placed is None else DEAR
+    budget = Budget() if fit.likelihood.at_places is None else DEAR
     return draw_points(density, to_vectors, centre, covariance, draws, seed, progress, moves, budget)
 
 

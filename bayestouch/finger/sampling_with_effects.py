@@ -92,8 +92,8 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     guess[at.further.start - n :] = further
     # The search starts with small discrepancies: large ones would explain the readings instead of drifts and shared
     # errors.
-    missed = slice(at.missed.start - n, at.missed.stop - n)
-    guess[missed] -= 2 * prior.spread[at.missed]
+    missed = slice(at.log_discrepancy.start - n, at.log_discrepancy.stop - n)
+    guess[missed] -= 2 * prior.spread[at.log_discrepancy]
     vector = np.concatenate([fitted.vector, guess])
     shape = None
     for _ in range(STEPS):

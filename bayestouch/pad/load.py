@@ -68,7 +68,7 @@ def load_statistics(problem: PadProblem, model: PadCandidate) -> dict[str, float
 def _with_even_noise(misfit: MapDiscrepancy) -> MapDiscrepancy:
     """The discrepancy with the mean variance of each element in all its readings.
 
-    The noise of the linear model includes what it misses at high loads. With this noise few readings at low loads would
+    The noise of the linear model includes its error at high loads. With this noise few readings at low loads would
     determine the exponent.
     """
     mean = np.where(misfit.present, misfit.variance, 0.0).sum(axis=0) / np.maximum(misfit.present.sum(axis=0), 1)

@@ -63,7 +63,7 @@ def array_of(group: xr.Dataset, name: str, shape: tuple[int, ...], kinds: str = 
     name : str
         Name of the variable.
     shape : tuple of int
-        Expected shape; -1 stands for any length.
+        Expected shape; -1 means any length.
     kinds : str
         Allowed kinds of values, as in `numpy.dtype.kind`.
 

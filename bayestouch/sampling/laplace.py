@@ -105,7 +105,7 @@ def solve_lower(root: FloatArray, rows: FloatArray, *, transposed: bool = False)
     root : (n, k, k) array
         Lower triangular matrices.
     rows : (n, k) array
-        Right-hand sides.
+        Right sides of the systems.
     transposed : bool
         Solve with the transposed matrices.
     """

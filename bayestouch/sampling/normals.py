@@ -79,7 +79,7 @@ class CorrelatedNormals:
     def log_given_others(self, values: FloatArray) -> FloatArray:
         """See `Normals`.
 
-        With precision ``Q`` and residual ``r``, a number given the others has variance ``1/Q_ii`` and misses its
+        With precision ``Q`` and residual ``r``, a number given the others has variance ``1/Q_ii`` and differs from its
         conditional mean by ``(Q r)_i/Q_ii`` (Bürkner, Gabry and Vehtari 2021, Computational Statistics 36, 1243).
         """
         precision = np.square(self.whitener).sum(axis=1)

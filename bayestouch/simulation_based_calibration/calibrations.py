@@ -162,7 +162,7 @@ def flat_vectors(fit: FingerFit, public: Mapping[str, FloatArray]) -> FloatArray
     out[:, at.force_noise] = np.log(public["force_noise_sd"])
     if at.discrepancy:
         reads = fit.likelihood.known.typical_reads
-        out[:, at.missed] = np.log(public["discrepancy_sd"] / public["noise_sd"] * np.sqrt(reads))
+        out[:, at.log_discrepancy] = np.log(public["discrepancy_sd"] / public["noise_sd"] * np.sqrt(reads))
     return out
 
 

@@ -92,7 +92,7 @@ def test_density_is_the_posterior_sample_by_sample() -> None:
     def slow(vector: np.ndarray) -> float:
         chain = fit.likelihood.chain(vector)
         s, force = np.exp(vector[at.noise]), np.exp(vector[at.force_noise])
-        d = np.exp(vector[at.missed]) * s / np.sqrt(SAMPLES)
+        d = np.exp(vector[at.log_discrepancy]) * s / np.sqrt(SAMPLES)
         # the samples of a touch share its discrepancy
         shared = np.linalg.inv(np.eye(SAMPLES)[None] * s[:, None, None] ** 2 + d[:, None, None] ** 2)
         total = -0.5 * len(load) * np.linalg.slogdet(np.linalg.inv(shared))[1].sum()

@@ -14,7 +14,7 @@ from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import calibration_jacobian
 from bayestouch.contact import composite_radius
 from bayestouch.finger.calibration import finger_chain
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.planned import planned
 from bayestouch.finger.reading.covariance import reading_covariance
@@ -94,7 +94,7 @@ def test_with_functions_of_place_the_covariance_is_that_of_touches_that_are_read
     table = grid(one)
     radius = composite_radius(table.indenter_radius_mm, chain.outer_radius_mm)
     angle = np.radians(table.angle_deg)
-    touch = PlacedFinger(chain, places).effective_radius(radius, angle), angle, table.load
+    touch = FingerWithPlaces(chain, places).effective_radius(radius, angle), angle, table.load
     jacobian, own = places.jacobian(calibration_jacobian(chain, *touch), chain, touch)
     expected = reading_covariance(jacobian, places.covariance) + own[:, :, None] * np.eye(chain.n_elements)
     readings = planned(one, table).readings

@@ -49,7 +49,7 @@ def test_the_map_of_a_posterior_with_a_drift_follows_the_noise(name: str) -> Non
     fitted, start = stated.fitted, stated.evaluation.start
     fit = effect_fit(fitted, stated.added, EffectPosterior.of(fitted, start.priors, start.fitted.model.known))
     at, density = fit.posterior.layout, fit.density()
-    noise = slice(at.noise.start, at.missed.stop)
+    noise = slice(at.noise.start, at.log_discrepancy.stop)
     z = np.zeros((100, at.size))
     k = noise.stop - noise.start
     root = np.linalg.cholesky(fit.shape.covariance[:k, :k])

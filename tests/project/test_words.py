@@ -1,10 +1,12 @@
-"""Pages and messages are in the words of the field: none of the words of `docs/style/words.toml` is in them."""
+"""Pages, messages, docstrings and comments have none of the words of `docs/style/words.toml`."""
 
 from __future__ import annotations
 
 import ast
+import io
 import json
 import re
+import tokenize
 import tomllib
 from collections.abc import Iterator
 
@@ -78,6 +80,38 @@ def test_messages_and_reports_have_none_of_these_words() -> None:
     assert not lines, f"{len(lines)} words of docs/style/words.toml:\n" + "\n".join(lines)
 
 
+#: Names in double backquotes, which are code.
+NAMES = re.compile(r"``[^`]+``")
+
+
+def remarks(source: str) -> str:
+    """Docstrings and comments of a module, each in its line, with all code blanked."""
+    lines = [""] * (source.count("\n") + 1)
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant) and isinstance(node.value.value, str):
+            first, last = node.value.lineno - 1, node.value.end_lineno
+            lines[first:last] = source.split("\n")[first:last]
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            lines[token.start[0] - 1] += token.string
+    # The indentation of a docstring is not that of a block of code.
+    return NAMES.sub("", "\n".join(line.strip() for line in lines))
+
+
+def test_docstrings_and_comments_have_none_of_these_words() -> None:
+    lines = [
+        line
+        for path in sorted((ROOT / "bayestouch").rglob("*.py"))
+        for line in found(path.relative_to(ROOT).as_posix(), remarks(path.read_text("utf-8")))
+    ]
+    assert not lines, f"{len(lines)} words of docs/style/words.toml:\n" + "\n".join(lines)
+
+
+def test_remarks_of_a_module_are_its_docstrings_and_comments() -> None:
+    source = 'def f():\n    """It\n\n    stands."""\n    return "alike"  # Alike, ``alike``.\n'
+    assert [line.split(": ")[0] for line in found("a.py", remarks(source))] == ["a.py:4", "a.py:5"]
+
+
 def test_texts_of_a_module_are_its_messages() -> None:
     source = '"""It stands."""\nx = f"{y} is told"\n\ndef f():\n    """Stands."""\n    return "a b"\n'
     assert sorted(texts(source)) == ["0 is told", "a b"]
@@ -110,6 +144,8 @@ def test_the_prose_linter_is_asked() -> None:
     [
         ("An edge is told from a flat.", 2),
         ("What the model misses stands here.", 2),
+        ("What it misses at high loads.", 1),
+        ("A touch that missed its target.", 0),
         ("Drawn by hand.", 0),
         ("The command hands out the blocks.", 1),
         ("`stands` and\n```python\nalike = 1\n```\n", 0),

@@ -13,7 +13,7 @@ from bayestouch.finger.place.posterior import PlacePosterior
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedFinger:
+class FingerWithPlaces:
     """A calibrated finger with the mean of its functions of place.
 
     Attributes

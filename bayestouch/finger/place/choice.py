@@ -64,7 +64,7 @@ class Choice:
         own, surface = self.functions.own, self.functions.surface
         if own is not None:
             where = "its E map" if self.functions.kind == MAP else "its readings"
-            parts.append(f"each element misses the model in {where}, {100 * own.sd:.2g} % of the peak")
+            parts.append(f"each element differs from the model in {where}, by {100 * own.sd:.2g} % of the peak")
         if surface is not None:
             parts.append(f"the curvature of the surface varies by {100 * surface.sd:.2g} %")
         return (

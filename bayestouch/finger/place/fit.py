@@ -11,7 +11,7 @@ from bayestouch.finger.fit import FingerFit, settled_fit
 from bayestouch.finger.place.choice import choose_functions
 from bayestouch.finger.place.functions import PlaceFunctions
 from bayestouch.finger.place.posterior import PlacePosterior, joint_covariance
-from bayestouch.finger.place.touches import PlacedTouches
+from bayestouch.finger.place.touches import TouchesWithPlaces
 
 #: Choices of the discrepancy: the one that predicts held-out places best; none; independent from touch to touch; and
 #: functions of place in addition to that.
@@ -46,35 +46,35 @@ def fit_with_places(fit: FingerFit, functions: PlaceFunctions) -> tuple[FingerFi
     """
     known = fit.likelihood.known
     posterior: PlacePosterior | None = None
-    placed_fit = fit
+    fitted = fit
     for _ in range(FITS if functions.surface is None else FITS_OF_SURFACE):
-        chain, vector = placed_fit.chain, placed_fit.vector
+        chain, vector = fitted.chain, fitted.vector
         effective, bent = known.radius_mm, np.zeros(len(known.load))
         if posterior is not None:
             effective = posterior.effective_radius(known.radius_mm, known.angle, chain.outer_radius_mm)
             bent = posterior.log_curvature(known.angle)
         touch = (effective, known.angle, known.load)
         own, surface = functions.own_columns(chain, *touch), functions.surface_columns(chain, *touch, bent)
-        sd = placed_fit.likelihood.standard_errors(vector).sd
+        sd = fitted.likelihood.standard_errors(vector).sd
         mean = np.zeros(surface.shape[2]) if posterior is None else posterior.surface
-        placed = PlacedTouches.of(own, surface, sd, mean)
-        moved = replace(known, radius_mm=effective, readings=known.readings + placed.shift)
-        likelihood = fit.likelihood.with_places(moved, placed)
+        at_places = TouchesWithPlaces.of(own, surface, sd, mean)
+        moved = replace(known, radius_mm=effective, readings=known.readings + at_places.shift)
+        likelihood = fit.likelihood.with_places(moved, at_places)
         likelihood.start = vector[: likelihood.layout.n_chain]
-        placed_fit = settled_fit(likelihood, vector)
-        posterior = _posterior(placed_fit, functions, chain.angle, chain.response)
+        fitted = settled_fit(likelihood, vector)
+        posterior = _posterior(fitted, functions, chain.angle, chain.response)
     assert posterior is not None
-    return placed_fit, posterior
+    return fitted, posterior
 
 
 def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, response: FloatArray) -> PlacePosterior:
     """Posterior of the weights at the mode of a fit."""
-    likelihood, errors = fit.likelihood, fit.placed_errors
-    placed, at = likelihood.placed, likelihood.layout
+    likelihood, errors = fit.likelihood, fit.errors_with_places
+    at_places, at = likelihood.at_places, likelihood.layout
     assert errors is not None
-    assert placed is not None
-    m, k, r = placed.basis.shape
-    q, n = placed.surface.shape[2], m * r
+    assert at_places is not None
+    m, k, r = at_places.basis.shape
+    q, n = at_places.surface.shape[2], m * r
     predicted, _ = likelihood.predicted(fit.laplace.mode)
     left = np.where(likelihood.missing, 0.0, likelihood.known.readings - predicted)
     weights = errors.weights(left)
@@ -87,7 +87,7 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
     joint = joint_covariance(fit.covariance, moved[n:], given[n:, n:])
     with_parents = np.concatenate([of_model, of_model @ moved[n:].T + given[:, n:]], axis=1)
     gains, own_covariance = np.empty((m, k, 5 + q)), np.empty((m, k, k))
-    for e, basis in enumerate(placed.basis):
+    for e, basis in enumerate(at_places.basis):
         own = slice(e * r, (e + 1) * r)
         parents = [e, m + e, 2 * m + e, at.sigma, at.log_mu, *range(3 * m + 2, 3 * m + 2 + q)]
         crossed = with_parents[own][:, parents]
@@ -100,7 +100,7 @@ def _posterior(fit: FingerFit, functions: PlaceFunctions, angle: FloatArray, res
         functions=functions,
         angle=angle,
         response=response,
-        own=np.einsum("mkr,mr->mk", placed.basis, weights[:n].reshape(m, r)),
+        own=np.einsum("mkr,mr->mk", at_places.basis, weights[:n].reshape(m, r)),
         surface=weights[n:],
         gains=gains,
         own_covariance=own_covariance,

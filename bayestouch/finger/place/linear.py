@@ -64,7 +64,7 @@ def linear_elements(likelihood: FingerLikelihood, vector: FloatArray) -> list[Li
     """Elements with readings, linearised at the flat vector of a fit."""
     at, known, prior = likelihood.layout, likelihood.known, likelihood.prior
     bare = vector.copy()
-    bare[at.missed] = -np.inf
+    bare[at.log_discrepancy] = -np.inf
     chain = vector[: at.n_chain]
     predicted, slope = likelihood.predicted(chain)
     spread = likelihood.standard_errors(bare)

@@ -14,7 +14,7 @@ LEAST_INFORMATION = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedErrors:
+class ErrorsWithPlaces:
     """Errors of the readings of known touches, including functions of place.
 
     Attributes
@@ -48,7 +48,7 @@ class PlacedErrors:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedTouches:
+class TouchesWithPlaces:
     """Readings that standard normal weights of functions of place add to known touches.
 
     Attributes
@@ -70,7 +70,7 @@ class PlacedTouches:
     shift: FloatArray
 
     @classmethod
-    def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray, mean: FloatArray) -> PlacedTouches:
+    def of(cls, own: FloatArray, surface: FloatArray, sd: FloatArray, mean: FloatArray) -> TouchesWithPlaces:
         """Functions at the touches, from their columns and the errors of the readings.
 
         Parameters
@@ -90,7 +90,7 @@ class PlacedTouches:
         basis = turn[:, :, k - kept :]
         return cls(basis, columns @ basis, surface, surface @ mean)
 
-    def errors(self, sd: FloatArray, by_load: FloatArray) -> PlacedErrors:
+    def errors(self, sd: FloatArray, by_load: FloatArray) -> ErrorsWithPlaces:
         """Errors of the readings.
 
         Parameters
@@ -102,7 +102,7 @@ class PlacedTouches:
         """
         weight = np.where(np.isfinite(sd), 1 / sd, 0.0)
         low_rank = LowRank(by_load * weight, self.own * weight.T[:, :, None], self.surface * weight[:, :, None])
-        return PlacedErrors(weight, low_rank)
+        return ErrorsWithPlaces(weight, low_rank)
 
     def added(self, weights: FloatArray) -> FloatArray:
         """Change of the readings (..., t, m) for weights (..., m r + q)."""

@@ -9,16 +9,16 @@ import numpy as np
 
 from bayestouch.array_types import FloatArray
 from bayestouch.chain.neighbours import Neighbours
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.functions import PLACE
 from bayestouch.finger.reading.covariance import reading_covariance
 from bayestouch.finger.reading.reading_table import ANGLES, ReadingTable
 
 
-def placed_table(finger: PlacedFinger, low: float, high: float) -> ReadingTable:
+def table_with_places(finger: FingerWithPlaces, low: float, high: float) -> ReadingTable:
     """Table of readings with the mean of own functions, for θ_c from `low` to `high`, rad; as `ReadingTable.of`.
 
-    The radius of the table is the *effective* radius, see `PlacedFinger.effective_radius`.
+    The radius of the table is the *effective* radius, see `FingerWithPlaces.effective_radius`.
     """
     table, places = ReadingTable.of(finger.elastic, low, high), finger.places
     process = places.functions.own
@@ -45,16 +45,16 @@ def placed_table(finger: PlacedFinger, low: float, high: float) -> ReadingTable:
 
 
 @dataclass(frozen=True, eq=False)
-class PlacedCovariance:
+class CovarianceWithPlaces:
     """Covariance of the readings of touches due to a calibration with functions of place.
 
     Attributes
     ----------
-    finger : PlacedFinger
+    finger : FingerWithPlaces
         Calibrated finger.
     """
 
-    finger: PlacedFinger
+    finger: FingerWithPlaces
 
     def __call__(self, radius_mm: FloatArray, angle: FloatArray, load: FloatArray) -> FloatArray:
         """Covariance (t, m, m) for touches of composite radius R (mm), location (rad) and load (N/m), all (t,)."""

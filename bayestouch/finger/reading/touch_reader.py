@@ -16,13 +16,13 @@ from bayestouch.data.survey import Survey
 from bayestouch.data.touches import Touches
 from bayestouch.finger.calibration import finger_chain
 from bayestouch.finger.chain_with_effects import ChainWithEffects
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.posterior import PlacePosterior
 from bayestouch.finger.reading.covariance import CalibrationCovariance
 from bayestouch.finger.reading.draws import DRAWN, TIPS, WHITENER, FingerSampler
 from bayestouch.finger.reading.likelihood import FingerTouchModel
 from bayestouch.finger.reading.misfit import FingerMisfit
-from bayestouch.finger.reading.places import PlacedCovariance, placed_table
+from bayestouch.finger.reading.places import CovarianceWithPlaces, table_with_places
 from bayestouch.finger.reading.reader import CalibratedFinger, FingerPosterior, IndenterPriors, TouchReadings
 from bayestouch.finger.reading.reading_table import ReadingTable
 from bayestouch.finger.reading.rows import FingerTouches, readings_of, rows_as_touches
@@ -241,6 +241,6 @@ def _model(
         return empirical.chain, reading_table(empirical.chain, *ends), empirical.reading_covariance
     places = PlacePosterior.from_arrays(calibration.extra)
     if places is not None:
-        finger = PlacedFinger(elastic, places)
-        return finger, placed_table(finger, *ends), PlacedCovariance(finger)
+        finger = FingerWithPlaces(elastic, places)
+        return finger, table_with_places(finger, *ends), CovarianceWithPlaces(finger)
     return elastic, ReadingTable.of(elastic, *ends), CalibrationCovariance(elastic, calibration.covariance)

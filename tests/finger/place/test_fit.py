@@ -13,11 +13,11 @@ from bayestouch.finger.density import FingerDensity
 from bayestouch.finger.fit import FingerFit
 from bayestouch.finger.local_series import LARGEST_ERROR, LocalSeries
 from bayestouch.finger.place import functions
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.fit import fit_with_places
 from bayestouch.finger.place.functions import PlaceFunctions, Process
 from bayestouch.finger.place.posterior import PlacePosterior
-from bayestouch.finger.reading.places import PlacedCovariance
+from bayestouch.finger.reading.places import CovarianceWithPlaces
 
 CASES = {MAP: PlaceFunctions(functions.MAP, Process(9.0, 0.02)), SURFACE: PlaceFunctions(surface=Process(14.0, 0.15))}
 
@@ -37,14 +37,16 @@ def written_out(fit: FingerFit, places: PlacePosterior, wanted: PlaceFunctions) 
     known, at = likelihood.known, likelihood.layout
     spread = likelihood.standard_errors(fit.vector)
     _, slope = likelihood.predicted(fit.laplace.mode)
-    assert likelihood.placed is not None
+    assert likelihood.at_places is not None
 
     def rows(elastic: np.ndarray, touch: tuple[np.ndarray, ...], surface: np.ndarray) -> np.ndarray:
         own = own_blocks(wanted.own_columns(chain, *touch))
         return np.concatenate([elastic, own, np.moveaxis(surface, -1, 0)])
 
     data = rows(
-        likelihood.derivatives(fit.laplace.mode), (known.radius_mm, known.angle, known.load), likelihood.placed.surface
+        likelihood.derivatives(fit.laplace.mode),
+        (known.radius_mm, known.angle, known.load),
+        likelihood.at_places.surface,
     )
     information = np.diag(
         np.concatenate([likelihood.prior.spread[: at.n_chain] ** -2.0, np.ones(len(data) - at.n_chain)])
@@ -54,7 +56,7 @@ def written_out(fit: FingerFit, places: PlacePosterior, wanted: PlaceFunctions) 
         precision = np.linalg.inv(np.diag(spread.sd[t] ** 2) + np.outer(push, push))
         information += data[:, t] @ precision @ data[:, t].T
     covariance = np.linalg.inv(information)
-    finger = PlacedFinger(fit.chain, places)
+    finger = FingerWithPlaces(fit.chain, places)
     radius, angle, load = touches(6)
     new = (finger.effective_radius(radius, angle), angle, load)
     own = calibration_jacobian(fit.chain, *new)
@@ -74,7 +76,7 @@ def test_what_is_left_uncertain_of_readings(missed: object) -> None:
     # The fit ends when its noise has settled to 2 %: the parameters' covariance at the very noise that it ended with.
     settled = replace(fit, laplace=fit.likelihood.maximum(fit.likelihood.standard_errors(fit.vector)))
     places = places.with_model_covariance(settled.covariance)
-    found = PlacedCovariance(PlacedFinger(fit.chain, places))(*touches(6))
+    found = CovarianceWithPlaces(FingerWithPlaces(fit.chain, places))(*touches(6))
     wanted = written_out(fit, places, CASES[missed])  # type: ignore[index]
     sd = np.sqrt(np.einsum("tii->ti", wanted))
     # The functions are at the finger of the fit before the last, whose response differs by a few thousandths.
@@ -89,15 +91,15 @@ def test_readings_of_touches_that_no_calibration_saw(missed: object) -> None:
     """Errors of predictions are as large as they are said to be, and far smaller than without the functions."""
     before = missed_fit(missed)
     fit, places = fit_with_places(before, CASES[missed])  # type: ignore[index]
-    finger, touch = PlacedFinger(fit.chain, places), touches(80)
+    finger, touch = FingerWithPlaces(fit.chain, places), touches(80)
     truth = missed_finger(missed).predict(*touch)  # type: ignore[attr-defined]
     error = finger.predict(*touch) - truth
-    sd = np.sqrt(np.einsum("tii->ti", PlacedCovariance(finger)(*touch)))
+    sd = np.sqrt(np.einsum("tii->ti", CovarianceWithPlaces(finger)(*touch)))
     # Neighbours share their errors: some twenty independent ones an element.
     assert 0.7 < np.sqrt(np.mean((error / sd) ** 2)) < 1.4
     left = before.chain.predict(*touch) - truth
     assert np.sqrt(np.mean(error**2)) < 0.5 * np.sqrt(np.mean(left**2))
-    observed = fit.likelihood.known.readings - fit.likelihood.placed.shift  # type: ignore[union-attr]
+    observed = fit.likelihood.known.readings - fit.likelihood.at_places.shift  # type: ignore[union-attr]
     assert np.sqrt(np.mean((fit.predicted - observed) ** 2)) < 1.2 * 8.0 / 2  # noise of a mean of four
     assert fit.lack_of_fit < 1.3 < before.lack_of_fit
 
@@ -136,5 +138,5 @@ def test_arrays_hold_it() -> None:
     assert again is not None
     assert again.functions == places.functions
     touch = touches(5)
-    one, other = (PlacedCovariance(PlacedFinger(fit.chain, each))(*touch) for each in (places, again))
+    one, other = (CovarianceWithPlaces(FingerWithPlaces(fit.chain, each))(*touch) for each in (places, again))
     np.testing.assert_allclose(other, one, rtol=1e-4, atol=1e-6 * one.max())

@@ -7,17 +7,17 @@ import pytest
 from known_fingers import true_chain
 from place_cases import touches
 
-from bayestouch.finger.place.chain import PlacedFinger
+from bayestouch.finger.place.chain import FingerWithPlaces
 from bayestouch.finger.place.functions import MAP, PLACE, PlaceFunctions, Process
 from bayestouch.finger.place.posterior import PlacePosterior
-from bayestouch.finger.reading.places import placed_table
+from bayestouch.finger.reading.places import table_with_places
 from bayestouch.finger.reading.reader import FingerPosterior, IndenterPriors, TouchReadings
 
 CHAIN = true_chain()
 SURFACE = Process(14.0, 0.2)
 
 
-def finger(kind: str, surface: Process | None) -> PlacedFinger:
+def finger(kind: str, surface: Process | None) -> FingerWithPlaces:
     """A finger with functions of place that are known for sure."""
     rng, m = np.random.default_rng(6), CHAIN.n_elements
     own = Process(9.0, 0.03) if kind else None
@@ -32,7 +32,7 @@ def finger(kind: str, surface: Process | None) -> PlacedFinger:
         own_covariance=np.zeros((m, k, k)),
         covariance=np.zeros((3 * m + 2 + q,) * 2),
     )
-    return PlacedFinger(CHAIN, places)
+    return FingerWithPlaces(CHAIN, places)
 
 
 @pytest.mark.parametrize(("kind", "surface"), [(MAP, None), (PLACE, None), ("", SURFACE), (MAP, SURFACE)])
@@ -43,7 +43,7 @@ def test_density_by_table_is_that_by_the_finger(kind: str, surface: Process | No
     assert np.abs(readings - CHAIN.predict(radius, angle, load)).max() > 10
     unknown = TouchReadings(readings, np.ones(readings.shape, dtype=int), load, np.ones(20))
     priors = IndenterPriors.of(built, 200.0)
-    table = placed_table(built, *priors.location.support)
+    table = table_with_places(built, *priors.location.support)
     posterior = FingerPosterior(built, unknown, priors, np.ones(readings.shape), table)
     x = np.stack([np.log(radius / (CHAIN.outer_radius_mm - radius)), angle, load], axis=-1)[:, None]
     left = posterior.residual(x, np.arange(20))[:, 0]
