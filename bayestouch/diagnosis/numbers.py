@@ -29,7 +29,7 @@ def diagnosis_numbers(traced: Traced) -> Numbers:
     effects = [_effect(each, chosen[each.effect.name], traced.explained.calibration) for each in traced.added]
     numbers: Numbers = {
         "data": {
-            "touches": len(np.unique(data.table.touch[data.calibrating | data.held_out])),
+            "touches": len(np.unique(data.table.touch[data.training | data.held_out])),
             "elements": data.dataset.sensor.n_elements,
             "held_out_touches": data.n_held_out,
         },

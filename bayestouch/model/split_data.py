@@ -50,8 +50,6 @@ class SplitData:
         Rows of the touches used in fits and choices of effects, and of the touches used in neither.
     notes : tuple of str
         Notes on how the data set was split, and on assumptions.
-    before_thinning : (n,) bool array, optional
-        `training` before it was thinned; None if it was not.
     """
 
     dataset: DataSet
@@ -64,7 +62,6 @@ class SplitData:
     training: BoolArray
     held_out: BoolArray
     notes: tuple[str, ...]
-    before_thinning: BoolArray | None = None
 
     @classmethod
     def of(cls, dataset: DataSet, fold: int = 2) -> SplitData:
@@ -185,11 +182,6 @@ class SplitData:
         )
 
     @property
-    def calibrating(self) -> BoolArray:
-        """Rows of the touches used in calibrations before and after: `training`, not thinned."""
-        return self.training if self.before_thinning is None else self.before_thinning
-
-    @property
     def n_held_out(self) -> int:
         """Number of held-out touches."""
         return len(np.unique(self.table.touch[self.held_out]))
@@ -209,14 +201,13 @@ class SplitData:
         return tuple((float(time.min()), float(time.max())) for time in times)
 
     def thinned(self, most: int | None, seed: int) -> SplitData:
-        """The split with at most `most` training touches for the search, chosen at random; None for no limit."""
+        """The split with at most `most` training touches, chosen at random; None for no limit."""
         ids = np.unique(self.table.touch[self.training])
         if most is None or len(ids) <= most:
             return self
         chosen = np.random.default_rng(seed).choice(ids, most, replace=False)
-        note = f"the search uses {most:,} of {len(ids):,} touches that are not held out, chosen at random"
-        training = self.training & np.isin(self.table.touch, chosen)
-        return replace(self, training=training, before_thinning=self.calibrating, notes=(*self.notes, note))
+        note = f"{most:,} of {len(ids):,} touches that are not held out are used, chosen at random"
+        return replace(self, training=self.training & np.isin(self.table.touch, chosen), notes=(*self.notes, note))
 
     def setting(self, contact: str, reference_load: float) -> Setting:
         """Setting from which effects choose their priors and probes."""

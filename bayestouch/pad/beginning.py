@@ -112,7 +112,7 @@ class PadEvaluation:
             dataset=data.dataset,
             table=data.table,
             clock=Timing(data.time_s, data.held_s, data.unit),
-            training=data.calibrating,
+            training=data.training,
             rest=data.rest,
             setting=self.setting,
             kernel=self.kernel or model.pad.kernel.name,

@@ -22,7 +22,6 @@ from bayestouch.diagnosis import diagnose
 from bayestouch.diagnosis.comparison import FOLDS, folds
 from bayestouch.effects.random import BaselineDrift
 from bayestouch.finger.start import base_fit
-from bayestouch.model.body import body_of
 from bayestouch.model.fitting import fit
 from bayestouch.model.predictive import held_out_density
 from bayestouch.model.split_data import SplitData
@@ -141,16 +140,6 @@ def test_thinned_training_stays_apart() -> None:
     assert fitted <= set(data.table.touch[data.training])
     np.testing.assert_array_equal(thin.held_out, data.held_out)
     assert data.thinned(None, 3) is data and data.thinned(400, 3) is data
-    np.testing.assert_array_equal(thin.calibrating, data.training)
-    np.testing.assert_array_equal(thin.thinned(20, 3).calibrating, data.training)
-
-
-def test_calibrations_of_a_thinned_split_use_all_touches_that_are_not_held_out() -> None:
-    data = SplitData.of(pads(120, 1))
-    begun = body_of(data.dataset.sensor).begin(data.thinned(40, 3), kernel="gaussian", draws=8, seed=0)
-    calibration = begun.evaluation.calibration(begun.fitted, (), None)
-    assert set(calibration.rows.touch) == set(data.table.touch[data.training])
-    assert begun.fitted.model.known.means.n_touches == 40
 
 
 @pytest.mark.parametrize("make", [lambda: pads(400, 2), lambda: w.dataset(None, edges(3, 80))])
