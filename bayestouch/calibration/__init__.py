@@ -44,11 +44,15 @@ def calibrate(
     dataset : DataSet
         Sensor and touches. Without calibration touches the touches are split, and the notes say how.
     contact : {"layer", "hertz", "approximate frictionless"}, optional
-        Contact model of a finger; the exact contact on the bonded layer by default.
-    e_map : {"model", "empirical"}, optional
-        E map of a finger: that of the elastic model (default), or one that is identified from the readings, with a
-        prior centred on the elastic model. Effects are first fitted with the elastic model; the map is then identified
-        from the signals before the effects. No correction is added to an identified map, because the map includes it.
+        Contact model of a finger; the exact contact on the bonded layer by default. A pad has none: its kernel
+        describes contact and body together.
+    e_map : {"auto", "model", "empirical"}, optional
+        E map of a finger: that of the elastic model (``"model"``, default), or one that is identified from the
+        readings, with a prior centred on the elastic model. Effects are first fitted with the elastic model; the map is
+        then identified from the signals before the effects. No correction is added to an identified map, because the
+        map includes it. On a pad: the kernel alone (``"model"``), an empirical map in addition to the kernel
+        (``"empirical"``), or the one that predicts left-out readings better (``"auto"``, default). A correction of a
+        pad is an empirical map, so that ``"model"`` has none.
     discrepancy : {"auto", "none", "touch", "place"}, optional
         Discrepancy of a finger. ``"none"``: no discrepancy. ``"touch"``: an error of each element that is independent
         from touch to touch. ``"place"``: the same error, and smooth functions of the location (Gaussian processes: E
@@ -58,10 +62,14 @@ def calibrate(
     kernel : {"auto", "layer", "layer-line", "half-space", "half-space-line", "gaussian"}, optional
         Kernel of a pad; chosen by cross-validation on the calibration touches by default.
     priors : mapping of str to Prior, optional
-        Priors of a finger's parameters in place of the default ones, by name: ``sigma``, ``mu`` (MPa), ``r_s`` (mm),
-        ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),
+        Priors in place of the default ones, by name of the parameter. Of a finger: ``sigma``, ``mu`` (MPa), ``r_s``
+        (mm), ``theta_s`` (difference from the nominal angle, degree), ``response`` (absolute value, reading per N/m),
         ``noise_sd`` (of one raw reading), ``discrepancy_sd`` (multiple of the noise of a touch's mean) and
-        ``force_noise_sd`` (N/m). See `bayestouch.priors.parameters` for the kinds.
+        ``force_noise_sd`` (N/m). Of a pad: the parameters of its kernel (``h``, ``z``, ``a``, ``w`` in mm,
+        ``depth_share``, ``sigma``), ``gain`` (reading per unit load), ``offset`` (reading without touch, minus the rest
+        reading), ``x_s`` and ``y_s`` (difference from the nominal place, mm; all nominal places are first moved to
+        where readings peak, see the notes). The prior of a parameter of each element applies to every element. A pad
+        takes normal, uniform and log-normal priors. See `bayestouch.priors.parameters` for the kinds.
     like : sequence of Calibration or path, optional
         Calibrations of earlier fingers of the same build. Priors of ``sigma``, ``mu``, ``r_s``, ``response``,
         ``noise_sd`` and ``discrepancy_sd`` are learned from them, see `bayestouch.finger.learned_priors`; `priors`

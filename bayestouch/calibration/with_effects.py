@@ -64,7 +64,7 @@ def calibrate_with_effects(
     model : StatedModel
         Effects, with the starting values of fits.
     options
-        Options of the body: contact, E map and priors of a finger, kernel of a pad.
+        Options of the body: contact of a finger, kernel of a pad, E map and priors.
 
     Raises
     ------
@@ -99,8 +99,8 @@ def fit_stated(
     added.sort(key=lambda each: order.index(each.effect.name))
     correction = None
     notes: tuple[str, ...] = ()
-    if model.correction and not begun.corrects:
-        notes = ("no correction is added: the identified E map includes errors that depend on element and location",)
+    if model.correction and begun.no_correction:
+        notes = (f"no correction is added: {begun.no_correction}",)
     elif model.correction:
         corrected = corrected_fit(fitted)
         if corrected is None:

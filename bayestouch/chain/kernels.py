@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -181,6 +182,47 @@ class ConstantKernel:
 
     def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
         return np.ones_like(distance_mm)
+
+
+@dataclass(frozen=True, eq=False)
+class KernelWithPriors:
+    """A kernel with stated priors.
+
+    Attributes
+    ----------
+    kernel : Kernel
+        The kernel with its default priors.
+    stated : mapping of str to Prior
+        Priors that replace the default ones, by name of the parameter; names that the kernel does not have are ignored.
+    """
+
+    kernel: Kernel
+    stated: Mapping[str, Prior]
+
+    @property
+    def name(self) -> str:
+        return self.kernel.name
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        return tuple(replace(each, prior=self.stated.get(each.name, each.prior)) for each in self.kernel.parameters)
+
+    @property
+    def starts(self) -> tuple[tuple[float, ...], ...]:
+        return tuple(
+            tuple(self._near(each.name, value) for each, value in zip(self.kernel.parameters, start, strict=True))
+            for start in self.kernel.starts
+        )
+
+    def _near(self, name: str, value: float) -> float:
+        """The starting value, moved into the middle 95 % of a stated prior: a fit from far away may not arrive."""
+        if name not in self.stated:
+            return value
+        low, high = self.stated[name].quantile([0.025, 0.975])
+        return float(np.clip(value, low, high))
+
+    def __call__(self, distance_mm: FloatArray, values: FloatArray) -> FloatArray:
+        return self.kernel(distance_mm, values)
 
 
 def _inside(prior: Prior, wanted: float) -> float:

@@ -16,7 +16,13 @@ from bayestouch.output.progress import progress_bar
 @click.argument("dataset", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Calibration file to write (.nc).")
 @click.option("--contact", type=CONTACTS, default=None, help="Contact model of a finger. [default: layer]")
-@click.option("--e-map", type=OneOf(["model", "empirical"]), default=None, help="E map of a finger. [default: model]")
+@click.option(
+    "--e-map",
+    type=OneOf(["auto", "model", "empirical"]),
+    default=None,
+    help="E map of a finger: model or empirical. On a pad: the kernel alone (model), an empirical map (empirical), or "
+    "the one that predicts held-out readings better (auto). [default: model; on a pad auto]",
+)
 @click.option(
     "--discrepancy",
     type=OneOf(["auto", "none", "touch", "place"]),
@@ -30,8 +36,8 @@ from bayestouch.output.progress import progress_bar
     "priors",
     multiple=True,
     metavar="NAME=KIND:A,B",
-    help="Prior of a parameter of a finger, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or "
-    "mu=log-normal:0.15,1.35 (median, factor); repeatable.",
+    help="Prior of a parameter, such as sigma=normal:0.47,0.01, r_s=uniform:9.6,10.4 or mu=log-normal:0.15,1.35 "
+    "(median, factor), on a pad h=normal:6,0.1 or gain=log-normal:12,1.2; repeatable.",
 )
 @click.option(
     "--like",

@@ -59,7 +59,8 @@ def begin(
     setting = data.setting(contact, start.fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
     evaluation = FingerEvaluation(data, setting, observed, start, draws, seed, e_map, moves, tuple(groups))
-    return Beginning(start.fitted, setting, catalogue(setting), evaluation, corrects=e_map == MODEL_MAP)
+    has_it = "" if e_map == MODEL_MAP else "the identified E map includes errors that depend on element and location"
+    return Beginning(start.fitted, setting, catalogue(setting), evaluation, no_correction=has_it)
 
 
 @dataclass(frozen=True, eq=False)

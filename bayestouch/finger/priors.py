@@ -12,11 +12,10 @@ from bayestouch.errors import InputError, nearest
 from bayestouch.finger.known_touches import KnownTouches
 from bayestouch.finger.layout import FlatPrior
 from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, moved, truncated
+from bayestouch.priors.stated import check_holds
 
 # Range of Poisson's ratio of a rubber; at 0.5 a bonded layer does not deform.
 POISSON_BOUNDS = 0.0, 0.4999
-# A prior contradicts the nominal geometry if the nominal value is more than so many standard deviations from its mean.
-FARTHEST = 6.0
 # The model error is smaller than the noise of the mean of a touch, about equal, or (probability 1 %) more than four
 # times as large.
 DISCREPANCY = LogNormal(0.3, float(np.log(3.0)))
@@ -220,17 +219,10 @@ def _possible(name: str, prior: Prior, finger: Finger) -> Prior:
     if name == "r_s":
         low, high = _depth_bounds(finger)
         inside = truncated(prior, low, high)
-        _holds(inside, finger.sensing_radius_mm, f"the sensing radius as built, {finger.sensing_radius_mm:g} mm")
-        return inside
+        return check_holds(
+            inside, finger.sensing_radius_mm, f"the sensing radius as built, {finger.sensing_radius_mm:g} mm"
+        )
     if name == "theta_s":
         moved(prior, 1.0, 0.0)
-        _holds(prior, 0.0, "the angles as built (it is the prior of the departure from them, in degrees)")
-        return prior
+        return check_holds(prior, 0.0, "the angles as built (it is the prior of the departure from them, in degrees)")
     return truncated(prior, 0.0, np.inf)
-
-
-def _holds(prior: Prior, value: float, what: str) -> None:
-    low, high = prior.support
-    off = isinstance(prior, Normal) and abs(value - prior.mean) > FARTHEST * prior.sd
-    if not low <= value <= high or off:
-        raise InputError(f"{prior} excludes {what}; correct one of the two")

@@ -49,12 +49,12 @@ class Beginning:
         Effects of the catalogue that can occur and that are not part of the model already.
     evaluation : Evaluation
         Computes the calibration of a fit, and its errors on the held-out touches.
-    corrects : bool
-        Whether a correction can be added. False if the calibration has a map that includes it.
+    no_correction : str
+        Why no correction can be added, in words that complete "no correction is added:"; empty if one can.
     """
 
     fitted: Fitted
     setting: Setting
     effects: tuple[Effect, ...]
     evaluation: Evaluation
-    corrects: bool = True
+    no_correction: str = ""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 
@@ -24,19 +25,32 @@ from bayestouch.model.timing import Timing
 from bayestouch.model.touch_errors import Infer, TouchReading
 from bayestouch.pad.calibration import choose_pad
 from bayestouch.pad.calibration_with_effects import pad_calibration
+from bayestouch.pad.choice import EMPIRICAL
 from bayestouch.pad.corrected import goes_with_place
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.held_out import held_out
+from bayestouch.pad.kernel_error import with_kernel_error
 from bayestouch.pad.log_density import public_density
 from bayestouch.pad.model import PadModel
+from bayestouch.pad.priors import used_priors
 from bayestouch.pad.requested import PREDICTED
 from bayestouch.pad.start import fit_without_effects, pad_fit
 from bayestouch.pad.touch_errors import read_held_out
+from bayestouch.priors.parameters import Prior
 from bayestouch.results.objects import Calibration
 
 
-def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups: Sequence[str] = ()) -> Beginning:
-    """Fit a pad without effects, with its kernel and an empirical map.
+def begin(
+    data: SplitData,
+    *,
+    kernel: str | None,
+    draws: int,
+    seed: int,
+    priors: Mapping[str, Prior] | None = None,
+    e_map: str = "auto",
+    groups: Sequence[str] = (),
+) -> Beginning:
+    """Fit a pad without effects, with its kernel and an empirical map, or with the kernel alone (`e_map` "model").
 
     Raises
     ------
@@ -46,11 +60,22 @@ def begin(data: SplitData, *, kernel: str | None, draws: int, seed: int, groups:
     if PREDICTED & set(groups):
         raise InputError("groups: a calibration of a pad with effects has corrected readings, and none are simulated")
     training, table = data.observations(data.training), data.table.select(data.training)
-    fitted = pad_fit(training, table, data.dataset, kernel=kernel or "auto", empirical=True, seed=seed)
+    empirical = EMPIRICAL[e_map]
+    with_map = empirical is not False
+    fitted = pad_fit(
+        training, table, data.dataset, kernel=kernel or "auto", empirical=with_map, stated=priors, seed=seed
+    )
+    assert isinstance(fitted.model, PadModel)
+    used, notes = used_priors(priors or {}, fitted.model.pad)
+    if not with_map:
+        fitted, _ = with_kernel_error(fitted)
     setting = data.setting("", fitted.model.reference_load)
     observed = data.observations(data.held_out) if data.n_held_out else None
-    evaluation = PadEvaluation(data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups))
-    return Beginning(fitted, setting, _not_of_place(setting), evaluation)
+    evaluation = PadEvaluation(
+        data, setting, observed, kernel, draws, seed, fitted.model.peak, tuple(groups), used, empirical, notes
+    )
+    no_correction = "" if with_map else 'on a pad it is an empirical map, and e_map is "model"'
+    return Beginning(fitted, setting, _not_of_place(setting), evaluation, no_correction)
 
 
 def _not_of_place(setting: Setting) -> tuple[Effect, ...]:
@@ -90,6 +115,12 @@ class PadEvaluation:
         Peak readings of the fit without effects, the unit of errors of all fits.
     groups : tuple of str
         Groups of the ArviZ schema that calibrations have on request.
+    priors : mapping of str to Prior
+        Stated priors of parameters that the pad has, by name.
+    empirical : bool or "auto"
+        Whether calibrations have an empirical map.
+    notes : tuple of str
+        Notes of calibrations on stated priors.
     """
 
     data: SplitData
@@ -100,11 +131,16 @@ class PadEvaluation:
     seed: int
     peak: FloatArray
     groups: tuple[str, ...] = ()
+    priors: Mapping[str, Prior] = field(default_factory=dict)
+    empirical: bool | Literal["auto"] = "auto"
+    notes: tuple[str, ...] = ()
 
     def calibration(self, fitted: Fitted, added: tuple[AddedEffect, ...], correction: Correction | None) -> Calibration:
         """Posterior of the fit, for `bayestouch.infer`; with a correction, touches are read with a finer map."""
         data, model = self.data, fitted.model
         assert isinstance(model, PadModel)
+        if added and self.empirical is False:
+            fitted, added = with_kernel_error(fitted, added)
         return pad_calibration(
             fitted,
             added,
@@ -116,9 +152,11 @@ class PadEvaluation:
             rest=data.rest,
             setting=self.setting,
             kernel=self.kernel or model.pad.kernel.name,
+            empirical=self.empirical,
+            stated=self.priors,
             draws=self.draws,
             seed=self.seed,
-            notes=data.notes,
+            notes=(*data.notes, *self.notes),
             groups=self.groups,
         )
 
@@ -126,11 +164,19 @@ class PadEvaluation:
         """Posterior density of the fit as a function."""
         sensor = self.data.dataset.sensor
         if added:
+            if self.empirical is False:
+                fitted, added = with_kernel_error(fitted, added)
             density = PadDensity.of(fitted, added)
         else:
             model = fitted.model
             assert isinstance(model, PadModel)
-            chosen = choose_pad(self.data.dataset, kernel=self.kernel or model.pad.kernel.name, seed=self.seed)
+            chosen = choose_pad(
+                self.data.dataset,
+                kernel=self.kernel or model.pad.kernel.name,
+                empirical=self.empirical,
+                stated=self.priors,
+                seed=self.seed,
+            )
             density = PadDensity.of(fit_without_effects(chosen.problem, chosen.model, pad_of(sensor)))
         measured = np.isfinite(density.model.known.table.load).any()
         return public_density(density, sensor.reading_unit, sensor.body.load_unit if measured else "")

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from bayestouch.model.beginning import Beginning
     from bayestouch.model.planned import PlannedTouches
     from bayestouch.model.split_data import SplitData
+    from bayestouch.priors.parameters import Prior
     from bayestouch.reading.live import LiveBody
     from bayestouch.reading.options import Options
     from bayestouch.reading.touch_reader import TouchReader
@@ -42,10 +43,13 @@ def _setting(pad: Pad, contact: str, loads: FloatArray) -> dict[str, Any]:
     }
 
 
-def _calibrate(dataset: DataSet, *, kernel: str | None, **common: Any) -> Calibration:
+def _calibrate(
+    dataset: DataSet, *, kernel: str | None, e_map: str, priors: Mapping[str, Prior] | None, **common: Any
+) -> Calibration:
     from bayestouch.pad.calibration import calibrate_pad
+    from bayestouch.pad.choice import EMPIRICAL
 
-    return calibrate_pad(dataset, kernel=kernel or "auto", **common)
+    return calibrate_pad(dataset, kernel=kernel or "auto", empirical=EMPIRICAL[e_map], stated=priors, **common)
 
 
 def _begin(data: SplitData, **options: Any) -> Beginning:
@@ -86,7 +90,12 @@ def _planned(calibration: Calibration, table: Touches) -> PlannedTouches:
 
 BODY = Body(
     kind="pad",
-    options={"groups": Option(()), "kernel": Option()},
+    options={
+        "groups": Option(()),
+        "kernel": Option(),
+        "e_map": Option("auto", ("auto", "model", "empirical")),
+        "priors": Option(),
+    },
     main_option="kernel",
     references=("x_mm", "y_mm"),
     scanned=True,
@@ -100,6 +109,7 @@ BODY = Body(
     planned=_planned,
     most_touches=MOST_TOUCHES,
     instead={
+        "contact": "a pad has no contact model, choose a kernel: it describes contact and body together",
         "each_sample": "a pad is read touch by touch with emcee",
         "method": "a pad is read touch by touch with emcee",
         "indenter": "a pad does not measure radii",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -18,9 +18,12 @@ from bayestouch.pad.choice import choose_model
 from bayestouch.pad.density import PadDensity
 from bayestouch.pad.known_touches import SAMPLES
 from bayestouch.pad.posterior import PadPosterior
+from bayestouch.pad.priors import used_priors
 from bayestouch.pad.problem import PadProblem, pad_problem
 from bayestouch.pad.result import pad_calibration_of
 from bayestouch.pad.start import fit_without_effects
+from bayestouch.priors.parameters import Prior
+from bayestouch.results.keys import STATED_MAP, STATED_PRIORS
 from bayestouch.results.objects import Calibration
 
 # Share of the processing time that the choice of the model takes.
@@ -32,6 +35,7 @@ def calibrate_pad(
     *,
     kernel: str = "auto",
     empirical: bool | Literal["auto"] = "auto",
+    stated: Mapping[str, Prior] | None = None,
     samples: str = "auto",
     draws: int = 1000,
     groups: Sequence[str] = (),
@@ -53,6 +57,8 @@ def calibrate_pad(
         One of `bayestouch.chain.kernel_choice.kernel_names`, or ``"auto"``.
     empirical : bool or "auto"
         Whether the model has an empirical map.
+    stated : mapping of str to Prior, optional
+        Priors stated by the user; see `PadPriors.with_stated`.
     samples : {"auto", "mean", "first", "last"}
         Samples of a touch that are used; see `bayestouch.pad.known_touches.choose_samples`.
     draws : int
@@ -75,7 +81,9 @@ def calibrate_pad(
         The touches cannot identify the parameters, or an option has an unknown value.
     """
     choosing = staged(progress, 0.0, CHOSEN, "choose a kernel")
-    chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, samples=samples, seed=seed, progress=choosing)
+    chosen = choose_pad(
+        dataset, kernel=kernel, empirical=empirical, stated=stated, samples=samples, seed=seed, progress=choosing
+    )
     chosen, posterior = drawn(
         chosen, dataset, draws=draws, groups=groups, seed=seed, progress=staged(progress, CHOSEN, 1.0, "draw")
     )
@@ -114,6 +122,8 @@ class ChosenPad:
         All fitted models by name, the chosen one included.
     notes : list of str
         Notes on touches that were left out, and on assumptions.
+    empirical : bool or "auto"
+        Whether an empirical map was asked for.
     """
 
     problem: PadProblem
@@ -121,10 +131,16 @@ class ChosenPad:
     model: PadCandidate
     rivals: dict[str, PadCandidate]
     notes: list[str]
+    empirical: bool | Literal["auto"] = "auto"
 
     def calibration(self, sensor: Sensor, posterior: PadPosterior, *, map_: PadMap | None = None) -> Calibration:
         """The calibration with a posterior; touches are read with `map_`, by default with that of the model."""
-        return pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes, map_)
+        made = pad_calibration_of(sensor, self.problem, self.name, self.model, self.rivals, posterior, self.notes, map_)
+        used, _ = used_priors(self.problem.priors.stated, self.model.fit.chain)
+        stated = {STATED_PRIORS: ", ".join(used)}
+        if self.empirical != "auto":
+            stated[STATED_MAP] = "empirical" if self.empirical else "model"
+        return replace(made, settings={**made.settings, **{key: text for key, text in stated.items() if text}})
 
 
 def choose_pad(
@@ -132,6 +148,7 @@ def choose_pad(
     *,
     kernel: str,
     empirical: bool | Literal["auto"] = "auto",
+    stated: Mapping[str, Prior] | None = None,
     samples: str = "auto",
     seed: int = 0,
     progress: Progress | None = None,
@@ -144,7 +161,11 @@ def choose_pad(
         raise unknown_name("kernel", kernel, ("auto", *kernel_names(dimensions)))
     dataset = with_calibration(dataset)
     assert dataset.calibration is not None
-    problem, notes = pad_problem(dataset.sensor, dataset.calibration, samples=samples, seed=seed)
+    problem, notes = pad_problem(
+        dataset.sensor, dataset.calibration, samples=samples, seed=seed, kernel=kernel, stated=stated
+    )
     model, rivals = choose_model(problem, dataset, kernel, empirical, progress)
     name = next(name for name, rival in rivals.items() if rival is model)
-    return ChosenPad(problem, name, model, rivals, [*dataset.notes, *dataset.calibration.notes, *notes])
+    _, unused = used_priors(problem.priors.stated, model.fit.chain)
+    notes = [*dataset.notes, *dataset.calibration.notes, *notes, *unused]
+    return ChosenPad(problem, name, model, rivals, notes, empirical)

@@ -8,8 +8,9 @@ includes the uncertainty of these values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -32,6 +33,7 @@ from bayestouch.pad.known_touches import choose_samples, pad_readings
 from bayestouch.pad.later_drifts import with_later_drifts
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.posterior import PadPosterior
+from bayestouch.priors.parameters import Prior
 from bayestouch.results.objects import Calibration
 
 # Notes on the map of a calibration with a correction.
@@ -54,6 +56,8 @@ def pad_calibration(
     rest: FloatArray | None,
     setting: Setting,
     kernel: str,
+    empirical: bool | Literal["auto"] = "auto",
+    stated: Mapping[str, Prior] | None = None,
     draws: int,
     seed: int,
     notes: tuple[str, ...],
@@ -81,7 +85,7 @@ def pad_calibration(
         Rest reading that was subtracted.
     setting : Setting
         Setting from which the effects chose their priors.
-    kernel, draws, seed
+    kernel, empirical, stated, draws, seed
         As in `bayestouch.pad.calibration.calibrate_pad`.
     notes : tuple of str
         Notes for the calibration.
@@ -97,14 +101,14 @@ def pad_calibration(
     sensor = as_built = dataset.sensor
     # With creep the first sample is used: the mean creep is corrected, but creep differs from touch to touch.
     samples, _ = choose_samples(table.select(training))
-    stated = table
+    as_read = table
     if added:
-        table = effects.corrected(stated, clock)
+        table = effects.corrected(as_read, clock)
         if sensor.force_noise_sd is not None:
             sensor = replace(sensor, force_noise_sd=sensor.force_noise_sd * effects.load_slope)
     known = table.select(training).with_(notes=())
     dataset = replace(dataset, sensor=sensor, calibration=known)
-    chosen = choose_pad(dataset, kernel=kernel, samples=samples, seed=seed)
+    chosen = choose_pad(dataset, kernel=kernel, empirical=empirical, stated=stated, samples=samples, seed=seed)
     if added:
         posterior = PadPosterior.of(PadDensity.of(fitted, added), draws, seed, added=added, groups=groups)
     else:
@@ -114,7 +118,7 @@ def pad_calibration(
     if added:
 
         def moved(values: PadEffects) -> Touches:
-            return values.corrected(stated, clock, near=table).select(training)
+            return values.corrected(as_read, clock, near=table).select(training)
 
         map_ = PadMap.from_arrays(made.extra)
         made = replace(made, extra={**made.extra, **_following(effects, moved, chosen, map_).arrays()})

@@ -14,6 +14,9 @@ from bayestouch.pad.problem import PadProblem
 # A model is preferred to a simpler one if its log predictive density is higher by more than this (a factor of twenty).
 WORTH_A_MAP = 3.0
 
+#: Whether a model has an empirical map, by the option `e_map` of `bayestouch.calibrate`.
+EMPIRICAL: dict[str, bool | Literal["auto"]] = {"auto": "auto", "model": False, "empirical": True}
+
 
 def choose_model(
     problem: PadProblem,
@@ -25,7 +28,7 @@ def choose_model(
     """The chosen model, and all fitted models by name."""
     dimensions = problem.known.location.shape[1]
     names = [name for name in kernel_names(dimensions) if name != "constant"] if kernel == "auto" else [kernel]
-    kernels = [kernel_for(name, dataset.sensor, problem.pitch_mm) for name in names]
+    kernels = [problem.priors.kernel(kernel_for(name, dataset.sensor, problem.pitch_mm)) for name in names]
     for each in kernels:
         check_identifiable(problem.known, each, problem.usable)
 

@@ -104,7 +104,8 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
         Covariance of reading minus chain.
     """
     low, high = (np.array([prior.support[side] for prior in priors]) for side in (0, 1))
-    tiny = 1e-6 * np.maximum(np.where(np.isfinite(high - low), high - low, 1.0), 1e-9)
+    width = np.where(np.isfinite(high - low), high - low, [_unbounded_width(each) for each in priors])
+    tiny = 1e-6 * np.maximum(width, 1e-9)
     low, high = low + tiny, high - tiny
 
     def residuals(vector: FloatArray) -> FloatArray:
@@ -125,6 +126,12 @@ def fit_chain(start: PadChain, priors: tuple[Prior, ...], known: TouchMeans, mis
 
     laplace = least_squares_map(residuals, jacobian, np.clip(start.flat, low, high), (low, high))
     return PadFit(start.with_flat(laplace.mode), laplace, misfit, known)
+
+
+def _unbounded_width(prior: Prior) -> float:
+    """Width by which the distance of a fit from a bound of an unbounded prior is chosen: 1, less for small values."""
+    size = prior.median if isinstance(prior, LogNormal) else prior.sd if isinstance(prior, Normal) else 1.0
+    return min(1.0, 1e3 * size)
 
 
 def _jacobian(chain: PadChain, known: TouchMeans) -> tuple[tuple[IntArray, FloatArray], ...]:

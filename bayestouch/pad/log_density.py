@@ -12,7 +12,9 @@ from bayestouch.effects.stated import StatedModel
 from bayestouch.model.effect_list import EffectList
 from bayestouch.model.log_density import LogDensity
 from bayestouch.pad.density import PadDensity
+from bayestouch.pad.priors import stated_priors
 from bayestouch.pad.requested import by_name
+from bayestouch.results.keys import STATED_MAP
 from bayestouch.results.objects import Calibration
 
 
@@ -29,7 +31,10 @@ def stated_pad(calibration: Calibration) -> tuple[StatedModel, dict[str, Any]]:
         )
         for effect in (() if listed is None else listed.effects)
     )
-    return StatedModel("pad", "", effects, False), {"kernel": str(calibration.settings["kernel"])}
+    settings = calibration.settings
+    priors = stated_priors(calibration)
+    options = {"kernel": str(settings["kernel"]), "e_map": str(settings.get(STATED_MAP, "auto")), "priors": priors}
+    return StatedModel("pad", "", effects, False), options
 
 
 def public_density(density: PadDensity, reading_unit: str, load_unit: str) -> LogDensity:

@@ -22,7 +22,7 @@ from bayestouch.data.touches import Touches, touches_from
 from bayestouch.model.linear import covariance_of
 from bayestouch.model.planned import Group, PlannedReadings, PlannedTouches, planned_table, with_load_error
 from bayestouch.pad.candidates import kernel_shape
-from bayestouch.pad.priors import PadPriors, pad_priors
+from bayestouch.pad.priors import PadPriors, pad_priors, stated_priors
 from bayestouch.pad.residual_map import MapDiscrepancy
 from bayestouch.priors.parameters import LogNormal, Normal, Prior
 from bayestouch.results.keys import USABLE
@@ -48,6 +48,7 @@ def planned(calibration: Calibration, table: Touches) -> PlannedTouches:
     priors, _ = pad_priors(
         calibration.sensor, known, rest_subtracted=calibration.rest_reading is not None, usable=usable
     )
+    priors = priors.with_stated(stated_priors(calibration), str(calibration.settings["kernel"]), calibration.sensor)
     chain, prior = _chain(calibration, priors)
     t, m = known.n_touches, chain.n_elements
     place, load = np.concatenate([known.location, means.location]), np.concatenate([known.load, means.load])
@@ -107,7 +108,7 @@ def _chain(calibration: Calibration, priors: PadPriors) -> tuple[PadChain, tuple
     mode, dimensions = calibration.mode, priors.position.shape[1]
     location = np.stack(list(calibration.rows.location.values()), axis=1)
     pitch = element_pitch(priors.position, float(np.ptp(location, axis=0).max()))
-    kernel = kernel_for(str(calibration.settings["kernel"]), calibration.sensor, pitch)
+    kernel = priors.kernel(kernel_for(str(calibration.settings["kernel"]), calibration.sensor, pitch))
     position = np.stack([mode[f"{axis}_s"] for axis in COORDINATES[:dimensions]], axis=1)
     values = np.array([float(mode[parameter.name]) for parameter in kernel.parameters])
     return PadChain(kernel, values, mode["gain"], mode["offset"], position), priors.of(kernel)

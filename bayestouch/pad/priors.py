@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bayestouch.array_types import FloatArray
-from bayestouch.chain.kernels import Kernel
+from bayestouch.chain.kernel_choice import kernel_for, kernel_names
+from bayestouch.chain.kernels import Kernel, KernelWithPriors
 from bayestouch.chain.pad import COORDINATES, PadChain
 from bayestouch.data.averages import TouchMeans
 from bayestouch.data.sensor import Sensor, pad_of
-from bayestouch.errors import InputError
+from bayestouch.errors import InputError, nearest
 from bayestouch.pad.known_touches import highest_reading_location
-from bayestouch.priors.parameters import Normal, Parameter, Prior
+from bayestouch.priors.parameters import LogNormal, Normal, Parameter, Prior, Uniform, moved, truncated
+from bayestouch.priors.stated import check_holds
+from bayestouch.results.keys import STATED_PRIORS
+from bayestouch.results.objects import Calibration
 
 # Prior sd of a position: moulded elements differ from the drawing by a few millimetres.
 _POSITION_SD_MM = 3.0
 
 # The prior of a gain is wide: it is normal about zero, and its sd is this multiple of the apparent signal per load.
 _GAIN_FACTOR = 10.0
+
+# Possible range of parameters of kernels; that of the others is above zero. At a depth near zero the stress under the
+# contact has no limit, and at a Poisson's ratio of 0.5 a bonded layer does not deform.
+_POSSIBLE = {"sigma": (0.0, 0.4999), "depth_share": (0.1, 1.0)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +48,9 @@ class PadPriors:
         Standard deviation of the prior of a position, mm.
     moved : str
         One sentence on the shift of the nominal positions; empty if it is below 0.05 mm.
+    stated : mapping of str to Prior
+        Priors stated by the user, by name of the parameter: parameters of kernels, ``gain`` and ``offset`` (value of
+        each element), ``x_s`` and ``y_s`` (difference from `position`, mm).
     """
 
     amplitude: FloatArray
@@ -47,6 +59,36 @@ class PadPriors:
     position: FloatArray
     position_sd: float
     moved: str
+    stated: Mapping[str, Prior] = field(default_factory=dict)
+
+    def with_stated(self, stated: Mapping[str, Prior], kernel: str, sensor: Sensor) -> PadPriors:
+        """The priors with those stated by the user, by name of the parameter.
+
+        With the kernel ``"auto"``, the parameters of all kernels have a name.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or a prior contradicts the possible range or the nominal geometry.
+        """
+        own = _names(kernel, sensor, self.position.shape[1])
+        changes: dict[str, Prior] = {}
+        for name, prior in stated.items():
+            if name not in own:
+                of = "a pad" if kernel == "auto" else f"a pad with the {kernel} kernel"
+                raise InputError(
+                    f"prior of {name}: not a parameter of {of}{nearest(name, own)}; expected one of {', '.join(own)}"
+                )
+            try:
+                changes[name] = _possible(name, prior, sensor)
+            except InputError as error:
+                raise InputError(f"prior of {name}: {error}") from None
+        return replace(self, stated=changes)
+
+    def kernel(self, kernel: Kernel) -> Kernel:
+        """The kernel with the stated priors of its parameters."""
+        names = {parameter.name for parameter in kernel.parameters}
+        return KernelWithPriors(kernel, self.stated) if names & self.stated.keys() else kernel
 
     def start(self, kernel: Kernel, values: tuple[float, ...]) -> PadChain:
         """Starting values of a fit, with `values` of the kernel."""
@@ -55,46 +97,100 @@ class PadPriors:
 
     def of(self, kernel: Kernel) -> tuple[Prior, ...]:
         """Prior of each entry of `PadChain.flat`."""
-        gain = [Normal(0.0, _GAIN_FACTOR * scale) for scale in self.amplitude]
-        offset = [Normal(mean, sd) for mean, sd in zip(self.offset, self.offset_sd, strict=True)]
-        position = [Normal(value, self.position_sd) for value in self.position.T.ravel()]
+        stated = self.stated
+        gain = [stated.get("gain") or Normal(0.0, _GAIN_FACTOR * scale) for scale in self.amplitude]
+        offset = [
+            stated.get("offset") or Normal(mean, sd) for mean, sd in zip(self.offset, self.offset_sd, strict=True)
+        ]
+        position = [
+            moved(stated[f"{axis}_s"], 1.0, float(value)) if f"{axis}_s" in stated else Normal(value, self.position_sd)
+            for axis, column in zip(COORDINATES, self.position.T, strict=False)
+            for value in column
+        ]
         return (*gain, *offset, *position, *(parameter.prior for parameter in kernel.parameters))
 
     def parameters(self, kernel: Kernel, reading_unit: str, load_unit: str) -> tuple[Parameter, ...]:
         """The parameters with their descriptions, for tables and files."""
         per_load = f"{reading_unit}/{load_unit}" if load_unit not in ("", "1") else reading_unit
         typical = float(np.median(self.amplitude))
+        stated = self.stated
+        gain, offset = "reading per unit load right above the element", "reading without touch"
         shared = [
             Parameter(
                 "gain",
                 "G",
                 "G",
                 per_load,
-                Normal(0.0, _GAIN_FACTOR * typical),
-                "reading per unit load right above the element (the prior scales with each one's signal)",
+                stated.get("gain") or Normal(0.0, _GAIN_FACTOR * typical),
+                gain if "gain" in stated else f"{gain} (the prior scales with each one's signal)",
             ),
             Parameter(
                 "offset",
                 "o",
                 "o",
                 reading_unit,
-                Normal(float(np.median(self.offset)), float(np.median(self.offset_sd))),
-                "reading without touch (the prior is centred on each element's own)",
+                stated.get("offset") or Normal(float(np.median(self.offset)), float(np.median(self.offset_sd))),
+                offset if "offset" in stated else f"{offset} (the prior is centred on each element's own)",
             ),
         ]
         for axis, name in enumerate(COORDINATES[: self.position.shape[1]]):
             centre = float(self.position[:, axis].mean())
+            own = stated.get(f"{name}_s")
+            about = "of its difference from" if own else "centred on each one's"
             shared.append(
                 Parameter(
                     f"{name}_s",
                     f"{name}_s",
                     f"{name}_s",
                     "mm",
-                    Normal(centre, self.position_sd),
-                    "position of the element (the prior is centred on each one's nominal place)",
+                    own or Normal(centre, self.position_sd),
+                    f"position of the element (the prior is {about} {'the ' if own else ''}nominal place)",
                 )
             )
         return (*kernel.parameters, *shared)
+
+
+def used_priors(stated: Mapping[str, Prior], chain: PadChain) -> tuple[dict[str, Prior], tuple[str, ...]]:
+    """Stated priors of the parameters that a pad has, and a note on the others, which its kernel does not have."""
+    own = {name.partition("[")[0] for name in chain.layout}
+    others = [name for name in stated if name not in own]
+    note = f"prior of {' and '.join(others)}: not used, because the {chain.kernel.name} kernel is chosen"
+    return {name: stated[name] for name in stated if name in own}, (note,) if others else ()
+
+
+def stated_priors(calibration: Calibration) -> dict[str, Prior]:
+    """Priors that were stated for a calibration, by name of the parameter."""
+    names = str(calibration.settings.get(STATED_PRIORS, "")).split(", ")
+    return {each.name: each.prior for each in calibration.parameters if each.name in names}
+
+
+def _of_elements(dimensions: int) -> tuple[str, ...]:
+    """Names of the parameters that each element has."""
+    return ("gain", "offset", *(f"{axis}_s" for axis in COORDINATES[:dimensions]))
+
+
+def _names(kernel: str, sensor: Sensor, dimensions: int) -> tuple[str, ...]:
+    """Parameters whose priors a user may state, for a kernel, or for all with ``"auto"``."""
+    kernels = kernel_names(dimensions) if kernel == "auto" else (kernel,)
+    # The names do not depend on the pitch.
+    of_kernels = (each.name for name in kernels for each in kernel_for(name, sensor, 1.0).parameters)
+    return (*dict.fromkeys(of_kernels), *_of_elements(dimensions))
+
+
+def _possible(name: str, prior: Prior, sensor: Sensor) -> Prior:
+    """The prior truncated to the possible range; raises `InputError` if it contradicts the nominal geometry."""
+    if not isinstance(prior, Normal | Uniform | LogNormal):
+        raise InputError(f"expected a normal, uniform or log-normal prior on a pad, got {prior}")
+    if name in ("gain", "offset"):
+        return prior
+    if name in ("x_s", "y_s"):
+        moved(prior, 1.0, 0.0)
+        return check_holds(prior, 0.0, "the nominal places (it is the prior of the difference from them, in mm)")
+    inside = truncated(prior, *_POSSIBLE.get(name, (0.0, np.inf)))
+    thickness = pad_of(sensor).thickness_mm
+    if name == "h" and thickness is not None:
+        check_holds(inside, thickness, f"the thickness as built, {thickness:g} mm")
+    return inside
 
 
 def pad_priors(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,6 +18,7 @@ from bayestouch.model.observations import Observations, history_of
 from bayestouch.model.timing import Timing
 from bayestouch.pad.known_touches import choose_samples, counted_samples, pad_readings
 from bayestouch.pad.priors import PadPriors, pad_priors
+from bayestouch.priors.parameters import Prior
 
 # Assumed noise of a force sensor whose noise is not stated, over the mean load.
 UNSTATED_FORCE_NOISE = 0.005
@@ -75,13 +77,23 @@ class PadProblem:
         return not bool(np.isnan(self.load_share).any())
 
 
-def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> tuple[PadProblem, list[str]]:
+def pad_problem(
+    sensor: Sensor,
+    table: Touches,
+    *,
+    samples: str,
+    seed: int,
+    kernel: str = "auto",
+    stated: Mapping[str, Prior] | None = None,
+) -> tuple[PadProblem, list[str]]:
     """Input of the calibration of a pad, and notes on touches that were left out and on assumptions.
+
+    `stated` are priors by name of the parameter, for a pad with this kernel.
 
     Raises
     ------
     InputError
-        The sensor is not a pad, or these touches cannot calibrate it.
+        The sensor is not a pad, these touches cannot calibrate it, or a stated prior is impossible.
     """
     pad = pad_of(sensor, "a calibration with kernels")
     corrected = table.baseline_corrected()
@@ -111,7 +123,7 @@ def pad_problem(sensor: Sensor, table: Touches, *, samples: str, seed: int) -> t
     problem = PadProblem(
         known=known,
         observed=_observed(counted_samples(corrected, samples), known, usable),
-        priors=priors,
+        priors=priors.with_stated(stated or {}, kernel, sensor),
         pitch_mm=element_pitch(priors.position, float(np.ptp(known.location, axis=0).max())),
         load_share=force_sd / np.sqrt(reads) / known.load,
         force_sd=force_sd,

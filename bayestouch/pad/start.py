@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Literal
 
@@ -22,6 +23,7 @@ from bayestouch.pad.choice import choose_model
 from bayestouch.pad.map_basis import MapBasis
 from bayestouch.pad.model import PadModel
 from bayestouch.pad.problem import PadProblem, pad_problem
+from bayestouch.priors.parameters import Prior
 from bayestouch.sampling.rank_one import inverse_root
 
 # A reading is far from the touch if the predicted signal is below this share of the peak.
@@ -44,6 +46,7 @@ def pad_fit(
     *,
     kernel: str = "auto",
     empirical: bool | Literal["auto"] = "auto",
+    stated: Mapping[str, Prior] | None = None,
     seed: int = 0,
 ) -> Fitted:
     """Fit of a pad without effects, with the kernel and the map of its calibration.
@@ -56,7 +59,7 @@ def pad_fit(
         The same touches as a table.
     dataset : DataSet
         Data set of a pad.
-    kernel, empirical, seed
+    kernel, empirical, stated, seed
         As in `bayestouch.pad.calibration.calibrate_pad`.
 
     Raises
@@ -65,7 +68,7 @@ def pad_fit(
         For the reasons of `bayestouch.pad.calibration.calibrate_pad`.
     """
     pad = pad_of(dataset.sensor)
-    problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed)
+    problem, _ = pad_problem(dataset.sensor, table, samples="mean", seed=seed, kernel=kernel, stated=stated)
     chosen, _ = choose_model(problem, dataset, kernel, empirical)
     model = pad_model(problem, chosen, observed, pad, MapBasis.of(chosen) if chosen.has_map else None)
     vector = model.start(chosen.fit.chain)

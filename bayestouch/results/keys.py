@@ -27,6 +27,9 @@ USABLE = "usable"
 #: Setting: names of the earlier calibrations from which priors were learned; absent if there were none. Written by
 #: `bayestouch.calibration.like.Learned`.
 LIKE = "like"
+#: Settings of a pad: names of the parameters with stated priors, and the option `e_map` if it was given; each is absent
+#: otherwise. Read by `bayestouch.pad.log_density.stated_pad`.
+STATED_PRIORS, STATED_MAP = "stated_priors", "stated_e_map"
 
 
 def effect_names(settings: Mapping[str, str | float]) -> list[str]:

@@ -16,7 +16,10 @@ from bayestouch.model.body import Option, body_of_kind
 
 CALIBRATE = {"contact": None, "e_map": None, "priors": None, "kernel": None}
 INFER = {"each_sample": None, "method": None, "indenter": None}
-OF_FINGERS = "contact, e_map and priors are options of fingers; this sensor is a pad (its option is the kernel)"
+NO_CONTACT = (
+    "contact is an option of fingers; "
+    "a pad has no contact model, choose a kernel: it describes contact and body together"
+)
 
 
 @pytest.mark.parametrize(
@@ -29,14 +32,14 @@ OF_FINGERS = "contact, e_map and priors are options of fingers; this sensor is a
             "kernel is an option of pads; this sensor is a finger (its option is the contact model)",
         ),
         ("finger", CALIBRATE, {"e_map": "other"}, "e_map: expected model or empirical, got 'other'"),
-        ("pad", CALIBRATE, {"contact": "layer"}, OF_FINGERS),
-        ("pad", CALIBRATE, {"e_map": "model"}, OF_FINGERS),
-        ("pad", CALIBRATE, {"priors": {"sigma": 1}}, OF_FINGERS),
+        ("finger", CALIBRATE, {"e_map": "auto"}, "e_map: expected model or empirical, got 'auto'"),
+        ("pad", CALIBRATE, {"contact": "layer"}, NO_CONTACT),
+        ("pad", CALIBRATE, {"e_map": "other"}, "e_map: expected auto or model or empirical, got 'other'"),
         (
             "pad",
             {"contact": None, "kernel": None},
             {"contact": "hertz"},
-            "contact is an option of fingers; this sensor is a pad (its option is the kernel)",
+            NO_CONTACT,
         ),
         (
             "pad",
@@ -63,8 +66,12 @@ def test_options_that_are_not_given_take_the_default_of_the_body() -> None:
     finger, pad = body_of_kind("finger"), body_of_kind("pad")
     assert finger.own(CALIBRATE) == {"contact": "layer", "e_map": "model", "priors": None}
     assert finger.own({**CALIBRATE, "contact": "hertz"})["contact"] == "hertz"
-    assert pad.own(CALIBRATE) == {"kernel": None} and pad.own(INFER) == {}
-    assert pad.own({**CALIBRATE, "kernel": "gaussian"}) == {"kernel": "gaussian"}
+    assert pad.own(CALIBRATE) == {"kernel": None, "e_map": "auto", "priors": None} and pad.own(INFER) == {}
+    assert pad.own({**CALIBRATE, "kernel": "gaussian", "e_map": "model"}) == {
+        "kernel": "gaussian",
+        "e_map": "model",
+        "priors": None,
+    }
 
 
 def test_every_kind_of_sensor_has_a_body() -> None:
