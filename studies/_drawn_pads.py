@@ -26,8 +26,8 @@ LOW, HIGH = NOMINAL.min(axis=0) - MARGIN, NOMINAL.max(axis=0) + MARGIN
 # Loads are normal, N; below the least load they are drawn again.
 LOAD, LOAD_SD, LEAST_LOAD = 1.0, 0.25, 0.2
 NOISE, FORCE_NOISE = 0.05, 0.01
-# Samples of a touch, s between them, and s between touches.
-SAMPLES, SAMPLE_S, CYCLE_S = 4, 0.25, 9.0
+# Samples of a touch, and s between them.
+SAMPLES, SAMPLE_S = 4, 0.25
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,9 +99,14 @@ class DrawnPad:
         return np.asarray(self.gain * (1 + (away / self.depth) ** 2) ** -2.5)
 
     def touched(
-        self, counts: tuple[int, ...], pauses_s: tuple[float, ...], errors: Errors, rng: np.random.Generator
+        self,
+        counts: tuple[int, ...],
+        cycles_s: tuple[float, ...],
+        pause_s: float,
+        errors: Errors,
+        rng: np.random.Generator,
     ) -> tuple[Table, ...]:
-        """Tables of so many touches at random places and loads, each a pause after the table before.
+        """Tables of so many touches at random places and loads, and s from touch to touch; pauses between tables.
 
         The corners are touched first: the prior of a place is uniform over the places that a calibration has.
         """
@@ -110,7 +115,8 @@ class DrawnPad:
         place[:2] = LOW, HIGH
         load = _loads(total, rng)
         table = np.repeat(np.arange(len(counts)), counts)
-        start_s = CYCLE_S * np.arange(total) + np.cumsum(pauses_s)[table]
+        cycle_s = np.repeat(cycles_s, counts)
+        start_s = np.cumsum(cycle_s) - cycle_s + pause_s * table
         touch, sample = np.divmod(np.arange(total * SAMPLES), SAMPLES)
         time_s = start_s[touch] + SAMPLE_S * sample
         per_load = self.sensitivity(place)

@@ -126,11 +126,9 @@ def pad_calibration(
     made = replace(made.with_rest_reading(rest), sensor=as_built, notes=tuple(dict.fromkeys((*notes, *made.notes))))
     if not added:
         return made
-    model = fitted.model
-    assert isinstance(model, PadModel)
     return replace(
         made,
-        noise=with_later_drifts(made.noise, fitted.drifts, model),
+        noise=with_later_drifts(made.noise, fitted),
         parameters=(*made.parameters, *(p for each in added for p in each.effect.public_parameters())),
         settings={**made.settings, **effects.listed.settings},
         extra={**made.extra, **effects.arrays()},

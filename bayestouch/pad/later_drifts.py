@@ -8,33 +8,32 @@ calibration shows. It is small if the calibration takes many correlation times.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from bayestouch.chain.noise import Noise
-from bayestouch.model.fitting import Drift
+from bayestouch.model.fitting import Fitted
 from bayestouch.model.joint_drifts import exact_basis
 from bayestouch.pad.model import PadModel
 
 
-def with_later_drifts(noise: Noise, drifts: Sequence[Drift], model: PadModel) -> Noise:
+def with_later_drifts(noise: Noise, fitted: Fitted) -> Noise:
     """Noise of touches at times that are far from those of the calibration.
 
     Parameters
     ----------
     noise : Noise
         Noise of the calibration, in which the drifts count as noise.
-    drifts : sequence of (RandomEffect, values)
-        The drifts.
-    model : PadModel
-        Pad and touches of the calibration.
+    fitted : Fitted
+        Fit of a pad with its drifts.
     """
+    model = fitted.model
+    assert isinstance(model, PadModel)
     constant, by_signal = noise.discrepancy_sd**2, noise.signal_share**2
-    recording = model.poses(model.start(model.pad))
+    recording = model.poses(fitted.vector)
     none, peak = (replace(recording, signal=np.broadcast_to(s, recording.signal.shape)) for s in (0.0, model.peak))
-    for drift, values in drifts:
+    for drift, values in fitted.drifts:
         of_mean = float((exact_basis(drift, values, model.known).mean(axis=0) ** 2).sum())
         at_zero, at_peak = (drift.scale(each)[0] for each in (none, peak))
         constant = constant + 2 * of_mean * at_zero**2

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from drifting_pad import BASELINE, GAIN, matern, pad_of
+from drifting_pad import BASELINE, GAIN, fitted_pad, matern, pad_of, parameters
 
 from bayestouch.chain.kernels import GaussianKernel
 from bayestouch.chain.noise import Noise
 from bayestouch.effects.effect import Values
+from bayestouch.effects.pad import LoadNonlinearity
 from bayestouch.effects.random import RandomEffect
 from bayestouch.pad.later_drifts import with_later_drifts
 
@@ -30,9 +33,8 @@ def test_residuals_and_what_is_added_make_the_error_of_a_later_touch(length: flo
     mean = course.mean(axis=0)
     shown = float(((course - mean) ** 2).mean())
     later = float(((size * rng.standard_normal(n) - mean) ** 2).mean())
-    noise = with_later_drifts(
-        Noise(np.full(2, 0.05), np.full(2, np.sqrt(shown)), 0.0), ((BASELINE, (size, length)),), model
-    )
+    fitted = fitted_pad(model, (BASELINE, (size, length)))
+    noise = with_later_drifts(Noise(np.full(2, 0.05), np.full(2, np.sqrt(shown)), 0.0), fitted)
     # In units of the peaks, 5 and 7 kPa; the mean square of 40,000 normal values scatters by 0.7 %.
     added = (noise.discrepancy_sd**2 - shown) / model.peak**2
     np.testing.assert_allclose(shown + added, later, rtol=0.03)
@@ -41,9 +43,8 @@ def test_residuals_and_what_is_added_make_the_error_of_a_later_touch(length: flo
 
 @pytest.mark.parametrize(("drift", "values"), [(BASELINE, (0.04, 40.0)), (GAIN, (0.04, 40.0, 1.0))])
 def test_a_zero_adds_to_the_floor_and_a_gain_to_the_share_of_the_signal(drift: RandomEffect, values: Values) -> None:
-    model = pad_of(T, GaussianKernel(6.0))
     before = Noise(np.full(2, 0.05), np.full(2, 0.1), 0.02)
-    noise = with_later_drifts(before, ((drift, values),), model)
+    noise = with_later_drifts(before, fitted_pad(pad_of(T, GaussianKernel(6.0)), (drift, values)))
     assert (noise.discrepancy_sd > before.discrepancy_sd).all() == (drift is BASELINE)
     assert (noise.signal_share > before.signal_share) == (drift is GAIN)
     np.testing.assert_array_equal(noise.tactile_sd, before.tactile_sd)
@@ -51,6 +52,15 @@ def test_a_zero_adds_to_the_floor_and_a_gain_to_the_share_of_the_signal(drift: R
 
 def test_without_drifts_the_noise_is_that_of_the_calibration() -> None:
     before = Noise(np.full(2, 0.05), np.full(2, 0.1), 0.02)
-    noise = with_later_drifts(before, (), pad_of(T, GaussianKernel(6.0)))
+    noise = with_later_drifts(before, fitted_pad(pad_of(T, GaussianKernel(6.0))))
     np.testing.assert_allclose(noise.discrepancy_sd, before.discrepancy_sd, rtol=1e-15)
     assert noise.signal_share == pytest.approx(0.02, rel=1e-15)
+
+
+def test_effects_beside_the_drift_change_nothing() -> None:
+    alone = fitted_pad(pad_of(T, GaussianKernel(6.0)), (BASELINE, (0.04, 40.0)))
+    before = Noise(np.full(2, 0.05), np.full(2, 0.1), 0.02)
+    model = alone.model.with_effects((LoadNonlinearity(parameters()),))
+    bent = replace(alone, model=model, vector=model.extended(alone.vector, (0.01, 60.0)))
+    expected = with_later_drifts(before, alone).discrepancy_sd
+    np.testing.assert_allclose(with_later_drifts(before, bent).discrepancy_sd, expected, rtol=1e-12)
