@@ -118,9 +118,9 @@ def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) 
     return (
         f"After the effects of [](1995.md), {agree} of the {total} agree. These {total} numbers are of three "
         f"kinds. From {fitted[1]} of them (and from {len(USED) - fitted[1]} settings) the shared unknowns were "
-        f"inferred: {fitted[0]} agree. Another {others[1]} change with the effects: {others[0]} agree. The last {same[1]} do not "
-        f"change (the columns *after* are empty): {same[0]} agree. Ranges are {np.median(wider):.1f} times "
-        "as wide after as before (the median)."
+        f"inferred: {fitted[0]} agree. Another {others[1]} change with the effects: {others[0]} agree. The last "
+        f"{same[1]} do not change (the columns *after* are empty): {same[0]} agree. Ranges are "
+        f"{np.median(wider):.1f} times as wide after as before (the median)."
     )
 
 
