@@ -45,9 +45,9 @@ part of a run is a smaller study:
 `--light` reads held-out touches only of effects of size 2, and of fingers without an effect. So the tables of errors
 are of these. The last line of each block of text at the end of this page has the time of a diagnosis, in seconds.
 
-An effect is hard to find if all touches together do not show it beside the noise. The size is relative to the noise of
-one touch, and a finger has many touches. So an effect of size 0.5, the smallest of this study, is often found too: see
-the row *all* of the tables at the end of this page. For smaller sizes this study says nothing. An effect is hard to
+An effect is hard to find if the noise hides it in all touches together. The size is relative to the noise of one touch.
+But the diagnosis uses many touches. So an effect of size 0.5, the smallest of this study, is often found too: see the
+row *all* of the tables at the end of this page. For smaller sizes this study says nothing. An effect is hard to
 name where another effect changes the readings in the same way. If `bayestouch diagnose` calls two causes
 indistinguishable, `measure` in its output says which touches would decide.
 
@@ -57,7 +57,7 @@ Terms of the tables:
   that was set as a goal. Intervals are 95 % (Clopper and Pearson) and treat the cases as drawn from the effects, forms
   and sizes of the study. Cases of one finger share its touches, so the intervals are a little too narrow. The noise of
   readings is drawn anew for each case.
-- *Out of reach*: only an absurd value of the effect would have this size. Such a case is not run.
+- *Out of reach*: to make an error of this size, the effect would need an absurd value. Such a case is not run.
 - *Before*: the calibration without effects. *After*: with what the diagnosis found. Both are of the same held-out
   touches. *Against references as stated*: errors against the data set's own columns
   ([](diagnosis.md#references-that-a-diagnosis-moves)).
@@ -111,8 +111,8 @@ What was named first, for what was there (size 1 and above). Both figures are of
 
 LOOKED_AT = """**Development set: fingers {fingers}.** They were looked at while the catalogue and the search were
 changed, and some changes followed failures on these same cases: a memory with two exponentials, proximity together with
-a drift of gains, and a loose patch. Rates on them are rates on data that the method was adjusted to, and may be too
-good."""
+a drift of gains, and a loose patch. So the method was adjusted to these
+data, and its rates on them may be too good."""
 
 FRESH = """**Fresh: fingers {fingers}.** None of them was looked at while the catalogue and the search were changed. The
 effects, their forms and their sizes are still those of the development set, on which some changes

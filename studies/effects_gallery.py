@@ -259,7 +259,8 @@ def page() -> str:
     out = [
         "# Effects that a diagnosis knows",
         "",
-        "Made by `studies/effects_gallery.py` from the classes themselves. The pictures show the paper's finger.",
+        "Made by `studies/effects_gallery.py` from the classes themselves. The pictures show the finger of",
+        "[Nicolson and Fearing 1995](published.md).",
         "Left: what the effect changes in mean readings, at the size that is stated, over the quantity that shows it",
         "best. Right: what is left of that after the base parameters (gains, depths, angles, modulus and Poisson's",
         "ratio) have absorbed their part. Often little is left, so this picture has a scale of its own. What is left",
@@ -311,9 +312,9 @@ def simulated() -> list[str]:
         "|---|---|",
         *shapes,
         "",
-        "Loads and places in the tables are what was commanded and read: an effect of the rig changes what was",
-        "pressed, and `truth.json` says what that was. An effect on the finger itself leaves the gains (reading per",
-        "strain) as they are.",
+        "The tables have the commanded places and the loads that the force sensor read. An effect of the rig changes",
+        "the true places and loads; `truth.json` has them. An effect on the finger itself leaves the gains (reading",
+        "per strain) as they are.",
     ]
 
 

@@ -129,7 +129,8 @@ class Proximity(Effect):
     """An element also responds to the distance of the probe: a broad bell over angle is added to the reading.
 
     This occurs in capacitive, thermal and optical elements. `share` is the height of the bell over the peak reading.
-    It is proportional to the load to the power `load_power` (0: independent of the load, 1: proportional to it).
+    The height grows with a power of the load, `load_power`: with 0 it does not depend on the load, with 1 it is
+    proportional to the load.
     `tails` is the shape of the bell: the larger, the more slowly it decreases.
 
     Reference: L. K. Baxter, Capacitive Sensors: Design and Applications (1997), on proximity and stray fields.

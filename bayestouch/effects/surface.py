@@ -30,12 +30,12 @@ LOWEST_WAVE, HIGHEST_WAVE = 2, 120
 class SurfaceProfile(Effect):
     """The surface is out of round: 1/R = 1/r_c + 1/r_b + f(θ_c), with a smooth function f of the place touched.
 
-    f is a Gaussian process with a correlation length of 10°, without constant part and without a part of one wave per
-    turn: a closed curve has no such parts. It is a cubic spline through knots at most 9° apart over the touched range.
-    The weights are the values at the knots with their correlation removed. f changes the readings of a flat most, and
-    those of a knife edge not at all. If the model has no f, the estimate of a composite radius R has an error of about
-    -R² f. The responses of the elements cannot explain this error: they are readings under a knife edge, and f does not
-    change these.
+    f is a Gaussian process with a correlation length of 10°. Its mean over a turn is zero: another mean is another
+    radius r_b. Its part with one wave per turn is zero, too: with such a part the curve would not be closed. f is a
+    cubic spline through knots at most 9° apart over the touched range. The weights are independent; a matrix makes the
+    correlated values at the knots from them. f changes the readings of a flat most, and those of a knife edge not at
+    all. If the model has no f, the estimate of a composite radius R has an error near -R² f. The responses of the
+    elements cannot explain this error. A response is a reading under a knife edge, and f does not change such readings.
 
     Reference: K. L. Johnson, Contact Mechanics (1985), section 4.2 (relative curvature); D. J. Whitehouse, Handbook of
     Surface and Nanometrology (2010), on roundness (undulations per revolution); C. E. Rasmussen and C. K. I. Williams,

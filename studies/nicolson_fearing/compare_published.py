@@ -116,11 +116,11 @@ def counted_after(comparison: PublishedComparison, after: Mapping[str, Beside]) 
     ]
     fitted, others = kinds[True], kinds[False]
     return (
-        f"After the effects of [](1995.md), {agree} of the {total} agree. The shared unknowns were inferred from "
-        f"{len(USED)} numbers. {len(USED) - fitted[1]} of these are settings; {fitted[0]} of the {fitted[1]} others "
-        f"agree. The effects change {others[1]} more numbers; {others[0]} of these agree. They do not change the last "
-        f"{same[1]} (the columns *after* are empty); {same[0]} of these agree. Ranges are {np.median(wider):.1f} times "
-        "as wide after as before (the median)."
+        f"After the effects of [](1995.md), {agree} of the {total} agree. These {total} numbers are of three "
+        f"kinds. From {fitted[1]} of them (and from {len(USED) - fitted[1]} settings) the shared unknowns were "
+        f"inferred: {fitted[0]} agree. Another {others[1]} change with the effects: {others[0]} agree. The last "
+        f"{same[1]} do not change (the columns *after* are empty): {same[0]} agree. Ranges are "
+        f"{np.median(wider):.1f} times as wide after as before (the median)."
     )
 
 
@@ -130,7 +130,7 @@ def page(comparison: PublishedComparison, fingers: int, after: Mapping[str, Besi
     return f"""# The paper and bayestouch, number by number
 
 Made by `python studies/nicolson_fearing/compare_published.py --docs`. The command takes minutes, with `--small`
-seconds. *The paper* is that of Nicolson and Fearing ([](published.md)); σ, r_s, R, θ_c and the E map are in
+seconds. *The paper* is [Nicolson and Fearing 1995](published.md); σ, r_s, R, θ_c and the E map are in
 [](physics.md) and the [glossary](glossary.md). Our numbers come from {fingers} simulated fingers with the
 printed sizes and noise. The paper prints no shear modulus. So each finger has a modulus of its own, about
 {SHEAR_MODULUS:g} MPa, drawn from what Table 3 implies. Errors of the elements and of the places touched are as
@@ -173,9 +173,9 @@ unknowns that all tables share, inferred from the numbers of Tables 1 to 4 by
 `studies/nicolson_fearing/explained.py`. The unknowns were inferred from some of the numbers. That these agree
 shows that a few unknowns are enough. Only agreement of the other numbers is a prediction. Totals of Table 4,
 and sentences that the paper calculates from its tables, follow from the other numbers. The ranges contain the
-uncertainty of the unknowns, and the chance from finger to finger. How large this chance is was inferred, too.
-So more than 90 % of the numbers that were fitted are inside their ranges. The column *why* is about *before*.
-After, errors of Table 4 are taken about the mean error of each tip, and not about that of all tips. Errors
+uncertainty of the unknowns, and the chance from finger to finger. The size of this chance was inferred from the
+numbers, too. So more than 90 % of the numbers that were fitted are inside their ranges. The column *why* is about
+*before*. After the effects, the mean error of each tip is subtracted in Table 4, and not the mean of all tips. Errors
 go through the fits to first order: each fit is linearised.
 
 {listed}"""

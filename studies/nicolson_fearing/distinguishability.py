@@ -182,8 +182,8 @@ def compared(known: KnownFinger) -> list[Beside]:
         Beside(
             "radius_error.level",
             float(100 * probability),
-            why="share of touches in which the right one is named, of an edge and a tip with an R of 1.5 mm; with the "
-            "printed noise of 0.77 mm it would be "
+            why="share of touches in which the right one of two is named: an edge, and a tip with an R of 1.5 mm; with "
+            "the printed noise of 0.77 mm it would be "
             f"{100 * ndtr(difference / published.number('radius_error.noise').value / 2):.0f} %",
         ),
     ]
@@ -199,9 +199,9 @@ def level() -> Beside:
         float(np.mean(right)),
         min(right),
         max(right),
-        "share of touches in which the right one is named, of an edge and the sharpest tip that the criterion "
-        "distinguishes from it (α = 0.70, 1 % noise, load not measured): mean and range over locations. The criterion "
-        "takes a mean over the circumference, which is less than what the elements near the touch see",
+        "share of touches in which the right one of two is named: an edge, and the sharpest tip that the criterion "
+        "distinguishes from an edge (α = 0.70, 1 % noise, load not measured): mean and range over locations. The "
+        "criterion takes a mean over the circumference, which is less than what the elements near the touch see",
     )
 
 

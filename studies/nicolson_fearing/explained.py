@@ -41,7 +41,7 @@ MEANING = {
     "poisson_ratio": ("Poisson's ratio of the rubber in a contact", ""),
     "squeeze_mm": ("what the approximate frictionless model takes off the half-width of Hertz's contact", "mm"),
     "odd_tip_R_mm": ("radius r_c of the tip that is printed as 3.90 mm", "mm"),
-    "tip_sd_mm": ("sd of an error of R that belongs to a tip, three quarters of its variance in all columns", "mm"),
+    "tip_sd_mm": ("sd of the error of R of a tip; all columns share three quarters of its variance", "mm"),
     "map_error": ("error of the elements' E maps within 25°", "% of the peak"),
     "place_error": ("error of a place, every element its own", "% of the peak"),
     "spread": ("sd of the logarithm of the elements' error sizes", ""),
@@ -145,7 +145,7 @@ def posterior_table(case: Case) -> str:
 
 def effects_tables(found: Findings, small: bool) -> str:
     """What each effect is worth: evidence and what agrees, then numbers."""
-    rows = {"none": found.full, **found.without}
+    rows = {"with all effects": found.full, **found.without}
     numbers = {name: Numbers.of(case.fingers) for name, case in rows.items()}
     least = found.full.inferred.log_evidence
     said = {

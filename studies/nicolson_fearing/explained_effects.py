@@ -24,7 +24,7 @@ from nicolson_fearing.paper_design import MODULUS_INTERVAL, SHEAR_MODULUS
 from nicolson_fearing.paper_finger import CALIBRATIONS
 from nicolson_fearing.paper_run import runs
 
-BEFORE = "all (before)"
+BEFORE = "without any (before)"
 _ROWS = [(part, calibration) for part in ("location", "noise") for calibration in CALIBRATIONS]
 _DIGITS = {"theta_c": 2, "P": 1, "R": 2}
 _OUTSIDE = "\\*"

@@ -24,8 +24,8 @@ from nicolson_fearing.paper_run import CONTACT, TABLE_4_TIPS, PaperRun, over_fin
 CONTACTS = {"hertz": "hertz", "frictionless": CONTACT}
 WHY = {
     "hertz": "the modulus is fitted to both Hertz columns together; published.md has the residuals of single tips",
-    "frictionless": "here this model is an elliptic pressure as wide as the contact on the layer, so the bias of r_c "
-    "is small; the paper's r_c are biased for sharp and blunt tips, as if its contact were that of Hertz, narrower by "
+    "frictionless": "here this model is an elliptic pressure as wide as the contact on the layer. So the bias of r_c "
+    "is small. The paper's r_c of sharp and of blunt tips are biased, as if its contact were a Hertz contact minus "
     "a fixed width (table_3_residual.py)",
 }
 WHY_TIME = "one simplex fit in Python, machine of today; measured anew at each run"
@@ -88,7 +88,7 @@ def rows(found: list[PaperRun], timed: int = 24) -> list[Beside]:
         Beside(
             "table_3.unbiased_to",
             unbiased_to(found),
-            why="the bluntest tip up to which, from 1.59 mm on, all means are within a tenth of r_c (frictionless, "
+            why="from 1.59 mm up to this tip, all means are within a tenth of r_c (frictionless, "
             "model calibration); see the rows of Table 3",
         ),
         Beside("fit_time.without_load", without, why=WHY_TIME),

@@ -104,7 +104,7 @@ EFFECTS = (
         0.6,
         power_law,
         in_catalogue=False,
-        reason="the catalogue's curve, linear and a power, is one only for a share without end",
+        reason="the catalogue has the signal plus a power of it; this form is a power alone",
     ),
     Effect(
         "saturation",
@@ -114,7 +114,7 @@ EFFECTS = (
         4.0,
         soft_saturation,
         in_catalogue=True,
-        reason="the catalogue's limit with knee 8, which is one of its probe values, and a shared level",
+        reason="the catalogue's formula with `knee` 8 (a value that the search tries), one limit for all elements",
     ),
     Effect(
         "baseline_drift",

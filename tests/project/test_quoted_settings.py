@@ -34,7 +34,7 @@ QUOTED = {
         f"A gain or an offset more than {100 * fault_tests.TOLERANCE:g} % (the force sensor: "
         f"{100 * fault_tests.FORCE_TOLERANCE:g} %)",
         f"beyond {WORDS[int(fault_tests.THRESHOLD)]} standard deviations",
-        f"so is a scatter {fault_tests.SCATTER:g} times that of the others",
+        f"A scatter {fault_tests.SCATTER:g} times that of the others is a fault",
         f"each of the {WORDS[faults.MOST_TRIED]} worst elements is left out once",
         f"Where more than a {share(faults.LARGEST_SHARE)} of the elements would have to go",
         f"Fewer than {WORDS[fault_tests.FEWEST]} touches are not judged",
