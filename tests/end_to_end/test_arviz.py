@@ -15,11 +15,14 @@ import matplotlib
 import numpy as np
 import pytest
 import xarray as xr
+from pad_simulation import line
 from report_cases import FINGER
 
 import bayestouch
+from bayestouch.chain.kernels import HalfSpaceKernel
 from bayestouch.commands.cli import main
 from bayestouch.effects.stated import StatedModel
+from bayestouch.priors.parameters import LogNormal
 
 matplotlib.use("Agg")
 ROOT = Path(__file__).resolve().parents[2]
@@ -93,6 +96,30 @@ def test_compare_with_and_without_an_effect() -> None:
     }
     table = az.compare(fits)
     assert list(table.index) == ["with", "without"]
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_compare_the_model_of_a_pad_with_its_empirical_map(tmp_path: Path, right: bool) -> None:
+    """The map wins where the kernel is wrong, a half-space read as a Gaussian; else it gains nothing."""
+    kernel = HalfSpaceKernel(6.0, LogNormal(4.0, 0.2))
+    pad = line(load_spread=0.0) if right else line(kernel, (4.0, 1.0), load_spread=0.0)
+    rng = np.random.default_rng(4)
+    touches = pad.touch(np.linspace(6, 32, 60)[:, None], rng, load=rng.uniform(0.9, 1.1, 60), measured=True, samples=2)
+    files = {}
+    for e_map in ("model", "empirical"):
+        fit = bayestouch.calibrate(
+            pad.dataset(touches), kernel="gaussian", e_map=e_map, draws=400, groups=["log_likelihood"]
+        )
+        fit.save(tmp_path / f"{e_map}.nc")
+        files[e_map] = az.from_netcdf(tmp_path / f"{e_map}.nc")
+    table = az.compare(files)
+    difference, error = (float(table[name].iloc[1]) for name in (("elpd_diff", "dse")))
+    if right:
+        # Beyond four standard errors one would be called better than the other.
+        assert abs(difference) < 4 * error + 4
+    else:
+        assert list(table.index) == ["empirical", "model"]
+        assert abs(difference) > 4 * error
 
 
 def test_predictive_checks_and_prior_sensitivity(calibration: Any, touches: Any) -> None:

@@ -10,9 +10,10 @@ import pytest
 from bayestouch.baselines import reading as baselines
 from bayestouch.data import parquet, tables, toml_text, touch_source
 from bayestouch.diagnosis import blocks, choice, comparison, harm, place_or_time, search, verdict
-from bayestouch.finger import priors
+from bayestouch.finger import noise_with_effects, priors
 from bayestouch.finger.reading import alternatives, profile
 from bayestouch.model import split_data as parted
+from bayestouch.pad import density
 from bayestouch.reading import check, driver, fault_tests, faults
 from bayestouch.reporting import diagnosis_file, touch_list
 from bayestouch.results import hdf5_reading
@@ -49,6 +50,9 @@ QUOTED = {
     ],
     "statistics.md": [
         f"log-normal about {priors.DISCREPANCY.median:g} within a factor of 3",
+        f"up to {noise_with_effects.MOST_READINGS:,} readings of samples, if no other noise effect is in the model",
+        f"up to {density.MOST_READINGS:,} mean readings (touches times elements); else independent",
+        f"with up to {density.MOST_READINGS:,} mean readings, size and correlation time of drifts",
         f"by {alternatives.EVIDENCE_POINTS} lattice points",
         f"(Pareto $\\hat k > {alternatives.LARGEST_K:g}$)",
         f"So it is tabulated at {profile.KNOTS} knots over {profile.REACH:g} standard deviations either way",

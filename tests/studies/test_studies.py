@@ -171,7 +171,6 @@ def test_table_3(tmp_path: Path) -> None:
         # errors of places leave a mean over 40° uncertain by 0.3 mm, the modulus by 0.3 mm
         assert hertz.ours == pytest.approx(hertz.paper.value, abs=1.3)
         assert rows[f"table_3[12.30].frictionless_{calibration}"].ours == pytest.approx(12.3, abs=1.0)
-    assert rows["fit_time.with_load"].ours < rows["fit_time.without_load"].ours
     assert is_drawn(tmp_path / "table_3.png")
 
 
