@@ -146,7 +146,8 @@ def _of_draws(a: FloatArray, b: FloatArray) -> tuple[list[float], list[float]]:
     """Distance of means in sds, and ratio of sds, of each number that is drawn."""
     first, second = (each.reshape(each.shape[0] * each.shape[1], -1).astype(float) for each in (a, b))
     sd = first.std(axis=0)
-    drawn = (sd > 0) & np.isfinite(sd)
+    # a number that is held has the same draw each time, up to rounding
+    drawn = np.isfinite(sd) & (sd > 1e-9 * np.abs(first).max(axis=0))
     shift = np.abs(second.mean(axis=0) - first.mean(axis=0))[drawn] / sd[drawn]
     return shift.tolist(), (second.std(axis=0)[drawn] / sd[drawn]).tolist()
 
