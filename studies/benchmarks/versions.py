@@ -60,7 +60,7 @@ of_touch = {"discrepancy": "touch"} if "discrepancy" in inspect.signature(bayest
 from_file = "load_dataset" in sys.argv[2] or "infer_file" in sys.argv[2]
 data = None if from_file else bayestouch.load_dataset(sys.argv[1])
 if "infer" in sys.argv[2]:
-    calibration = bayestouch.calibrate(bayestouch.load_dataset(sys.argv[3]))
+    calibration = bayestouch.calibrate(data or bayestouch.load_dataset(sys.argv[3]))
     infer = lambda method: bayestouch.infer(data.touches, calibration, method=method, workers=1, draws=1024)
     infer_file = lambda method, workers: bayestouch.infer(
         sys.argv[1] + "/touches.csv", calibration, method=method, summary_only=True, workers=workers, output="p.nc"
@@ -83,7 +83,8 @@ def prepare(folder: Path) -> None:
     long = joined_touches([dataset.touches.with_(touch=dataset.touches.touch + k * step) for k in range(COPIES)])
     bayestouch.save_dataset(bayestouch.DataSet(dataset.sensor, None, long), folder / "long")
     tips = tuple(float(r) for r in range(1, 41))
-    many = bayestouch.FingerDesign(touch_radii_mm=tips, samples_per_touch=1, touch_step_deg=0.5)
+    # the calibration of this finger comes with it: a calibration of another finger would find faults in the readings
+    many = bayestouch.FingerDesign(touch_radii_mm=tips, samples_per_touch=1, touch_step_deg=1 / 3)
     touches = bayestouch.simulate(many, seed=4).dataset
     ids = touches.touches.touch
     kept = touches.touches.select(ids < sorted(set(ids.tolist()))[min(TOUCHES, len(set(ids.tolist())) - 1)])
