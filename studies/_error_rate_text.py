@@ -64,7 +64,7 @@ Terms of the tables:
 - *Adequate*: the verdict that nothing is missing. *Detected*: any other verdict. Names are those of
   [effects](effects.md).
 - *Nothing is left that the test sees*: the verdict is "explained". *Lack of fit at most 1.1*: this limit does not
-  allow for chance; the row "no effect" shows how often chance alone exceeds it.
+  allow for chance; the row "no effect" shows how often chance alone stays within it.
 - *Excess*: the held-out lack of fit before, less 1. *Corrected* or *cut*: the share of the excess that is removed
   after.
 - In the blocks of text `-` means that no case was run, and `nan` that no touches were read. The first table of a block
