@@ -25,7 +25,7 @@ def save_diagram(results: Sequence[Mapping[str, Any]], path: Path) -> None:
 
 
 def diagram(results: Sequence[Mapping[str, Any]]) -> plt.Figure:
-    """Share of first sets that are right, with 95 % intervals, above the number of fingers in each bin.
+    """Share of first statements that are right, with 95 % intervals, above the number of fingers in each bin.
 
     The verdict with its effects is the square at its probability of 0.99.
     """
@@ -38,7 +38,7 @@ def diagram(results: Sequence[Mapping[str, Any]]) -> plt.Figure:
     figure, (above, below) = plt.subplots(2, 1, figsize=(7, 6.5), sharex=True, gridspec_kw=layout, layout="constrained")
     above.plot([0, 1], [0, 1], color="black", lw=0.8, label="as often right as stated")
     errors = np.abs(ends.T - share)
-    above.errorbar(at, share, errors, fmt="o", color=BLUE, capsize=3, label="first set of causes, 95 % interval")
+    above.errorbar(at, share, errors, fmt="o", color=BLUE, capsize=3, label="first statement, 95 % interval")
     above.plot(MOST, forecasts.rule_hit.mean(), "s", color=ORANGE, label="verdict, taken as 99 % certain")
     above.set(ylabel="share that is right", ylim=(-0.03, 1.03))
     above.legend(loc="upper left")
@@ -47,5 +47,5 @@ def diagram(results: Sequence[Mapping[str, Any]]) -> plt.Figure:
         f"log score {forecasts.log_score:.2f}, of the verdict {forecasts.rule_log_score:.2f}"
     )
     below.hist(forecasts.sure, EDGES, color=GREY, edgecolor="white")
-    below.set(xlabel="probability of the first set of causes", ylabel="fingers", xlim=(-0.02, 1.02))
+    below.set(xlabel="probability of the first statement", ylabel="fingers", xlim=(-0.02, 1.02))
     return figure

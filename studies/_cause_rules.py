@@ -3,8 +3,9 @@
 A set of causes is right if it names the effects that were simulated and no others. Beside effects it may name something
 in place: most of the simulator's forms are not those of the catalogue. A drift counts as named by "something in time".
 Without a listed effect, "nothing" is right where there is none, and "something in place" or "something in time" where
-the cause is in no catalogue. The rule that the probabilities are compared with is the verdict with its effects, taken
-as a probability of 0.99; "unattributed" counts as something in place.
+the cause is in no catalogue. So sets that differ only by something in place beside the same effects are one statement:
+its probability is the sum of theirs. The rule that the probabilities are compared with is the verdict with its
+effects, taken as a probability of 0.99; "unattributed" counts as something in place.
 """
 
 from __future__ import annotations
@@ -42,6 +43,16 @@ def right(names: Sequence[str], record: Record) -> bool:
     return named - {IN_PLACE} == listed
 
 
+def statements(causes: Sequence[Mapping[str, Any]]) -> list[tuple[tuple[str, ...], float]]:
+    """Names and probability of each statement, most probable first: sums over sets that are right together."""
+    total: dict[tuple[str, ...], float] = {}
+    for each in causes:
+        names = tuple(sorted(each["names"]))
+        effects = tuple(name for name in names if name != IN_PLACE) or names
+        total[effects] = total.get(effects, 0.0) + each["probability"]
+    return sorted(total.items(), key=lambda each: -each[1])
+
+
 def stated(effects: Sequence[str], verdict: str) -> list[str]:
     """Causes by the verdict and its effects."""
     return list(effects) or [NOTHING if verdict == "adequate" else IN_PLACE]
@@ -54,9 +65,9 @@ class Forecasts:
     Attributes
     ----------
     sure : (n,) array
-        Probability of the first set of causes.
+        Probability of the most probable statement.
     hit : (n,) bool array
-        Whether that set is right.
+        Whether that statement is right.
     total : (n,) array
         Probability of all right sets together.
     rule_hit : (n,) bool array
@@ -71,10 +82,10 @@ class Forecasts:
     @classmethod
     def of(cls, results: Sequence[Record]) -> Forecasts:
         """Of results with their `causes`, and with what is `stated`."""
-        first = [each["causes"][0] for each in results]
+        first = [statements(each["causes"])[0] for each in results]
         return cls(
-            np.array([one["probability"] for one in first], dtype=float),
-            np.array([right(one["names"], each) for one, each in zip(first, results, strict=True)], dtype=bool),
+            np.array([probability for _, probability in first], dtype=float),
+            np.array([right(names, each) for (names, _), each in zip(first, results, strict=True)], dtype=bool),
             np.array([sum(c["probability"] for c in each["causes"] if right(c["names"], each)) for each in results]),
             np.array([right(each["stated"], each) for each in results], dtype=bool),
         )
@@ -99,16 +110,16 @@ class Forecasts:
 
 @dataclass(frozen=True)
 class Bin:
-    """Fingers whose first set of causes has a probability between two edges: how often it is right.
+    """Fingers whose first statement has a probability between two edges: how often it is right.
 
     Attributes
     ----------
     above, up_to : float
         Edges; the upper one belongs to the bin.
     fingers, right : int
-        Their number, and of how many the set is right.
+        Their number, and of how many the statement is right.
     probability : float
-        Mean probability of the set.
+        Mean probability of the statement.
     """
 
     above: float
@@ -136,7 +147,7 @@ def bins(forecasts: Forecasts) -> list[Bin]:
 
 
 def tables(results: Sequence[Record]) -> str:
-    """Reliability of the first set of causes, and both log scores, by kind of finger."""
+    """Reliability of the first statement, and both log scores, by kind of finger."""
     rows = []
     for each in bins(Forecasts.of(results)):
         low, high = each.interval
@@ -144,7 +155,7 @@ def tables(results: Sequence[Record]) -> str:
         ends = f"{100 * low:.0f} to {100 * high:.0f}"
         name = f"{each.above:g} to {each.up_to:g}"
         rows.append([name, str(each.fingers), f"{100 * each.probability:.0f}", share, ends])
-    head = ("probability of the first set", "fingers", "mean probability, %", "right, %", "95 % interval")
+    head = ("probability of the first statement", "fingers", "mean probability, %", "right, %", "95 % interval")
     first = markdown_table(head, rows)
     by_kind = []
     for kind in KINDS:
@@ -153,6 +164,6 @@ def tables(results: Sequence[Record]) -> str:
             of = Forecasts.of(some)
             shares = (f"{100 * part.mean():.0f}" for part in (of.sure, of.hit, of.rule_hit))
             by_kind.append([KINDS[kind], str(len(some)), *shares, f"{of.log_score:.2f}", f"{of.rule_log_score:.2f}"])
-    other = ("simulated", "fingers", "mean probability of the first set, %", "right, %", "verdict right, %")
+    other = ("simulated", "fingers", "mean probability of the first statement, %", "right, %", "verdict right, %")
     second = markdown_table((*other, "log score", "log score of the verdict"), by_kind)
     return f"{first}\nExpected calibration error {Forecasts.of(results).calibration_error:.3f}.\n\n{second}"

@@ -55,9 +55,9 @@ FRESH = 10
 DIAGRAM = DOCS / "figures" / "causes.png"
 FIGURE = """
 ```{figure} figures/causes.png
-:alt: Share of fingers whose most probable set of causes is right against its probability; below, numbers of fingers
+:alt: Share of fingers whose most probable statement of causes is right against its probability; below, their numbers
 
-How often the most probable set of causes is right, against its probability.
+How often the most probable statement of causes is right, against its probability.
 ```
 """
 

@@ -70,7 +70,7 @@ class PosteriorMap:
     pull : (n,) array or None
         Gradient of the log posterior at `vector`; None for zero.
     ends : pair of (d,) arrays or None
-        Bounds of all coordinates, used for the values of effects.
+        Bounds of all entries of the flat vector, used for the values of effects.
     further_sd : (k,) array or None
         Standard deviations of the values of drifts and noise effects.
     bend : Bend or None
@@ -160,9 +160,15 @@ class PosteriorMap:
         at, n = self.layout, self.layout.n_chain
         out, total = standard.copy(), np.zeros(len(standard))
         step = np.zeros(standard.shape)
+        limits = [np.tile(ends[:n], (len(standard), 1)) for ends in self.ends]
+        for ridge in self.ridges.each:
+            # Its normal variable is independent of all others, so that it is known before them.
+            z = self.vector[ridge.free] + (standard + shift)[:, ridge.free] / root[:, ridge.free, ridge.free]
+            for ends, own in zip(limits, ridge.limits(z, self.ends), strict=True):
+                ends[:, ridge.standard] = own
         for k in reversed(range(at.n_base, n)):
             rest = np.einsum("nj,nj->n", root[:, k + 1 :, k], step[:, k + 1 :]) - shift[:, k]
-            low, high = (root[:, k, k] * (ends[k] - self.vector[k]) + rest for ends in self.ends)
+            low, high = (root[:, k, k] * (ends[:, k] - self.vector[k]) + rest for ends in limits)
             out[:, k], more = normal_between(standard[:, k], low, high)
             step[:, k] = (out[:, k] - rest) / root[:, k, k]
             total += more

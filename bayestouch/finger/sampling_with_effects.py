@@ -113,8 +113,6 @@ def effect_fit(fitted: Fitted, added: tuple[AddedEffect, ...], posterior: Effect
     start = _Start(vector, linear, prior.spread[:n])
     if ridges.each:
         start = _Start.along(ridges, fitted, posterior, vector)
-        low, high = low.copy(), high.copy()
-        low[ridges.standard], high[ridges.standard] = -np.inf, np.inf
     to_vectors = PosteriorMap(
         known=posterior.known,
         layout=at,
@@ -158,8 +156,15 @@ class _Start:
         vector, spread = vector.copy(), posterior.prior.spread[:n].copy()
         vector[at] = 0.0
         real, _ = ridges(vector[None])
+        real[:, :n] = np.clip(real[:, :n], *(ends[:n] for ends in posterior.bounds))
         linear = linearised_chain(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
         linear.gradient[:, at] = linear.prior_pull[at] = 0.0
+        # The coordinate along a ridge is nearly independent of all others; the bounds of others need it exactly so.
+        for matrix in (*linear.precision, *(() if linear.constant is None else (linear.constant,))):
+            for free in (ridge.free for ridge in ridges.each):
+                own = matrix[free, free]
+                matrix[free], matrix[:, free] = 0.0, 0.0
+                matrix[free, free] = own
         # What the readings and the prior together say of these coordinates is in the ridges: variances of one.
         spread[at] = 1 / np.sqrt(LEAST)
         data = np.linalg.inv(linear.hessian + np.diag(spread**-2.0))
@@ -179,8 +184,9 @@ def _ridges(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray, cova
     margin = 1e-6 * posterior.prior.spread[:n]
     low, high = (ends[:n] for ends in posterior.bounds)
     bounds = low + margin, high - margin
+    base = np.arange(at.n_base)
     return ridges_of(
-        posterior.model.effects, at.n_base, np.arange(at.n_base), linearise, vector[:n], covariance, bounds
+        posterior.model.effects, at.n_base, base, linearise, vector[:n], covariance, bounds, with_bounds=True
     )
 
 
@@ -203,6 +209,7 @@ def _bend(
         moved[at.values] = values
         moved[base] = vector[base] + linear_part @ (values - vector[at.values])
         moved = ridges(moved[None])[0][0]
+        moved[at.values] = np.clip(moved[at.values], low[at.values], high[at.values])
         first = moved[base].copy()
         moved[base] = np.clip(first, low[base] + margin, high[base] - margin)
         linear = linearised_chain(fitted, posterior, moved)
@@ -212,7 +219,8 @@ def _bend(
         return moved[base] + found - first, float(np.sqrt(abs(total @ found)))
 
     covariance = np.asarray(np.linalg.inv(hessian)[at.values, at.values], dtype=np.float64)
-    limits = low[at.values], high[at.values]
+    free = np.isin(np.arange(n)[at.values], ridges.standard)
+    limits = np.where(free, -np.inf, low[at.values]), np.where(free, np.inf, high[at.values])
     return Bend.of(step, vector[at.values], covariance, limits, np.random.default_rng([n, 5]))
 
 

@@ -19,6 +19,8 @@ def ridges_of(
     vector: FloatArray,
     covariance: FloatArray,
     bounds: tuple[FloatArray, FloatArray],
+    *,
+    with_bounds: bool,
 ) -> Ridges:
     """Ridges of the posterior of a model, one for each effect whose shape may be undetermined.
 
@@ -42,6 +44,9 @@ def ridges_of(
         Of the normal approximation; it tells the value that is least determined against its prior.
     bounds : pair of (d,) arrays
         Lowest and highest value of each entry.
+    with_bounds : bool
+        Whether values with bounds follow the ridge, too. Then their bounds in the new coordinates change along it
+        (`Ridge.limits`).
     """
     found: list[Ridge] = []
     for effect in effects:
@@ -55,7 +60,7 @@ def ridges_of(
         prior = [effect.parameters[i].normal_prior for i in scales]
         k = int(np.argmax([covariance[at[i], at[i]] / p[1] ** 2 for i, p in zip(scales, prior, strict=True)]))
         free = int(at[scales[k]])
-        scaled = at[~bounded & (at != free)]
+        scaled = at[(at != free) & (with_bounds | ~bounded)]
         ridge = follow(linearise, vector, free, bounds, prior[k][:2], scaled, moved)
         found += [] if ridge is None else [ridge]
     return Ridges(tuple(found))

@@ -198,7 +198,8 @@ def _ridges(density: PadDensity, mode: FloatArray, covariance: FloatArray, own: 
         about = Quadratic.at(density, vector)
         return about.gradient, about.precision
 
-    return ridges_of(model.effects, model.n_base, own, linearise, mode, covariance, density.bounds)
+    # The normal distribution of the shared entries has constant bounds.
+    return ridges_of(model.effects, model.n_base, own, linearise, mode, covariance, density.bounds, with_bounds=False)
 
 
 def _along(ridges: Ridges, mean: FloatArray, covariance: FloatArray, which: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import ndtr, ndtri
+from scipy.special import log_ndtr, ndtr, ndtri, ndtri_exp
 
 from bayestouch.array_types import FloatArray
 
-# Standard deviations beyond which a bound makes no difference.
+# Standard deviations beyond which a bound makes no difference, if the other is nearer. If both are beyond it on one
+# side, probabilities are too small for a floating-point number, and their logarithms are used.
 FAR = 30.0
 
 
@@ -25,7 +26,21 @@ def normal_between(z: FloatArray, low: FloatArray, high: FloatArray) -> tuple[Fl
     turned = low > 0
     sign = np.where(turned, -1.0, 1.0)
     low, high = np.where(turned, -high, low), np.where(turned, -low, high)
-    low, high = np.clip(low, -FAR, FAR), np.clip(high, -FAR, FAR)
-    below, mass = ndtr(low), ndtr(high) - ndtr(low)
+    beyond = high < -FAR
+    near_low, near_high = np.clip(low, -FAR, FAR), np.where(beyond, FAR, np.clip(high, -FAR, FAR))
+    below, mass = ndtr(near_low), ndtr(near_high) - ndtr(near_low)
     out = ndtri(np.clip(below + mass * ndtr(sign * z), 1e-300, 1 - 1e-16))
-    return sign * out, np.log(mass) + 0.5 * (out**2 - z**2)
+    log_mass = np.log(mass)
+    if beyond.any():
+        z_far, low_far, high_far = (sign * z)[beyond], low[beyond], high[beyond]
+        log_mass[beyond] = log_probability(low_far, high_far)
+        log_below = np.logaddexp(log_ndtr(low_far), log_mass[beyond] + log_ndtr(z_far))
+        out[beyond] = np.clip(ndtri_exp(log_below), low_far, high_far)
+    return sign * out, log_mass + 0.5 * (out**2 - z**2)
+
+
+def log_probability(low: FloatArray, high: FloatArray) -> FloatArray:
+    """Log of the probability (n,) that a standard normal variable is between bounds (n,), however far in a tail."""
+    turned = low > 0
+    below, above = log_ndtr(np.where(turned, -high, low)), log_ndtr(np.where(turned, -low, high))
+    return np.asarray(above + np.log1p(-np.exp(below - above)))

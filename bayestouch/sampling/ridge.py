@@ -20,6 +20,7 @@ from scipy.interpolate import CubicSpline, PchipInterpolator
 from scipy.special import ndtri
 
 from bayestouch.array_types import FloatArray, IntArray
+from bayestouch.sampling.bounds import log_probability
 
 #: From vectors (d,) to the gradient (d,) of a log density and to its precision (d, d), the negative second derivative.
 Linearise = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -90,6 +91,14 @@ class Ridge:
         out[self.others, self.free] = slope * change
         return out
 
+    def limits(self, z: FloatArray, ends: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
+        """Bounds (n, s) of the coordinates `standard`, at normal variables z (n,); `ends` are those of the vector."""
+        value, _ = self._value(z)
+        along, s = np.clip(value, *self.ends), len(self.standard)
+        offset, scale = self.offset(along)[:, :s], np.exp(self.log_scale(along)[:, :s])
+        low, high = ((each[self.standard] - offset) / scale for each in ends)
+        return low, high
+
     def _value(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Free entry (n,) from its normal variable (n,), and the log of the derivative."""
         inside = np.clip(z, *self.edges)
@@ -140,17 +149,21 @@ class _Station:
     ----------
     vector, sd, tangent : (d,) arrays
         Most probable vector, standard deviations about it, and its change with the free entry.
+    centre : (d,) array
+        The vector; of an entry at a bound, where the normal density would be centred of which the bound cuts off most.
     slope : float
         Derivative of the log density of `vector` over the free entry.
     curvature : float
         Negative second derivative.
     log_volume : float
-        Logarithm of the volume of one standard deviation about the vector.
+        Logarithm of the volume of one standard deviation about the vector, where bounds leave a part of the density of
+        that part.
     """
 
     vector: FloatArray
     sd: FloatArray
     tangent: FloatArray
+    centre: FloatArray
     slope: float
     curvature: float
     log_volume: float
@@ -177,11 +190,20 @@ class _Station:
         across = precision[free, at]
         tangent, sd = np.zeros(len(vector)), np.zeros(len(vector))
         tangent[at], sd[at], tangent[free] = -covariance @ across, np.sqrt(np.diag(covariance)), 1.0
-        sd[rest[out[rest]]] = 1 / np.sqrt(np.diag(precision)[rest[out[rest]]])
+        edge = rest[out[rest]]
+        # With the entries that are inside their bounds integrated out.
+        coupled = precision[np.ix_(edge, at)]
+        sd[edge] = (np.diag(precision)[edge] - np.einsum("ea,ab,eb->e", coupled, covariance, coupled)) ** -0.5
+        beyond = (gradient[edge] - coupled @ step) * sd[edge]
+        centre = vector.copy()
+        centre[edge] += beyond * sd[edge]
         log_volume = 0.5 * float(np.linalg.slogdet(covariance / np.outer(unit, unit))[1]) + float(np.log(unit).sum())
+        # An entry at a bound has a density of its own; and of all entries only the part between the bounds counts.
+        log_volume += float((np.log(sd[edge]) + 0.5 * beyond**2).sum())
+        log_volume += float(log_probability(*((ends[rest] - centre[rest]) / sd[rest] for ends in bounds)).sum())
         curvature = float(precision[free, free] + across @ tangent[at])
         # The slope at the vector before the last step, and its change by this step.
-        return cls(vector, sd, tangent, float(gradient[free] - across @ step), curvature, log_volume)
+        return cls(vector, sd, tangent, centre, float(gradient[free] - across @ step), curvature, log_volume)
 
 
 def follow(
@@ -217,8 +239,8 @@ def follow(
     value = np.array([each.vector[free] for each in stations])
     if len(value) < 4:
         return None
-    modes, sd = np.array([each.vector for each in stations]), np.array([each.sd for each in stations])
-    moves = modes[:, moved] - start.vector[moved]
+    modes, sd = np.array([each.centre for each in stations]), np.array([each.sd for each in stations])
+    moves = np.array([each.vector[moved] for each in stations]) - start.vector[moved]
     offset = CubicSpline(value, np.concatenate([modes[:, scaled], moves], axis=1))
     log_scale = CubicSpline(value, np.concatenate([np.log(sd[:, scaled]), np.zeros(moves.shape)], axis=1))
     profile = CubicSpline(value, [each.slope for each in stations]).antiderivative()

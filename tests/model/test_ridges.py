@@ -18,6 +18,9 @@ TIME = EffectParameter("time", "s", "", LogNormal(1.0, 1.0), (1.0,))
 WIDTH = EffectParameter("width", "mm", "", LogNormal(1.0, 0.5), (1.0,))
 
 
+LEAN = EffectParameter("lean", "", "", Uniform(0, 1), (0.5,))
+
+
 def effect(*parameters: EffectParameter) -> Any:
     amplitudes = tuple(i for i, each in enumerate(parameters) if each.null is not None)
     return SimpleNamespace(parameters=parameters, amplitudes=amplitudes)
@@ -27,7 +30,7 @@ def amplitude(prior: Prior) -> EffectParameter:
     return EffectParameter("share", "", "", prior, (0.1,), 0.0)
 
 
-def found(effects: list[Any], sd: list[float]) -> list[tuple[int, list[int]]]:
+def found(effects: list[Any], sd: list[float], with_bounds: bool = True) -> list[tuple[int, list[int]]]:
     """Free and scaled entries of the ridges of a normal posterior; two entries come before those of the effects."""
     d, priors = 2 + len(sd), [each.normal_prior for one in effects for each in one.parameters]
     low, high = (np.array([edge, edge, *(p[i] for p in priors)]) for i, edge in ((2, -np.inf), (3, np.inf)))
@@ -37,7 +40,8 @@ def found(effects: list[Any], sd: list[float]) -> list[tuple[int, list[int]]]:
     def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
         return -precision @ vector, precision
 
-    ridges = ridges_of(effects, 2, np.arange(2), linearise, np.zeros(d), covariance, (low, high))
+    bounds = low, high
+    ridges = ridges_of(effects, 2, np.arange(2), linearise, np.zeros(d), covariance, bounds, with_bounds=with_bounds)
     return [(each.free, each.standard.tolist()) for each in ridges.each]
 
 
@@ -49,12 +53,16 @@ def found(effects: list[Any], sd: list[float]) -> list[tuple[int, list[int]]]:
         ([effect(amplitude(Normal(0.0, 1.0, 0.0)), TIME)], [0.1, 0.5], []),
         ([effect(SHARE, EffectParameter("tails", "", "", Normal(0.0, 0.5), (0.0,)))], [0.1, 0.3], []),
         ([effect(SHARE, TIME)], [0.1, 0.5], [(3, [2])]),
-        # Of two shape values, the one that the data determine least against its prior; values with bounds stay.
+        # Of two shape values, the one that the data determine least against its prior; one with bounds never.
         ([effect(SHARE, TIME, WIDTH)], [0.1, 0.5, 0.4], [(4, [2, 3])]),
-        ([effect(SHARE, TIME, EffectParameter("lean", "", "", Uniform(0, 1), (0.5,)))], [0.1, 0.5, 0.2], [(3, [2])]),
+        ([effect(SHARE, TIME, LEAN)], [0.1, 0.5, 0.2], [(3, [2, 4])]),
         # One ridge for each effect.
         ([effect(SHARE), effect(SHARE, TIME), effect(WIDTH, SHARE)], [0.1] * 5, [(4, [3]), (5, [6])]),
     ],
 )
 def test_free_and_scaled_entries(effects: list[Any], sd: list[float], expected: list[tuple[int, list[int]]]) -> None:
     assert found(effects, sd) == expected
+
+
+def test_values_with_bounds_stay_if_they_shall() -> None:
+    assert found([effect(SHARE, TIME, LEAN)], [0.1, 0.5, 0.2], with_bounds=False) == [(3, [2])]

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bayestouch.array_types import FloatArray
+from bayestouch.sampling.bounds import normal_between
 from bayestouch.sampling.ridge import Ridge, Ridges, follow, normal_variable
 
 # Readings at two times t of share (1 - exp(-t/time)) + level, their noise, and the priors. Both times are shorter than
@@ -35,17 +36,17 @@ def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
     return -slope @ rows(vector[None])[0], slope @ slope.T
 
 
-def along(scaled: list[int], moved: list[int]) -> Ridge:
+def along(scaled: list[int], moved: list[int], bounds: tuple[FloatArray, FloatArray] = BOUNDS) -> Ridge:
     found = follow(
-        linearise, MODE, 2, BOUNDS, (LOG_TIME, LOG_TIME_SD), np.array(scaled, dtype=int), np.array(moved, dtype=int)
+        linearise, MODE, 2, bounds, (LOG_TIME, LOG_TIME_SD), np.array(scaled, dtype=int), np.array(moved, dtype=int)
     )
     assert found is not None
     return found
 
 
-def quadrature() -> tuple[FloatArray, FloatArray]:
-    """Means and standard deviations of share and log time; the level is integrated out by hand."""
-    share, log_time = np.meshgrid(np.linspace(-1.5, 3.0, 4001), np.linspace(-5.0, 6.0, 1001), indexing="ij")
+def quadrature(least: float = -1.5, most: float = 3.0) -> tuple[FloatArray, FloatArray]:
+    """Means and standard deviations of share, between two values, and log time; the level is integrated out by hand."""
+    share, log_time = np.meshgrid(np.linspace(least, most, 4001), np.linspace(-5.0, 6.0, 1001), indexing="ij")
     shape = 1 - np.exp(-TIMES / np.exp(log_time)[..., None])
     left = READ - share[..., None] * shape
     covariance = NOISE**2 * np.eye(2) + LEVEL_SD**2
@@ -72,6 +73,32 @@ def test_moments_are_those_of_quadrature() -> None:
     spread = np.sqrt(weight @ (vectors[:, 1:] - found) ** 2 / weight.sum())
     assert (found - means) / sds == pytest.approx(0.0, abs=0.02)
     assert spread == pytest.approx(sds, rel=0.02)
+
+
+@pytest.mark.parametrize("ends", [(0.15, 0.45), (-1.0, 0.2), (0.6, 2.0), (-1.0, -0.05)])
+def test_moments_where_the_ridge_runs_along_a_bound(ends: tuple[float, float]) -> None:
+    """The share has bounds, so that the ridge follows one of them for a part of its way; the mode may be at it."""
+    n, bounds = 100_000, (np.array([-np.inf, ends[0], -np.inf]), np.array([np.inf, ends[1], np.inf]))
+    mode = np.clip(MODE, *bounds)
+    ridge = follow(linearise, mode, 2, bounds, (LOG_TIME, LOG_TIME_SD), np.array([1]), np.zeros(0, dtype=int))
+    assert ridge is not None
+    z = np.random.default_rng(1).standard_normal((n, 3))
+    low, high = ridge.limits(z[:, 2], bounds)
+    share, more = normal_between(z[:, 1], low[:, 0], high[:, 0])
+    vectors, log_derivative = ridge(np.column_stack([z[:, 0], share, z[:, 2]]))
+    # Given the share and the time the level is normal.
+    sd = (2 * NOISE**-2 + LEVEL_SD**-2) ** -0.5
+    shape = 1 - np.exp(-TIMES / np.exp(vectors[:, 2:]))
+    vectors[:, 0] = (READ - vectors[:, 1:2] * shape).sum(axis=1) * (sd / NOISE) ** 2 + sd * z[:, 0]
+    assert vectors[:, 1].min() >= ends[0] - 1e-12 and vectors[:, 1].max() <= ends[1] + 1e-12
+    log_weight = log_density(vectors) + log_derivative + more + 0.5 * (z**2).sum(axis=1)
+    weight = np.exp(log_weight - log_weight.max())
+    assert weight.sum() ** 2 / (weight**2).sum() > 0.1 * n
+    means, sds = quadrature(*ends)
+    found = weight @ vectors[:, 1:] / weight.sum()
+    spread = np.sqrt(weight @ (vectors[:, 1:] - found) ** 2 / weight.sum())
+    assert (found - means) / sds == pytest.approx(0.0, abs=0.03)
+    assert spread == pytest.approx(sds, rel=0.03)
 
 
 def test_without_a_bend_in_the_other_entries_the_points_are_those_of_the_posterior() -> None:

@@ -46,19 +46,27 @@ def test_right_sets(kind: str, truth: list[str], names: list[str], is_right: boo
     assert rules.right(names, {"kind": kind, "truth": truth}) is is_right
 
 
+CREEP = [(["creep"], 0.5), (["creep", "something in place"], 0.42), (["memory"], 0.08)]
 SOME = [
-    result("one", ["creep"], (["creep"], 0.92), (["creep", "something in place"], 0.08), stated=["creep"]),
+    result("one", ["creep"], *CREEP, stated=["creep"]),
     result("one", ["creep"], (["memory"], 0.94), (["creep"], 0.06), stated=["memory"]),
     result("none", [], (["nothing"], 0.6), (["creep"], 0.4), stated=["nothing"], seed=10_080),
     result("unlisted", ["grain"], (["something in place"], 1.0), stated=["something in place"]),
 ]
 
 
+def test_sets_that_are_right_or_wrong_together_are_one_statement() -> None:
+    assert rules.statements(SOME[0]["causes"]) == [(("creep",), pytest.approx(0.92)), (("memory",), 0.08)]
+    of_two = [{"names": ["something in place", "creep", "aperture"], "probability": 1.0}]
+    assert rules.statements(of_two) == [(("aperture", "creep"), 1.0)]
+    assert rules.statements(SOME[3]["causes"]) == [(("something in place",), 1.0)]
+
+
 def test_scores_by_hand() -> None:
-    """Probabilities of all right sets 1, 0.06, 0.6 and 1; the verdict is wrong once; bins of 1, 2 and 1."""
+    """Probabilities of all right sets 0.92, 0.06, 0.6 and 1; the verdict is wrong once; bins of 1, 2 and 1."""
     of = rules.Forecasts.of(SOME)
     assert of.hit.tolist() == [True, False, True, True] and of.rule_hit.tolist() == [True, False, True, True]
-    assert of.log_score == pytest.approx(np.log([0.99, 0.06, 0.6, 0.99]).mean())
+    assert of.log_score == pytest.approx(np.log([0.92, 0.06, 0.6, 0.99]).mean())
     assert of.rule_log_score == pytest.approx(np.log([0.99, 0.01, 0.99, 0.99]).mean())
     # 0.9 to 0.95: |1 - 0.92 - 0.94|; 0.5 to 0.7: 1 - 0.6; above 0.99: 0
     assert of.calibration_error == pytest.approx((0.86 + 0.4) / 4)
