@@ -12,8 +12,9 @@ from bayestouch.array_types import FloatArray
 # Number of points for each coefficient; their spread over that of the normal approximation; number of standard
 # deviations beyond which the shift is constant.
 POINTS, WIDER, FARTHEST = 2.0, 1.3, 4.0
-# Length of a shift, in standard deviations of the other coordinates, below which it is not needed.
-SLIGHT = 0.5
+# Length of a shift, in standard deviations of the other coordinates, below which it is not needed; and below which, at
+# the first few points, no more are looked at: a shift of second order grows with the square of the distance.
+SLIGHT, NONE, FEW = 0.5, 0.1, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +71,15 @@ class Bend:
         margin = 1e-3 * np.sqrt(np.diag(covariance))
         z = WIDER * rng.standard_normal((count, k))
         values = np.clip(centre + z @ root.T, ends[0] + margin, ends[1] - margin)
-        steps, lengths = zip(*(step(each) for each in values), strict=True)
-        if max(lengths) < SLIGHT:
+        steps: list[FloatArray] = []
+        longest = 0.0
+        for each in values:
+            shift, length = step(each)
+            steps.append(shift)
+            longest = max(longest, length)
+            if len(steps) == FEW and longest < NONE:
+                return None
+        if longest < SLIGHT:
             return None
         scale = np.asarray(np.linalg.inv(root), dtype=np.float64)
         at = np.clip((values - centre) @ scale.T, -FARTHEST, FARTHEST)

@@ -162,7 +162,8 @@ class PosteriorMap:
         step = np.zeros(standard.shape)
         limits = [np.tile(ends[:n], (len(standard), 1)) for ends in self.ends]
         for ridge in self.ridges.each:
-            # Its normal variable is independent of all others, so that it is known before them.
+            # Where values with bounds follow the ridge, its normal variable is independent of all others, and known
+            # before them.
             z = self.vector[ridge.free] + (standard + shift)[:, ridge.free] / root[:, ridge.free, ridge.free]
             for ends, own in zip(limits, ridge.limits(z, self.ends), strict=True):
                 ends[:, ridge.standard] = own

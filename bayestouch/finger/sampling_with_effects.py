@@ -159,9 +159,10 @@ class _Start:
         real[:, :n] = np.clip(real[:, :n], *(ends[:n] for ends in posterior.bounds))
         linear = linearised_chain(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
         linear.gradient[:, at] = linear.prior_pull[at] = 0.0
-        # The coordinate along a ridge is nearly independent of all others; the bounds of others need it exactly so.
+        # Where bounds change along a ridge, its coordinate must be known first: then it is independent of all others.
+        bounded = np.isfinite(posterior.bounds[0]) | np.isfinite(posterior.bounds[1])
         for matrix in (*linear.precision, *(() if linear.constant is None else (linear.constant,))):
-            for free in (ridge.free for ridge in ridges.each):
+            for free in (ridge.free for ridge in ridges.each if bounded[ridge.standard].any()):
                 own = matrix[free, free]
                 matrix[free], matrix[:, free] = 0.0, 0.0
                 matrix[free, free] = own
@@ -203,11 +204,15 @@ def _bend(
     margin = 1e-6 * posterior.prior.spread[base]
     hessian = start.linear.hessian + np.diag(start.prior_spread**-2.0)
     linear_part = -np.linalg.solve(hessian[base, base], hessian[base, at.values])
+    # The map shifts its centre by the same step: the bend is what is left.
+    middle = vector[:n] + np.linalg.solve(hessian, start.linear.pull)
+    along = np.isin(np.arange(n)[at.values], ridges.standard)
+    limits = np.where(along, -np.inf, low[at.values]), np.where(along, np.inf, high[at.values])
 
     def step(values: FloatArray) -> tuple[FloatArray, float]:
         moved = vector.copy()
         moved[at.values] = values
-        moved[base] = vector[base] + linear_part @ (values - vector[at.values])
+        moved[base] = middle[base] + linear_part @ (values - middle[at.values])
         moved = ridges(moved[None])[0][0]
         moved[at.values] = np.clip(moved[at.values], low[at.values], high[at.values])
         first = moved[base].copy()
@@ -219,9 +224,8 @@ def _bend(
         return moved[base] + found - first, float(np.sqrt(abs(total @ found)))
 
     covariance = np.asarray(np.linalg.inv(hessian)[at.values, at.values], dtype=np.float64)
-    free = np.isin(np.arange(n)[at.values], ridges.standard)
-    limits = np.where(free, -np.inf, low[at.values]), np.where(free, np.inf, high[at.values])
-    return Bend.of(step, vector[at.values], covariance, limits, np.random.default_rng([n, 5]))
+    centre = np.clip(middle[at.values], *limits)
+    return Bend.of(step, centre, covariance, limits, np.random.default_rng([n, 5]))
 
 
 def sample_effects(

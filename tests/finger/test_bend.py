@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bayestouch.array_types import FloatArray
-from bayestouch.finger.bend import FARTHEST, Bend, terms
+from bayestouch.finger.bend import FARTHEST, FEW, Bend, terms
 
 CENTRE, COVARIANCE = np.array([0.1, 1.0]), np.array([[0.04, 0.01], [0.01, 0.09]])
 ENDS = np.full(2, -np.inf), np.full(2, np.inf)
@@ -42,3 +42,14 @@ def test_slight_shifts_are_left_out() -> None:
 
 def test_terms() -> None:
     np.testing.assert_array_equal(terms(np.array([[2.0, 3.0]])), [[1, 2, 3, 4, 6, 9]])
+
+
+def test_few_points_are_enough_where_nothing_bends() -> None:
+    looked: list[float] = []
+
+    def step(values: FloatArray) -> tuple[FloatArray, float]:
+        looked.append(float(values[0]))
+        return shift(values), 0.05
+
+    assert Bend.of(step, CENTRE, COVARIANCE, ENDS, np.random.default_rng(1)) is None
+    assert len(looked) == FEW
