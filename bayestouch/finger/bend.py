@@ -14,7 +14,7 @@ from bayestouch.array_types import FloatArray
 POINTS, WIDER, FARTHEST = 2.0, 1.3, 4.0
 # Length of a shift, in standard deviations of the other coordinates, below which it is not needed; and below which, at
 # the first few points, no more are looked at: a shift of second order grows with the square of the distance.
-SLIGHT, NONE, FEW = 0.5, 0.1, 5
+SLIGHT, STRAIGHT, FEW = 0.5, 0.1, 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +77,7 @@ class Bend:
             shift, length = step(each)
             steps.append(shift)
             longest = max(longest, length)
-            if len(steps) == FEW and longest < NONE:
+            if len(steps) == FEW and longest < STRAIGHT:
                 return None
         if longest < SLIGHT:
             return None

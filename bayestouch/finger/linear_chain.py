@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,6 +60,13 @@ class LinearChain:
             constant=None if self.constant is None else tangent.T @ self.constant @ tangent,
             prior_pull=self.prior_pull @ tangent,
         )
+
+    def without_coupling(self, entries: Sequence[int]) -> LinearChain:
+        """The same with some coordinates of the chain independent of all others."""
+        kept = np.ones(self.precision.shape[1:], dtype=bool)
+        kept[entries], kept[:, entries], kept[entries, entries] = False, False, True
+        constant = None if self.constant is None else np.where(kept, self.constant, 0.0)
+        return replace(self, precision=np.where(kept, self.precision, 0.0), constant=constant)
 
 
 def linearised_chain(fitted: Fitted, posterior: EffectPosterior, vector: FloatArray) -> LinearChain:

@@ -160,20 +160,28 @@ class PosteriorMap:
         at, n = self.layout, self.layout.n_chain
         out, total = standard.copy(), np.zeros(len(standard))
         step = np.zeros(standard.shape)
-        limits = [np.tile(ends[:n], (len(standard), 1)) for ends in self.ends]
-        for ridge in self.ridges.each:
-            # Where values with bounds follow the ridge, its normal variable is independent of all others, and known
-            # before them.
-            z = self.vector[ridge.free] + (standard + shift)[:, ridge.free] / root[:, ridge.free, ridge.free]
-            for ends, own in zip(limits, ridge.limits(z, self.ends), strict=True):
-                ends[:, ridge.standard] = own
+        limits = self._limits(standard, shift, root)
         for k in reversed(range(at.n_base, n)):
             rest = np.einsum("nj,nj->n", root[:, k + 1 :, k], step[:, k + 1 :]) - shift[:, k]
-            low, high = (root[:, k, k] * (ends[:, k] - self.vector[k]) + rest for ends in limits)
+            low, high = (root[:, k, k] * (ends[..., k] - self.vector[k]) + rest for ends in limits)
             out[:, k], more = normal_between(standard[:, k], low, high)
             step[:, k] = (out[:, k] - rest) / root[:, k, k]
             total += more
         return out, total
+
+    def _limits(self, standard: FloatArray, shift: FloatArray, root: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Bounds of the coordinates of the chain: (n,), or (points, n) where they change along a ridge."""
+        assert self.ends is not None
+        n = self.layout.n_chain
+        low, high = (ends[:n] for ends in self.ends)
+        for ridge in self.ridges.each:
+            if ridge.has_limits(self.ends):
+                # The normal variable of such a ridge is independent of all others (`_Start.along`): it is known first.
+                free = ridge.free
+                z = self.vector[free] + (standard[:, free] + shift[:, free]) / root[:, free, free]
+                low, high = (np.broadcast_to(ends, (len(z), n)).copy() for ends in (low, high))
+                low[:, ridge.standard], high[:, ridge.standard] = ridge.limits(z, self.ends)
+        return low, high
 
     def _place_further(self, points: FloatArray, vectors: FloatArray) -> FloatArray:
         """Write the values of drifts and noise effects into `vectors`, and return the log of the derivative (n,)."""

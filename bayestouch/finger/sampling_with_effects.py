@@ -156,16 +156,12 @@ class _Start:
         vector, spread = vector.copy(), posterior.prior.spread[:n].copy()
         vector[at] = 0.0
         real, _ = ridges(vector[None])
-        real[:, :n] = np.clip(real[:, :n], *(ends[:n] for ends in posterior.bounds))
+        low, high = posterior.bounds
+        real[:, :n] = np.clip(real[:, :n], low[:n], high[:n])
         linear = linearised_chain(fitted, posterior, real[0]).along(ridges.tangent(vector)[:n, :n])
         linear.gradient[:, at] = linear.prior_pull[at] = 0.0
         # Where bounds change along a ridge, its coordinate must be known first: then it is independent of all others.
-        bounded = np.isfinite(posterior.bounds[0]) | np.isfinite(posterior.bounds[1])
-        for matrix in (*linear.precision, *(() if linear.constant is None else (linear.constant,))):
-            for free in (ridge.free for ridge in ridges.each if bounded[ridge.standard].any()):
-                own = matrix[free, free]
-                matrix[free], matrix[:, free] = 0.0, 0.0
-                matrix[free, free] = own
+        linear = linear.without_coupling([ridge.free for ridge in ridges.each if ridge.has_limits((low, high))])
         # What the readings and the prior together say of these coordinates is in the ridges: variances of one.
         spread[at] = 1 / np.sqrt(LEAST)
         data = np.linalg.inv(linear.hessian + np.diag(spread**-2.0))

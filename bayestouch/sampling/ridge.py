@@ -74,9 +74,8 @@ class Ridge:
         """Vectors (n, d) from points (n, d) in the new coordinates, and the log determinant of the derivative (n,)."""
         vectors = points.copy()
         vectors[:, self.free], log_derivative = self._value(points[:, self.free])
-        along = np.clip(vectors[:, self.free], *self.ends)
-        log_scale = self.log_scale(along)
-        vectors[:, self.others] = self.offset(along) + np.exp(log_scale) * points[:, self.others]
+        offset, log_scale = self._others(vectors[:, self.free])
+        vectors[:, self.others] = offset + np.exp(log_scale) * points[:, self.others]
         return vectors, log_derivative + log_scale.sum(axis=1)
 
     def tangent(self, point: FloatArray) -> FloatArray:
@@ -93,11 +92,19 @@ class Ridge:
 
     def limits(self, z: FloatArray, ends: tuple[FloatArray, FloatArray]) -> tuple[FloatArray, FloatArray]:
         """Bounds (n, s) of the coordinates `standard`, at normal variables z (n,); `ends` are those of the vector."""
-        value, _ = self._value(z)
-        along, s = np.clip(value, *self.ends), len(self.standard)
-        offset, scale = self.offset(along)[:, :s], np.exp(self.log_scale(along)[:, :s])
-        low, high = ((each[self.standard] - offset) / scale for each in ends)
+        s = len(self.standard)
+        offset, log_scale = (each[:, :s] for each in self._others(self._value(z)[0]))
+        low, high = ((each[self.standard] - offset) / np.exp(log_scale) for each in ends)
         return low, high
+
+    def has_limits(self, ends: tuple[FloatArray, FloatArray]) -> bool:
+        """Whether an entry with a coordinate in `standard` has a bound."""
+        return bool(np.isfinite([each[self.standard] for each in ends]).any())
+
+    def _others(self, value: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Offset and logarithm of the scale (n, r) of the other entries, at values (n,) of the free entry."""
+        along = np.clip(value, *self.ends)
+        return self.offset(along), self.log_scale(along)
 
     def _value(self, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Free entry (n,) from its normal variable (n,), and the log of the derivative."""

@@ -31,8 +31,8 @@ from bayestouch.paper import published
 from bayestouch.reliability import Beside, PublishedComparison
 from bayestouch.reliability.paper_criterion import NOISE_FACTOR
 from bayestouch.simulation import FingerDesign
-from nicolson_fearing.explained import FREE
-from nicolson_fearing.explained import after as after_effects
+from nicolson_fearing.explained_case import FREE
+from nicolson_fearing.explained_case import after as after_effects
 from nicolson_fearing.explained_fit import KEYS
 from nicolson_fearing.paper_design import SHEAR_MODULUS, paper_design
 from nicolson_fearing.paper_run import FINGERS, TIPS_MM, paper_run, put_in, runs

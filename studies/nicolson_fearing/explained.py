@@ -13,7 +13,6 @@ import os
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 
 import _path  # noqa: F401
@@ -25,16 +24,14 @@ from bayestouch.contact import indenter_radius
 from bayestouch.paper import published
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reliability import Beside
+from nicolson_fearing.explained_case import FREE, LENGTH_MM, Case, full
 from nicolson_fearing.explained_effects import BEFORE, Numbers, before_of, effects_table, numbers_table
-from nicolson_fearing.explained_fingers import PREDICTED, ExplainedFingers
-from nicolson_fearing.explained_fit import DRAWS, KEYS, STEPS, Explanation, Inferred
+from nicolson_fearing.explained_fit import KEYS, Explanation
 from nicolson_fearing.linear_touches import R_B
 from nicolson_fearing.unknowns import PRIOR, Unknowns
 
 PAGE = DOCS / "1995.md"
 SCRIPT = "nicolson_fearing/explained.py"
-LENGTH_MM = published.number("tips.length").value
-FREE = tuple(PRIOR)
 OF_TIPS = ("modulus_MPa", "poisson_ratio", "squeeze_mm", "odd_tip_R_mm", "tip_sd_mm")
 MEANING = {
     "modulus_MPa": ("shear modulus μ of the rubber, also that of the authors' formulas", "MPa"),
@@ -63,21 +60,6 @@ NOISE_KEYS = ("table_4.model.noise.theta_c", "table_4.model.noise.R")
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
-    """An explanation, its posterior, and fingers under it."""
-
-    inferred: Inferred
-    fingers: ExplainedFingers
-
-    @classmethod
-    def of(cls, explanation: Explanation, small: bool, near: Case | None = None) -> Case:
-        """Infer, beginning at another posterior perhaps, and simulate."""
-        begin = near.inferred if near else None
-        inferred = explanation.inferred(near=begin, draws=200 if small else DRAWS, steps=200 if small else STEPS)
-        return cls(inferred, ExplainedFingers.of(inferred, 60 if small else PREDICTED))
-
-
-@dataclass(frozen=True, eq=False)
 class Findings:
     """All effects, one taken away each, and parts of the tables alone."""
 
@@ -85,24 +67,6 @@ class Findings:
     without: dict[str, Case]
     from_part: dict[str, Case]
     small: bool = False
-
-
-@lru_cache(maxsize=2)
-def full(small: bool = False) -> Case:
-    """All effects, inferred from all tables."""
-    return Case.of(Explanation("all effects", FREE, Unknowns(length_mm=LENGTH_MM)), small)
-
-
-def after(small: bool = False) -> dict[str, Beside]:
-    """Numbers of the paper under all effects, by key."""
-    fingers = full(small).fingers
-    return {row.key: row for row in (*fingers.rows(), *fingers.thresholds, *fingers.text())}
-
-
-def posterior_mean(small: bool = False) -> Unknowns:
-    """Posterior means of the unknowns, under all effects."""
-    inferred = full(small).inferred
-    return inferred.explanation.unknowns(inferred.shares.mean(axis=0))
 
 
 def without(name: str, small: bool) -> Case:

@@ -16,7 +16,7 @@ from _page import markdown_table
 from bayestouch.contact import composite_radius
 from bayestouch.paper import published
 from bayestouch.reliability import Beside, PublishedComparison
-from nicolson_fearing import figure_13
+from nicolson_fearing import compare_published, figure_13
 from nicolson_fearing.explained_fingers import THRESHOLDS, ExplainedFingers
 from nicolson_fearing.explained_fit import KEYS, OF_TIPS
 from nicolson_fearing.linear_touches import R_B
@@ -92,8 +92,6 @@ _MEASURES = (figure_13.shared, figure_13.monotonic)
 @lru_cache(maxsize=2)
 def comparison(small: bool) -> PublishedComparison:
     """All printed numbers beside the first simulation."""
-    from nicolson_fearing import compare_published  # it needs `explained`, which needs this
-
     return compare_published.compared(small)
 
 

@@ -26,7 +26,7 @@ from bayestouch.contact import composite_radius
 from bayestouch.paper.published import number
 from bayestouch.reliability import shared_by_indenters
 from nicolson_fearing import figure_13
-from nicolson_fearing.explained import posterior_mean
+from nicolson_fearing.explained_case import posterior_mean
 from nicolson_fearing.explained_fit import finger as finger_of
 from nicolson_fearing.explained_fit import read_slopes
 from nicolson_fearing.finger_errors import AT, OF_TABLE_3, SAMPLES, EdgeErrors, true_radii

@@ -25,7 +25,7 @@ from bayestouch.paper import published
 from bayestouch.paper.published import TABLE_3
 from bayestouch.reliability import shared_by_indenters
 from nicolson_fearing import figure_13
-from nicolson_fearing.explained import full, posterior_mean
+from nicolson_fearing.explained_case import full, posterior_mean
 from nicolson_fearing.explained_effects import Numbers
 from nicolson_fearing.explained_fingers import ExplainedFingers, first_order
 from nicolson_fearing.finger_errors import OF_TABLE_3, FloatArray, Tables

@@ -16,8 +16,6 @@ from bayestouch.priors.parameters import LogNormal, Normal, Prior, Uniform
 SHARE = EffectParameter("share", "", "", Normal(0.0, 0.2), (0.1,), 0.0)
 TIME = EffectParameter("time", "s", "", LogNormal(1.0, 1.0), (1.0,))
 WIDTH = EffectParameter("width", "mm", "", LogNormal(1.0, 0.5), (1.0,))
-
-
 LEAN = EffectParameter("lean", "", "", Uniform(0, 1), (0.5,))
 
 
@@ -53,7 +51,7 @@ def found(effects: list[Any], sd: list[float], with_bounds: bool = True) -> list
         ([effect(amplitude(Normal(0.0, 1.0, 0.0)), TIME)], [0.1, 0.5], []),
         ([effect(SHARE, EffectParameter("tails", "", "", Normal(0.0, 0.5), (0.0,)))], [0.1, 0.3], []),
         ([effect(SHARE, TIME)], [0.1, 0.5], [(3, [2])]),
-        # Of two shape values, the one that the data determine least against its prior; one with bounds never.
+        # Of two shape values, the one that the data determine least is free; one with bounds never is.
         ([effect(SHARE, TIME, WIDTH)], [0.1, 0.5, 0.4], [(4, [2, 3])]),
         ([effect(SHARE, TIME, LEAN)], [0.1, 0.5, 0.2], [(3, [2, 4])]),
         # One ridge for each effect.
@@ -64,5 +62,5 @@ def test_free_and_scaled_entries(effects: list[Any], sd: list[float], expected: 
     assert found(effects, sd) == expected
 
 
-def test_values_with_bounds_stay_if_they_shall() -> None:
+def test_values_with_bounds_do_not_follow_where_bounds_must_be_constant() -> None:
     assert found([effect(SHARE, TIME, LEAN)], [0.1, 0.5, 0.2], with_bounds=False) == [(3, [2])]

@@ -36,9 +36,9 @@ def linearise(vector: FloatArray) -> tuple[FloatArray, FloatArray]:
     return -slope @ rows(vector[None])[0], slope @ slope.T
 
 
-def along(scaled: list[int], moved: list[int], bounds: tuple[FloatArray, FloatArray] = BOUNDS) -> Ridge:
+def along(scaled: list[int], moved: list[int]) -> Ridge:
     found = follow(
-        linearise, MODE, 2, bounds, (LOG_TIME, LOG_TIME_SD), np.array(scaled, dtype=int), np.array(moved, dtype=int)
+        linearise, MODE, 2, BOUNDS, (LOG_TIME, LOG_TIME_SD), np.array(scaled, dtype=int), np.array(moved, dtype=int)
     )
     assert found is not None
     return found
@@ -58,6 +58,14 @@ def quadrature(least: float = -1.5, most: float = 3.0) -> tuple[FloatArray, Floa
     return means, np.sqrt(squares - means**2)
 
 
+def moments(values: FloatArray, log_weight: FloatArray) -> tuple[float, FloatArray, FloatArray]:
+    """Effective number of weighted points, and their means and standard deviations."""
+    weight = np.exp(log_weight - log_weight.max())
+    found = weight @ values / weight.sum()
+    spread = np.sqrt(weight @ (values - found) ** 2 / weight.sum())
+    return float(weight.sum() ** 2 / (weight**2).sum()), found, spread
+
+
 def test_moments_are_those_of_quadrature() -> None:
     """The draws reach along the whole ridge: standard deviations to 2 %, at which 5 % would be noticed."""
     to_vectors, n = Ridges((along([1], [0]),)), 100_000
@@ -66,11 +74,9 @@ def test_moments_are_those_of_quadrature() -> None:
     z = np.random.default_rng(1).standard_normal((n, 3))
     vectors, log_derivative = to_vectors(z * [level, 1.0, 1.0])
     log_weight = log_density(vectors) + log_derivative + 0.5 * (z**2).sum(axis=1)
-    weight = np.exp(log_weight - log_weight.max())
-    assert weight.sum() ** 2 / (weight**2).sum() > 0.2 * n
+    effective, found, spread = moments(vectors[:, 1:], log_weight)
+    assert effective > 0.2 * n
     means, sds = quadrature()
-    found = weight @ vectors[:, 1:] / weight.sum()
-    spread = np.sqrt(weight @ (vectors[:, 1:] - found) ** 2 / weight.sum())
     assert (found - means) / sds == pytest.approx(0.0, abs=0.02)
     assert spread == pytest.approx(sds, rel=0.02)
 
@@ -92,11 +98,9 @@ def test_moments_where_the_ridge_runs_along_a_bound(ends: tuple[float, float]) -
     vectors[:, 0] = (READ - vectors[:, 1:2] * shape).sum(axis=1) * (sd / NOISE) ** 2 + sd * z[:, 0]
     assert vectors[:, 1].min() >= ends[0] - 1e-12 and vectors[:, 1].max() <= ends[1] + 1e-12
     log_weight = log_density(vectors) + log_derivative + more + 0.5 * (z**2).sum(axis=1)
-    weight = np.exp(log_weight - log_weight.max())
-    assert weight.sum() ** 2 / (weight**2).sum() > 0.1 * n
+    effective, found, spread = moments(vectors[:, 1:], log_weight)
+    assert effective > 0.1 * n
     means, sds = quadrature(*ends)
-    found = weight @ vectors[:, 1:] / weight.sum()
-    spread = np.sqrt(weight @ (vectors[:, 1:] - found) ** 2 / weight.sum())
     assert (found - means) / sds == pytest.approx(0.0, abs=0.03)
     assert spread == pytest.approx(sds, rel=0.03)
 
